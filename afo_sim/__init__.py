@@ -1,0 +1,38 @@
+"""afo_sim: ankle-foot orthoses with pneumatic artificial muscles, simulated in MuJoCo.
+
+import afo_sim
+run = afo_sim.run("seated", {"supply.pressure": "3 bar"})
+run["ankle/angle"], run.metrics["range_of_motion"], run.save("runs/a")
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from afo_sim.errors import AfoSimError as AfoSimError
+    from afo_sim.errors import InputError as InputError
+    from afo_sim.errors import SimulationError as SimulationError
+    from afo_sim.model import build as build
+    from afo_sim.reader import load as load
+    from afo_sim.recording import Recording as Recording
+    from afo_sim.recording import read_recording as read_recording
+    from afo_sim.simulate import run as run
+
+_PUBLIC = {
+    "AfoSimError": "errors",
+    "InputError": "errors",
+    "SimulationError": "errors",
+    "load": "reader",
+    "build": "model",
+    "Recording": "recording",
+    "read_recording": "recording",
+    "run": "simulate",
+}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"afo_sim.{_PUBLIC[name]}"), name)

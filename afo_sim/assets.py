@@ -1,0 +1,77 @@
+"""Where the products live: models/ and gait_data/, in a checkout or in an installed wheel."""
+
+import pathlib
+import tomllib
+from typing import Any
+
+from afo_sim.errors import InputError, nearest_name
+
+KINDS = {
+    "scenario": "scenarios",
+    "leg": "legs",
+    "orthosis": "orthoses",
+    "muscle": "muscles",
+    "valve": "valves",
+}
+
+
+def folder(name: str) -> pathlib.Path:
+    """The folder `models` or `gait_data`: beside the package in a checkout, inside it in a wheel."""
+    package = pathlib.Path(__file__).resolve().parent
+    for candidate in (package / name, package.parent / name):
+        if candidate.is_dir():
+            return candidate
+    raise InputError("the installation lacks this folder", file=package / name)
+
+
+def names(kind: str) -> list[str]:
+    """The shipped products of a kind ("scenario", "leg", "orthosis", "muscle", "valve")."""
+    root = folder("models") / KINDS[kind]
+    if kind == "scenario":
+        return sorted(path.stem for path in root.glob("*.toml"))
+    return sorted(path.parent.name for path in root.glob(f"*/{kind}.toml"))
+
+
+def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Path:
+    """The description file that a name or a path means.
+
+    Parameters
+    ----------
+    kind : "scenario", "leg", "orthosis", "muscle" or "valve"
+    name : a shipped name, or a path to a TOML file or to the folder that holds it
+    beside : file in which `name` was found; a relative path is taken from there first
+
+    Raises
+    ------
+    InputError
+        Nothing of that name; lists what there is.
+    """
+    shipped = names(kind)
+    if name in shipped:
+        root = folder("models") / KINDS[kind]
+        return root / f"{name}.toml" if kind == "scenario" else root / name / f"{kind}.toml"
+    bases = [beside.parent] if beside is not None else []
+    for base in (*bases, pathlib.Path()):
+        path = base / name
+        if path.is_dir():
+            path = path / f"{kind}.toml"
+        if path.is_file():
+            return path
+    raise InputError(
+        f"there is no such {kind}",
+        file=beside,
+        field=kind,
+        value=name,
+        allowed=f"a path to a TOML file, or one of: {', '.join(shipped)}",
+        nearest=nearest_name(name, shipped),
+    )
+
+
+def read_toml(path: pathlib.Path) -> dict[str, Any]:
+    """A TOML file as a dict; what is wrong with it as an `InputError`."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"is not valid TOML: {error}", file=path) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read: {error}", file=path) from None

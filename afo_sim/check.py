@@ -1,0 +1,157 @@
+"""Doctor for a user's files: what is it, is it right, what would it do."""
+
+import pathlib
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from afo_sim import assets
+from afo_sim.errors import InputError
+from afo_sim.model import build, lock_contraction, sweep_ankle
+from afo_sim.reader import load
+from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
+
+# A TOML file is the kind of description whose tell-tale key it holds.
+TELLTALES = {
+    "timer": "scenario",
+    "duration": "scenario",
+    "chamber": "orthosis",
+    "muscle": "orthosis",
+    "law": "muscle",
+    "conductance": "valve",
+    "file": "leg",
+}
+
+
+def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
+    """Examine a TOML description, an MJCF or a URDF.
+
+    Returns
+    -------
+    list of (what, finding)
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong.
+    """
+    if not path.is_file():
+        raise InputError("there is no such file", file=path)
+    suffix = path.suffix.lower()
+    if suffix == ".toml":
+        return _check_toml(path)
+    if suffix in (".xml", ".mjcf", ".urdf"):
+        return _check_model(path)
+    raise InputError(
+        "is not a kind of file that can be checked", file=path, allowed=".toml, .xml, .mjcf, .urdf"
+    )
+
+
+def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
+    table = assets.read_toml(path)
+    kind = next((TELLTALES[key] for key in TELLTALES if key in table), None)
+    if kind is None:
+        raise InputError(
+            "is not recognised as a description",
+            file=path,
+            allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
+            "(conductance) or leg (file)",
+        )
+    description = load(kind, str(path))
+    findings = [("kind", kind), *_FINDINGS[type(description)](description)]
+    if kind in ("orthosis", "leg"):
+        # neither runs alone: put it into the shipped scenario
+        sets = {"orthosis": str(path.resolve())} if kind == "orthosis" else {"leg": str(path.resolve())}
+        if kind == "orthosis":
+            sets |= _timer_for(description)
+        findings += _scenario(load("scenario", "seated", sets))
+    return findings
+
+
+def _timer_for(orthosis: Orthosis) -> dict[str, Any]:
+    return {"timer": {"period": "8 s"} | {n: {"inlet": [["0 s", "4 s"]]} for n in orthosis.chamber}}
+
+
+def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
+    built = build(scenario)
+    lower, upper = scenario.orthosis.range_of_motion
+    contraction, arm, inertia = sweep_ankle(built.model, built.index, np.linspace(lower, upper, 41))
+    findings = [
+        ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
+        ("damper stability number", f"{built.damper_stability:.3g} (integrated implicitly)"),
+        ("air stability number", f"{built.air_stability:.3g} (limit 1)"),
+    ]
+    for column, name in enumerate(built.index.muscles):
+        k, r = contraction[:, column], arm[:, column]
+        findings.append(
+            (
+                name,
+                f"contraction {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
+                f"{np.degrees(upper):g} deg, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
+            )
+        )
+    return findings + [("warning", warning) for warning in built.warnings]
+
+
+def _orthosis(orthosis: Orthosis) -> list[tuple[str, str]]:
+    return [
+        ("muscles", ", ".join(f"{g.count} × {n} ({g.type.name})" for n, g in orthosis.muscle.items())),
+        ("chambers", ", ".join(orthosis.chamber)),
+    ]
+
+
+def _muscle(muscle: Muscle) -> list[tuple[str, str]]:
+    return [
+        ("law", muscle.law),
+        ("braid", f"{100 * muscle.nominal_length:.2f} cm of {100 * muscle.total_length:.2f} cm"),
+        ("locks at a contraction of", f"{lock_contraction(muscle.braid_angle):.4f}"),
+    ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
+
+
+def _valve(valve: Valve) -> list[tuple[str, str]]:
+    return [("sonic conductance", f"{valve.conductance * 1e8:g} dm³/(s·bar)")]
+
+
+def _leg(leg: Leg) -> list[tuple[str, str]]:
+    return _check_model(leg.file)
+
+
+_FINDINGS: dict[type, Any] = {
+    Scenario: _scenario,
+    Orthosis: _orthosis,
+    Muscle: _muscle,
+    Valve: _valve,
+    Leg: _leg,
+}
+
+
+def _check_model(path: pathlib.Path) -> list[tuple[str, str]]:
+    if path.suffix.lower() == ".urdf":
+        _check_urdf(path)
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        spec.compiler.fusestatic = False
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"MuJoCo cannot read it: {error}", file=path) from None
+    findings = [("mass", f"{model.body_subtreemass[0]:.4g} kg")]
+    for body in range(1, model.nbody):
+        findings.append((f"body {model.body(body).name}", f"{model.body_mass[body]:.4g} kg"))
+    for joint in range(model.njnt):
+        kind = mujoco.mjtJoint(int(model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
+        lower, upper = np.degrees(model.jnt_range[joint])
+        span = f", {lower:g} to {upper:g} deg" if model.jnt_limited[joint] and kind == "hinge" else ""
+        findings.append((f"joint {model.joint(joint).name}", kind + span))
+    return findings
+
+
+def _check_urdf(path: pathlib.Path) -> None:
+    import yourdfpy
+
+    try:
+        urdf = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
+    except Exception as error:  # yourdfpy passes its XML parser's errors on
+        raise InputError(f"is not a valid URDF: {error}", file=path) from None
+    if not urdf.validate():
+        raise InputError(f"is not a valid URDF: {urdf.errors[0]}", file=path)

@@ -1,0 +1,251 @@
+"""The command line: reads options, calls the library, prints. Heavy imports wait for their command."""
+
+import pathlib
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+
+from afo_sim.errors import AfoSimError, InputError, nearest_name
+
+app = typer.Typer(
+    name="afo-sim",
+    help="Simulate ankle-foot orthoses with pneumatic artificial muscles.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+LISTS = ("muscles", "laws", "scenarios", "legs", "orthoses", "valves", "gaits")
+
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"'),
+]
+Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
+
+
+def main() -> None:
+    """Run a command; turn what went wrong into one message and an exit code."""
+    try:
+        app()
+    except AfoSimError as error:
+        print(f"afo-sim: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except BrokenPipeError:
+        sys.exit(0)
+    except KeyboardInterrupt:
+        print("afo-sim: stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+@app.command()
+def run(
+    scenario: Scenario = "seated",
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario> by default")
+    ] = None,
+    sets: Sets = None,
+    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+) -> None:
+    """Simulate one scenario; without an argument, the seated solenoid-timer test."""
+    values = read_sets(sets)
+    with _progress("reading, compiling the muscles") as report:
+        from afo_sim.model import build
+        from afo_sim.reader import load
+        from afo_sim.recording import check_writable
+        from afo_sim.simulate import run_built
+
+        built = build(load("scenario", scenario, values))
+        folder = out or pathlib.Path("runs") / built.scenario.name
+        check_writable(folder)
+        recording = run_built(built, progress=report)
+        recording.save(folder, rrd=rrd)
+    _print_run(recording, folder)
+    if not recording.ok:
+        print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
+        sys.exit(3)
+
+
+@app.command("torque-map")
+def torque_map_command(
+    scenario: Scenario = "seated",
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/torque-map"),
+    sets: Sets = None,
+    angle: Annotated[tuple[str, str, str], typer.Option(help="from, to, step", metavar="FROM TO STEP")] = (
+        "-20 deg",
+        "25 deg",
+        "1 deg",
+    ),
+    pressure: Annotated[
+        list[str] | None, typer.Option(help="gauge pressure; may be given several times")
+    ] = None,
+) -> None:
+    """Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
+    values = read_sets(sets)
+    start, stop, step = (_quantity("--angle", text, "rad") for text in angle)
+    pressures = [_quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
+    if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
+        raise InputError("is no range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0")
+    if min(pressures) < 0.0:
+        raise InputError("is below ambient", field="--pressure", allowed="at least 0 bar")
+    with _progress("computing torques"):
+        import numpy as np
+
+        from afo_sim import torque_map as tm
+        from afo_sim.model import build
+        from afo_sim.reader import load
+        from afo_sim.recording import check_writable, replacing
+
+        built = build(load("scenario", scenario, values))
+        check_writable(out)
+        angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
+        maps = tm.torque_map(built, angles, np.array(sorted(pressures)))
+        title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
+        with replacing(out / "torque_map.csv") as path:
+            tm.write_csv(maps, path)
+        for suffix in ("png", "pdf"):
+            with replacing(out / f"torque_map.{suffix}") as path:
+                tm.draw(maps, path, title, suffix)
+        answers = tm.answer(maps, built.scenario.supply.pressure)
+    _print_torque_maps(maps, answers, out)
+
+
+@app.command()
+def view(
+    paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders or .rrd files")],
+) -> None:
+    """Open runs in the Rerun viewer, which listens on this machine only."""
+    from afo_sim.recording import RERUN
+
+    files = []
+    for path in paths:
+        file = path / RERUN if path.is_dir() else path
+        if not file.is_file():
+            raise InputError("there is no Rerun recording here", file=path, allowed=f"a folder with {RERUN}")
+        files.append(file)
+    from afo_sim.view import open_recordings
+
+    open_recordings(files)
+
+
+@app.command("list")
+def list_command(
+    what: Annotated[str, typer.Argument(help="|".join(LISTS))] = "",
+) -> None:
+    """What there is, with one line each."""
+    if what and what not in LISTS:
+        raise InputError(
+            "cannot be listed",
+            field="list",
+            value=what,
+            allowed=", ".join(LISTS),
+            nearest=nearest_name(what, LISTS),
+        )
+    from afo_sim.catalogue import entries
+
+    for kind in [what] if what else LISTS:
+        _print_table(kind, ["name", "what it is"], [list(row) for row in entries(kind)])
+
+
+@app.command()
+def check(
+    file: Annotated[pathlib.Path, typer.Argument(help="a TOML description, MJCF or URDF")],
+) -> None:
+    """Doctor for your own files: says what is wrong, or what was understood."""
+    with _progress("checking"):
+        from afo_sim.check import check_file
+
+        findings = check_file(file)
+    _print_table(str(file), ["", "found"], [list(row) for row in findings])
+    print("good")
+
+
+def read_sets(sets: list[str] | None) -> dict[str, Any]:
+    """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
+    values: dict[str, Any] = {}
+    for text in sets or []:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError("is not KEY=VALUE", field="--set", value=text, allowed='supply.pressure="3 bar"')
+        try:
+            values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            values[key.strip()] = value.strip()
+    return values
+
+
+def _quantity(field: str, text: str, unit: str) -> float:
+    from afo_sim.units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=text) from None
+
+
+@contextmanager
+def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
+    """A line on the terminal that moves while something takes time, and then goes away."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(title, total=None)
+
+        def report(done: int, total: int) -> None:
+            progress.update(task, description="simulating", completed=done, total=total)
+
+        yield report
+
+
+def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold", pad_edge=False, box=None)
+    for k, name in enumerate(header):
+        table.add_column(name, overflow="fold", no_wrap=k == 0 and len(header) == 2)
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    console.print(table)
+    console.print()
+
+
+def _print_run(recording: Any, folder: pathlib.Path) -> None:
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items()]
+    _print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    for warning in recording.warnings:
+        print(f"warning: {warning}")
+    timing = recording.timing
+    print(
+        f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
+        f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
+    )
+    print(f"written to {folder}; look at it with: afo-sim view {folder}")
+
+
+def _print_torque_maps(maps: list[Any], answers: dict[str, Any], out: pathlib.Path) -> None:
+    import numpy as np
+
+    for found in maps:
+        chosen = np.unique(np.linspace(0, len(found.angles) - 1, 10).round().astype(int))
+        header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in found.pressures)]
+        rows = [
+            [f"{np.degrees(found.angles[k]):.0f}", *(f"{t:.2f}" for t in found.torque[k])] for k in chosen
+        ]
+        _print_table(f"{found.chamber}: orthosis torque [N·m], dorsiflexion +", header, rows)
+    for chamber, needs in answers.items():
+        for need, span in needs.items():
+            reach = (
+                "nowhere"
+                if span is None
+                else f"from {np.degrees(span[0]):.0f} to {np.degrees(span[1]):.0f} deg"
+            )
+            print(f"{chamber}: enough for {need} {reach}, at the supply's pressure")
+    print(f"written to {out}")

@@ -1,0 +1,66 @@
+"""What can go wrong, in words for the person who can mend it."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class AfoSimError(Exception):
+    """Root of this package's errors; `exit_code` is what the command line returns."""
+
+    exit_code = 2
+
+
+class InputError(AfoSimError):
+    """The user's input is wrong: which file, which field, which value, what is allowed.
+
+    The facts stay available as attributes, so that a caller need not read the message.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: object = None,
+        field: str = "",
+        value: object = None,
+        allowed: str = "",
+        nearest: str | None = None,
+    ):
+        self.problem, self.file, self.field, self.value = problem, file, field, value
+        self.allowed, self.nearest = allowed, nearest
+        place = ": ".join(str(part) for part in (file, field) if part)
+        if value is not None:
+            place += f" = {_shown(value)}" if field else f"{': ' if place else ''}{_shown(value)}"
+        message = f"{place}: {problem}" if place else problem
+        if allowed:
+            message += f"; allowed: {allowed}"
+        if nearest:
+            message += f"; did you mean {nearest!r}?"
+        super().__init__(message)
+
+
+class SimulationError(AfoSimError):
+    """A simulation became unstable; `simulation` says which one, `time` [s] when."""
+
+    exit_code = 3
+
+    def __init__(self, reason: str, *, simulation: int = 0, time: float = float("nan")):
+        self.reason, self.simulation, self.time = reason, simulation, time
+        super().__init__(f"simulation {simulation} stopped at t = {time:.6g} s: {reason}")
+
+
+class CallbackError(AfoSimError):
+    """The muscle callbacks cannot be installed, or are not the ones that ran."""
+
+    exit_code = 3
+
+
+def nearest_name(name: str, names: Iterable[str]) -> str | None:
+    """The valid name that looks most like `name`, or None."""
+    found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.5)
+    return found[0] if found else None
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -1,0 +1,5 @@
+"""Scalar kernels in SI units: no MuJoCo, no files. They run as plain Python and inside numba.
+
+`register_jitable` leaves a kernel an ordinary Python function, and lets compiled code call it.
+Kernels are total: they raise nothing, and a NaN that goes in comes out.
+"""

@@ -1,0 +1,224 @@
+"""Air: flow through a valve, volume of a braid, pressure of a chamber, the valve's armature."""
+
+import math
+
+from numba.extending import register_jitable
+
+from afo_sim.units import (
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    HEAT_CAPACITY_RATIO,
+    STANDARD_DENSITY,
+)
+
+LAMINAR_RATIO = 0.98  # above this pressure ratio the flow is linear in the pressure difference
+
+
+@register_jitable
+def iso_6358_flow(
+    upstream: float, downstream: float, temperature: float, conductance: float, critical: float
+) -> float:
+    """Mass flow through an open valve from the higher to the lower pressure.
+
+    With r = p_down/p_up: choked for r ≤ b, ṁ = C ρ0 p_up √(T0/T); elliptic up to r = 0.98,
+    times √(1 − ((r − b)/(1 − b))²); then linear to zero at r = 1, so that the slope stays finite.
+
+    Parameters
+    ----------
+    upstream, downstream : absolute pressures [Pa], upstream ≥ downstream
+    temperature : T of the upstream air [K]
+    conductance : sonic conductance C [m³/(s·Pa)]
+    critical : critical pressure ratio b [-], below 0.98
+
+    Returns
+    -------
+    float : mass flow [kg/s], ≥ 0
+
+    Source
+    ------
+    ISO 6358-1:2013; laminar end as in the MathWorks orifice block, from r = 0.98.
+    """
+    ratio = downstream / upstream
+    choked = conductance * STANDARD_DENSITY * upstream * math.sqrt(AMBIENT_TEMPERATURE / temperature)
+    if ratio <= critical:
+        return choked
+    if ratio < LAMINAR_RATIO:
+        x = (ratio - critical) / (1.0 - critical)
+        return choked * math.sqrt(1.0 - x * x)
+    x = (LAMINAR_RATIO - critical) / (1.0 - critical)
+    return choked * math.sqrt(1.0 - x * x) * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
+
+
+@register_jitable
+def valve_flow(
+    pressure_1: float,
+    temperature_1: float,
+    pressure_2: float,
+    temperature_2: float,
+    opening: float,
+    conductance: float,
+    critical: float,
+) -> float:
+    """Mass flow from side 1 to side 2 of a valve; negative when it runs back.
+
+    Parameters
+    ----------
+    pressure_1, pressure_2 : absolute [Pa]
+    temperature_1, temperature_2 : [K]
+    opening : 0…1 [-], scales the sonic conductance
+    conductance, critical : C [m³/(s·Pa)], b [-]
+
+    Returns
+    -------
+    float : mass flow [kg/s]
+    """
+    if opening == 0.0:
+        return 0.0
+    c = opening * conductance
+    if pressure_1 >= pressure_2:
+        return iso_6358_flow(pressure_1, pressure_2, temperature_1, c, critical)
+    return -iso_6358_flow(pressure_2, pressure_1, temperature_2, c, critical)
+
+
+@register_jitable
+def braid_volume(
+    contraction: float, nominal_length: float, nominal_radius: float, b: float
+) -> tuple[float, float]:
+    """Volume enclosed by an ideal braid, and its derivative by the contraction ratio.
+
+    V = π r0² L0 (1 − κ) [1 − cos²α0 (1 − κ)²]/sin²α0, so that −p dV/dL is the geometric force.
+    It is zero at κ = 1 − 1/cos α0, where the braid locks, and negative beyond.
+
+    Parameters
+    ----------
+    contraction : κ [-]
+    nominal_length, nominal_radius : L0, r0 [m]
+    b : 1/sin²α0 [-]
+
+    Returns
+    -------
+    (V [m³], dV/dκ [m³])
+
+    Source
+    ------
+    Chou & Hannaford 1996: a cylinder of length B cos α and diameter B sin α/(n π).
+    """
+    x = 1.0 - contraction
+    full = math.pi * nominal_radius * nominal_radius * nominal_length
+    return full * x * (b - (b - 1.0) * x * x), full * (3.0 * (b - 1.0) * x * x - b)
+
+
+@register_jitable
+def muscle_volume(
+    contraction: float,
+    nominal_length: float,
+    nominal_radius: float,
+    b: float,
+    dead_volume: float,
+) -> tuple[float, float]:
+    """Air volume of a muscle, and its derivative by the contraction ratio.
+
+    The braid's volume, bounded where the ideal formula leaves the world: beyond the contraction of
+    greatest volume (braid angle 54.74°) the slack muscle keeps it; as the braid locks the volume
+    falls smoothly to the dead volume of the end fittings and stays there.
+
+    Parameters
+    ----------
+    contraction, nominal_length, nominal_radius, b : as in `braid_volume`
+    dead_volume : air that never leaves [m³]
+
+    Returns
+    -------
+    (V [m³], dV/dκ [m³]), V ≥ dead_volume
+    """
+    volume, slope = braid_volume(contraction, nominal_length, nominal_radius, b)
+    if slope < 0.0:
+        fattest = 1.0 - math.sqrt(b / (3.0 * (b - 1.0)))
+        volume, slope = braid_volume(fattest, nominal_length, nominal_radius, b)[0], 0.0
+    blend = 0.1 * math.pi * nominal_radius * nominal_radius * nominal_length
+    if volume <= 0.0:
+        return dead_volume, 0.0
+    if volume < blend:
+        x = volume / blend
+        return dead_volume + volume * x * (2.0 - x), slope * x * (4.0 - 3.0 * x)
+    return dead_volume + volume, slope
+
+
+@register_jitable
+def pressure_rate(
+    pressure: float,
+    temperature: float,
+    volume: float,
+    volume_rate: float,
+    flow_in: float,
+    flow_out: float,
+    conductance: float,
+) -> float:
+    """Rate of a chamber's absolute pressure from its energy balance.
+
+    V ṗ = (γ − 1) [c_p (ṁ_in T_ambient − ṁ_out T) + hA (T_ambient − T)] − γ p V̇
+
+    Parameters
+    ----------
+    pressure : absolute [Pa]
+    temperature : T = p V/(m R) [K]
+    volume, volume_rate : V [m³], V̇ [m³/s]
+    flow_in : air coming in at ambient temperature, ≥ 0 [kg/s]
+    flow_out : air leaving at T, ≥ 0 [kg/s]
+    conductance : wall heat conductance hA [W/K]; 0 adiabatic, large isothermal
+
+    Returns
+    -------
+    float : ṗ [Pa/s]
+
+    Source
+    ------
+    First law for an ideal gas, e.g. Carneiro & de Almeida 2006, doi 10.1243/09596518JSCE166.
+    """
+    gamma = HEAT_CAPACITY_RATIO
+    enthalpy = gamma * GAS_CONSTANT * (flow_in * AMBIENT_TEMPERATURE - flow_out * temperature)
+    heat = (gamma - 1.0) * conductance * (AMBIENT_TEMPERATURE - temperature)
+    return (enthalpy + heat - gamma * pressure * volume_rate) / volume
+
+
+@register_jitable
+def valve_rates(
+    coil: float,
+    armature: float,
+    opening: float,
+    opening_delay: float,
+    closing_delay: float,
+    timestep: float,
+) -> tuple[float, float]:
+    """Rates of a solenoid valve's two states over one step.
+
+    The armature travels towards the coil's command at 1/delay; the seat follows when it arrives. So
+    the opening answers after a dead time, a pulse shorter than the delay does nothing, and an
+    arrival between two steps is weighted by the part of the step that is left.
+
+    Parameters
+    ----------
+    coil : command, clamped to 0…1 [-]
+    armature, opening : states, 0…1 [-]
+    opening_delay, closing_delay : dead times [s]
+    timestep : [s]
+
+    Returns
+    -------
+    (d armature/dt, d opening/dt) [1/s]
+    """
+    if coil < 0.0:
+        coil = 0.0
+    elif coil > 1.0:
+        coil = 1.0
+    travel = coil - armature
+    if travel == 0.0 and opening == coil:
+        return 0.0, 0.0
+    remaining = travel * opening_delay if travel >= 0.0 else -travel * closing_delay
+    late = remaining - timestep
+    if late <= 0.0:
+        return travel / timestep, (coil - opening) / timestep
+    rate = travel / remaining
+    if late < timestep:
+        return rate, (1.0 - late / timestep) * (coil - opening) / timestep
+    return rate, 0.0

@@ -1,0 +1,118 @@
+"""Field types of the descriptions: quantities read from text, and numbers that name their source."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from afo_sim.errors import nearest_name
+from afo_sim.units import format_quantity, parse_quantity
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a float field that is read from text such as "4 bar", in `unit`, within bounds [unit].
+
+    `Annotated[float, Quantity("Pa", above=0.0)]`
+    """
+
+    unit: str
+    above: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @property
+    def allowed(self) -> str:
+        """The bounds, in words."""
+        words = (("more than", self.above), ("at least", self.at_least), ("at most", self.at_most))
+        said = [f"{word} {limit:g} {self.unit}".strip() for word, limit in words if limit is not None]
+        return " and ".join(said)
+
+    def read(self, value: object) -> float:
+        """Text to SI; raises what pydantic reports as the field's error."""
+        try:
+            number = parse_quantity(value, self.unit)
+        except ValueError as error:
+            raise refusal(str(error), self.allowed) from None
+        low = self.above is not None and number <= self.above
+        lower = self.at_least is not None and number < self.at_least
+        high = self.at_most is not None and number > self.at_most
+        if low or lower or high:
+            raise refusal("is out of range", self.allowed)
+        return number
+
+    def write(self, value: float) -> str | float:
+        """SI to text that reads again, exactly."""
+        return format_quantity(value, self.unit)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        writer = core_schema.plain_serializer_function_ser_schema(self.write)
+        return core_schema.no_info_plain_validator_function(self.read, serialization=writer)
+
+
+def refusal(problem: str, allowed: str = "", key: str = "", nearest: str = "") -> PydanticCustomError:
+    """A refused field; `key` names a field below the one being read."""
+    facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest}
+    return PydanticCustomError("refused", "{problem}", facts)
+
+
+class Provenance(BaseModel):
+    """Where a number comes from. A derived number is never called published."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["published", "fitted", "derived", "assumed", "user"]
+    source: str
+
+
+class Described(BaseModel):
+    """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    provenance: dict[str, Provenance] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_table(cls, table: Any) -> Any:
+        if isinstance(table, cls):
+            return table
+        if not isinstance(table, Mapping):
+            raise refusal("is not a table", f"a table with {', '.join(_own_keys(cls))}")
+        if cls.model_config.get("extra") == "forbid":
+            for key in table:
+                if key not in cls.model_fields:
+                    raise refusal(
+                        "is an unknown key",
+                        ", ".join(_own_keys(cls)),
+                        str(key),
+                        nearest_name(str(key), _own_keys(cls)) or "",
+                    )
+        values, sources = split_sources(table)
+        return values if not sources else values | {"provenance": sources}
+
+    def with_values(self, **values: Any) -> Self:
+        """A copy with some SI values replaced, unchecked: for perturbation and fitting."""
+        return self.model_copy(update=values)
+
+
+def split_sources(table: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
+    """Separate { value, source, kind } tables into plain values and a map of provenance."""
+    values: dict[str, Any] = {}
+    sources: dict[str, Any] = dict(table.get("provenance", {})) if not prefix else {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and "value" in value:
+            values[key] = value["value"]
+            sources[prefix + key] = {k: v for k, v in value.items() if k != "value"}
+        elif isinstance(value, Mapping) and key == "law_parameters":
+            values[key], nested = split_sources(value, f"{key}.")
+            sources |= nested
+        else:
+            values[key] = value
+    return values, sources
+
+
+def _own_keys(cls: type[BaseModel]) -> list[str]:
+    return [name for name in cls.model_fields if name != "provenance"]

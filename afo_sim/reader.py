@@ -1,0 +1,189 @@
+"""TOML → spec: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
+
+import copy
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from afo_sim import assets
+from afo_sim.errors import InputError
+from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
+
+Path = tuple[str, ...]
+SPECS: dict[str, type[BaseModel]] = {
+    "scenario": Scenario,
+    "leg": Leg,
+    "orthosis": Orthosis,
+    "muscle": Muscle,
+    "valve": Valve,
+}
+# A string at such a place is the name of another description; "*" is any key.
+REFERENCES: dict[str, dict[Path, str]] = {
+    "scenario": {
+        ("leg",): "leg",
+        ("orthosis",): "orthosis",
+        ("orthosis", "muscle", "*", "type"): "muscle",
+        ("orthosis", "chamber", "*", "inlet"): "valve",
+        ("orthosis", "chamber", "*", "outlet"): "valve",
+    },
+    "orthosis": {
+        ("muscle", "*", "type"): "muscle",
+        ("chamber", "*", "inlet"): "valve",
+        ("chamber", "*", "outlet"): "valve",
+    },
+}
+FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
+
+
+class _Tree:
+    """A description being put together, and which file each part of it came from."""
+
+    def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
+        self.kind, self.root = kind, root
+        self.files: dict[Path, pathlib.Path | None] = {(): file}
+
+    def file_of(self, path: Path) -> tuple[pathlib.Path | None, Path]:
+        """The file that a path is written in, and the path within that file."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.files:
+                return self.files[path[:length]], path[length:]
+        return None, path
+
+    def follow(self, path: Path) -> None:
+        """Replace the name at `path`, if it is a reference, by what it names."""
+        kind = self._reference(path)
+        holder = self._holder(path)
+        if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
+            return
+        beside, inner = self.file_of(path)
+        try:
+            file = assets.find(kind, holder[path[-1]], beside)
+        except InputError as error:
+            raise InputError(
+                error.problem,
+                file=beside,
+                field=".".join(inner),
+                value=error.value,
+                allowed=error.allowed,
+                nearest=error.nearest,
+            ) from None
+        holder[path[-1]] = read_table(kind, file)
+        self.files[path] = file
+
+    def follow_all(self, path: Path = ()) -> None:
+        """Follow every reference at and below `path`."""
+        if path:
+            self.follow(path)
+        holder = self._holder(path)
+        node = self.root if not path else (holder or {}).get(path[-1])
+        if isinstance(node, dict):
+            for key in list(node):
+                self.follow_all((*path, key))
+
+    def set(self, dotted: str, value: Any) -> None:
+        """Put a value at a dotted key, following references on the way down."""
+        path = tuple(dotted.split("."))
+        node = self.root
+        for depth, key in enumerate(path[:-1], start=1):
+            self.follow(path[:depth])
+            child = node.setdefault(key, {})
+            if not isinstance(child, dict):
+                raise InputError(
+                    f"{'.'.join(path[:depth])} is a value, not a table", field=dotted, value=value
+                )
+            node = child
+        if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
+            value = {"value": value, "source": "set for this run", "kind": "user"}
+        node[path[-1]] = value
+
+    def _reference(self, path: Path) -> str | None:
+        for pattern, kind in REFERENCES.get(self.kind, {}).items():
+            if len(pattern) == len(path) and all(
+                p in ("*", key) for p, key in zip(pattern, path, strict=True)
+            ):
+                return kind
+        return None
+
+    def _holder(self, path: Path) -> dict[str, Any] | None:
+        node: Any = self.root
+        for key in path[:-1]:
+            node = node.get(key) if isinstance(node, dict) else None
+        return node if isinstance(node, dict) else None
+
+
+def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
+    """A description's TOML as a dict, named after its file, with the files beside it resolved."""
+    table = assets.read_toml(file)
+    table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
+    for key in FILES.get(kind, ()):
+        if isinstance(table.get(key), str):
+            table[key] = str((file.parent / table[key]).resolve())
+    return table
+
+
+def load(kind: str, source: str | Mapping[str, Any], sets: Mapping[str, Any] | None = None) -> Any:
+    """Read a description.
+
+    Parameters
+    ----------
+    kind : "scenario", "leg", "orthosis", "muscle" or "valve"
+    source : a shipped name, a path, or the description itself as a dict
+    sets : dotted keys and their values, as `--set` takes them
+
+    Returns
+    -------
+    the frozen Scenario, Leg, Orthosis, Muscle or Valve
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong, with its file, field, value and what is allowed.
+    """
+    file = assets.find(kind, source) if isinstance(source, str) else None
+    root = read_table(kind, file) if file else copy.deepcopy(dict(source))  # type: ignore[arg-type]
+    tree = _Tree(kind, file, root)
+    for key, value in (sets or {}).items():
+        tree.set(key, value)
+    tree.follow_all()
+    try:
+        return SPECS[kind].model_validate(tree.root)
+    except ValidationError as error:
+        raise _input_error(tree, error, set(sets or {})) from None
+
+
+def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputError:
+    """The first validation error, as a message for people."""
+    first = error.errors(include_url=False)[0]
+    facts = first.get("ctx", {})
+    path = tuple(str(part) for part in first["loc"])
+    if facts.get("key"):
+        path += tuple(facts["key"].split("."))
+    file, inner = tree.file_of(path)
+    dotted = ".".join(path)
+    if any(dotted == key or dotted.startswith(key + ".") or key.startswith(dotted + ".") for key in sets):
+        file, inner = None, path
+    value = _value_at(tree.root, path)
+    problem = {"missing": "is missing", "extra_forbidden": "is an unknown key"}.get(
+        first["type"], first["msg"]
+    )
+    return InputError(
+        problem,
+        file=file,
+        field=".".join(inner),
+        value=None if isinstance(value, dict) else value,
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "")),
+        nearest=facts.get("nearest") or None,
+    )
+
+
+def _value_at(node: Any, path: Path) -> Any:
+    for key in path:
+        if isinstance(node, dict):
+            node = node.get(key)
+        elif isinstance(node, list | tuple) and key.isdigit() and int(key) < len(node):
+            node = node[int(key)]
+        else:
+            return None
+    return node["value"] if isinstance(node, dict) and "value" in node else node

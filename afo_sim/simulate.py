@@ -1,0 +1,297 @@
+"""One simulation: static equilibrium, roll-out through `mujoco.batch`, recording."""
+
+import re
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from mujoco.batch import SimulationError as BatchError
+from scipy.optimize import brentq
+
+from afo_sim import native, schedule
+from afo_sim.errors import InputError, SimulationError
+from afo_sim.model import Built, build
+from afo_sim.reader import load
+from afo_sim.recording import Recording, make_recording
+from afo_sim.spec import Scenario
+from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+
+# What a roll-out records. The state is that after each step, the rest belongs to the state before it.
+STATE = ("time", "qpos", "qvel", "act")
+DERIVED = (
+    "qacc",
+    "actuator_force",
+    "actuator_length",
+    "actuator_velocity",
+    "qfrc_actuator",
+    "qfrc_bias",
+    "qfrc_passive",
+    "qfrc_constraint",
+    "ten_J",
+    "userdata",
+)
+BLOCK = 10_000  # steps between two reports of progress
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Aligned rows of one simulation: row k is the state before step k and that step's forces."""
+
+    rows: dict[str, np.ndarray]
+    failure: SimulationError | None
+    wall_seconds: float
+
+
+def run(
+    scenario: str | Scenario | Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None,
+    *,
+    progress: Progress | None = None,
+) -> Recording:
+    """Simulate a scenario from static equilibrium.
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
+    sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
+    progress : called with (steps done, steps in all)
+
+    Returns
+    -------
+    Recording; its `status` is "ok", or says why the simulation stopped early.
+
+    Raises
+    ------
+    InputError
+        The description is wrong.
+    CallbackError
+        The muscle callbacks cannot be installed or are not in force.
+    """
+    if isinstance(scenario, Scenario):
+        if sets:
+            raise InputError("overrides need a scenario by name, path or dict", field=next(iter(sets)))
+        description = scenario
+    else:
+        description = load("scenario", scenario, sets)
+    return run_built(build(description), progress=progress)
+
+
+def run_built(built: Built, *, progress: Progress | None = None) -> Recording:
+    """Simulate a compiled scenario from static equilibrium, as `run` does."""
+    control = schedule.controls(built)
+    return make_recording(built, control, simulate(built, control, progress=progress))
+
+
+def simulate(
+    built: Built,
+    control: np.ndarray,
+    *,
+    state: np.ndarray | None = None,
+    progress: Progress | None = None,
+) -> Rollout:
+    """Roll a compiled scenario out.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    control : inputs (n_step, nu), as `schedule.controls` makes them
+    state : mjSTATE_INTEGRATION row to start from; the static equilibrium by default
+    progress : called with (steps done, steps in all)
+
+    Returns
+    -------
+    Rollout, shorter than `control` when the simulation failed
+    """
+    mode = built.scenario.callback
+    with native.installed(mode):
+        if state is None:
+            state = equilibrium(built, control[0])
+        _assert_muscles_pull(built, state)
+        start = time.perf_counter()
+        roll = _batch_rollout if mode == "native" else _python_rollout
+        rows, done, reason = roll(built, control, state, progress)
+        wall = time.perf_counter() - start
+    failure = None
+    if reason is not None:
+        failure = SimulationError(reason, simulation=0, time=done * built.scenario.timestep)
+    return Rollout(_aligned(built.model, rows, state, done), failure, wall)
+
+
+def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
+    """The state at rest: chambers at ambient pressure, valves shut, the ankle's moments in balance.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    control : inputs at the first step (nu,)
+
+    Returns
+    -------
+    mjSTATE_INTEGRATION row. The callbacks must be installed.
+
+    Raises
+    ------
+    InputError
+        No angle between the ankle's stops is in balance.
+    """
+    model, index = built.model, built.index
+    data = mujoco.MjData(model)
+    data.ctrl[:] = control
+    fill_chambers(built, data, 0.0)
+
+    def acceleration(angle: float) -> float:
+        data.qpos[index.ankle_qpos] = angle
+        mujoco.mj_forward(model, data)
+        return float(data.qacc[index.ankle_dof])
+
+    lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
+    if acceleration(lower) * acceleration(upper) > 0.0:
+        raise InputError("the ankle has no rest position between its stops", field="orthosis")
+    data.qpos[index.ankle_qpos] = brentq(acceleration, lower, upper, xtol=1e-14)
+    fill_chambers(built, data, 0.0)
+    return get_state(model, data)
+
+
+def fill_chambers(built: Built, data: mujoco.MjData, pressure: float | Mapping[str, float]) -> None:
+    """Set the chambers to gauge pressures [Pa] at ambient temperature, at the present angle."""
+    model = built.model
+    mujoco.mj_fwdPosition(model, data)
+    addresses = {name: model.actuator_actadr[i] for name, i in built.index.chambers.items()}
+    for adr in addresses.values():  # any positive air, so that the callback tells the volume
+        data.act[adr : adr + 3] = 1.0
+    mujoco.mj_forward(model, data)
+    for number, (name, adr) in enumerate(addresses.items()):
+        gauge = pressure if isinstance(pressure, float | int) else pressure.get(name, 0.0)
+        volume = data.userdata[native.FLOWS_PER_CHAMBER * number + 2]
+        absolute = gauge + AMBIENT_PRESSURE
+        mass = absolute * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+        data.act[adr : adr + 3] = mass, volume, absolute
+
+
+def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """The mjSTATE_INTEGRATION row of an MjData."""
+    spec = mujoco.mjtState.mjSTATE_INTEGRATION
+    row = np.empty(mujoco.mj_stateSize(model, spec))
+    mujoco.mj_getState(model, data, row, spec)
+    return row
+
+
+def index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
+    """The joint whose coordinate stands at an address of qpos."""
+    return int(np.flatnonzero(model.jnt_qposadr == qpos_address)[0])
+
+
+def _assert_muscles_pull(built: Built, state: np.ndarray) -> None:
+    """Refuse to run limp muscles: with 1 bar in every chamber each must carry its law's force."""
+    data = mujoco.MjData(built.model)
+    mujoco.mj_setState(built.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    fill_chambers(built, data, 3e5)
+    data.qvel[built.index.ankle_dof] = 0.1
+    mujoco.mj_forward(built.model, data)
+    native.assert_live(built.model, data, list(built.index.muscles.values()))
+
+
+def _batch_rollout(
+    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None
+) -> tuple[dict[str, np.ndarray], int, str | None]:
+    batch = Batch(built.model, nsim=1, nthread=1)
+    batch.state[:] = state
+    data = mujoco.MjData(built.model)
+    n_step = len(control)
+    rows = {name: np.full((1, *values.shape), np.nan) for name, values in _blank(data, n_step).items()}
+    reason = None
+    for first in range(0, n_step, BLOCK):
+        block = slice(first, min(first + BLOCK, n_step))
+        # `time` is a scalar of MjData, which Batch records only as a part of the state
+        out: dict[Any, np.ndarray] = {
+            int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name: rows[name][:, block]
+            for name in rows
+        }
+        try:
+            batch.rollout(block.stop - first, control[None, block], record=list(out), out=out)
+        except BatchError:
+            reason = _named(built, batch.error(0))
+            break
+        reason = _warning(batch.warning[0])
+        if reason is not None:
+            break
+        if progress is not None:
+            progress(block.stop, n_step)
+    # rows that no step has written are NaN, and those that repeat after a warning do not move on
+    stamps = rows["time"][0, :, 0]
+    due = (np.arange(n_step) + 0.5) * built.scenario.timestep
+    done = int(np.sum(stamps > due)) if reason is not None else n_step
+    return {name: values[0] for name, values in rows.items()}, done, reason
+
+
+def _python_rollout(
+    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None
+) -> tuple[dict[str, np.ndarray], int, str | None]:
+    """The same rows by a plain loop, since `mujoco.batch` refuses Python callbacks."""
+    model = built.model
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    n_step = len(control)
+    rows = _blank(data, n_step)
+    for k in range(n_step):
+        data.ctrl[:] = control[k]
+        try:
+            mujoco.mj_step(model, data)
+        except (native.KernelFailure, mujoco.FatalError) as error:
+            return rows, k, _named(built, str(error))
+        reason = _warning(np.array([[w.lastinfo, w.number] for w in data.warning]))
+        if reason is not None:
+            return rows, k, reason
+        for name, values in rows.items():
+            values[k] = getattr(data, name)
+        if progress is not None and (k + 1) % BLOCK == 0:
+            progress(k + 1, n_step)
+    return rows, n_step, None
+
+
+def _blank(data: mujoco.MjData, n_step: int) -> dict[str, np.ndarray]:
+    """Rows to record into, NaN until a step has written them."""
+    widths = {name: np.size(getattr(data, name)) for name in (*STATE, *DERIVED)}
+    return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
+
+
+def _warning(counters: np.ndarray) -> str | None:
+    """MuJoCo's own signs that a simulation has become unstable."""
+    bad = {
+        mujoco.mjtWarning.mjWARN_BADQPOS: "position",
+        mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
+        mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
+        mujoco.mjtWarning.mjWARN_BADCTRL: "control",
+    }
+    for warning, word in bad.items():
+        if counters[int(warning)][-1] > 0:
+            return f"a {word} is not a number, or is too large"
+    return None
+
+
+def _named(built: Built, message: str) -> str:
+    """A callback's complaint with the actuator's name for its number."""
+
+    def name(match: re.Match[str]) -> str:
+        return repr(built.model.actuator(int(match[1])).name)
+
+    return re.sub(r"actuator (\d+)", name, message)
+
+
+def _aligned(
+    model: mujoco.MjModel, rows: dict[str, np.ndarray], state: np.ndarray, done: int
+) -> dict[str, np.ndarray]:
+    """State rows moved down by one, so that row k is the state that step k started from."""
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    aligned = {name: rows[name][:done] for name in DERIVED}
+    for name in STATE:
+        first = np.reshape(getattr(data, name), (1, -1))
+        aligned[name] = np.concatenate([first, rows[name][: max(done - 1, 0)]])[:done]
+    return aligned

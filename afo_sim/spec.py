@@ -1,0 +1,303 @@
+"""What is simulated: frozen descriptions, checked at birth, SI inside.
+
+Muscle, Valve, Leg, Orthosis, Scenario are read from TOML by `reader.py`. Angles are dorsiflexion
+positive, pressures gauge, positions in metres from the ankle joint: x forward, y left, z up.
+"""
+
+import pathlib
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import ConfigDict, Field, field_serializer, model_validator
+
+from afo_sim.errors import nearest_name
+from afo_sim.physics.static_force import LAWS, Braid
+from afo_sim.quantity import Described, Quantity, refusal
+from afo_sim.units import format_quantity, parse_quantity
+
+Angle = Annotated[float, Quantity("rad")]
+Length = Annotated[float, Quantity("m")]
+PositiveLength = Annotated[float, Quantity("m", above=0.0)]
+Time = Annotated[float, Quantity("s", at_least=0.0)]
+PositiveTime = Annotated[float, Quantity("s", above=0.0)]
+Coordinates = tuple[Length, Length, Length]
+
+
+class Valve(Described):
+    """A solenoid valve: sonic conductance C, critical ratio b (ISO 6358), and its two delays."""
+
+    name: str = ""
+    description: str = ""
+    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0)]
+    critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
+    opening_delay: Time
+    closing_delay: Time
+
+
+class Limits(Described):
+    """What a muscle may be asked for; beyond it a run warns."""
+
+    pressure: Annotated[float, Quantity("Pa", above=0.0)]
+    force: Annotated[float, Quantity("N", above=0.0)]
+    contraction_min: Annotated[float, Quantity("", at_least=-0.5, at_most=0.0)]
+    contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
+
+
+class Muscle(Described):
+    """A pneumatic artificial muscle: braid, law, damper, limits."""
+
+    name: str = ""
+    description: str = ""
+    law: str
+    law_parameters: dict[str, float] = Field(default_factory=dict)
+    total_length: PositiveLength
+    end_length: Annotated[float, Quantity("m", at_least=0.0)]
+    bore: PositiveLength
+    braid_angle: Annotated[float, Quantity("rad", at_least=0.0873, at_most=0.872)]
+    damping: Annotated[float, Quantity("m^2*s", at_least=0.0)]
+    braid_stiffness: Annotated[float, Quantity("N", above=0.0)]
+    dead_volume: Annotated[float, Quantity("m^3", above=0.0)]
+    mass: Annotated[float, Quantity("kg", at_least=0.0)]
+    limits: Limits
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_law(cls, table: Any) -> Any:
+        if not isinstance(table, dict) or not isinstance(table.get("law"), str):
+            return table
+        if table["law"] not in LAWS:
+            raise refusal(
+                f"{table['law']!r} is an unknown law",
+                ", ".join(LAWS),
+                "law",
+                nearest_name(table["law"], LAWS) or "",
+            )
+        law = LAWS[table["law"]]
+        given = dict(table.get("law_parameters", {}))
+        read = {}
+        for parameter in law.parameters:
+            key = f"law_parameters.{parameter.name}"
+            if parameter.name not in given:
+                raise refusal(f"is missing; {law.name} needs it", parameter.meaning, key)
+            text = given.pop(parameter.name)
+            inner = text["value"] if isinstance(text, dict) and "value" in text else text
+            try:
+                number = parse_quantity(inner, parameter.unit)
+            except ValueError as error:
+                raise refusal(str(error), "", key) from None
+            if not parameter.lower <= number <= parameter.upper:
+                allowed = f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip()
+                raise refusal(f"{inner!r} is out of range", allowed, key)
+            read[parameter.name] = text | {"value": number} if isinstance(text, dict) else number
+        if given:
+            key = next(iter(given))
+            names = [parameter.name for parameter in law.parameters]
+            raise refusal(
+                f"is no parameter of {law.name}",
+                ", ".join(names) or "none",
+                f"law_parameters.{key}",
+                nearest_name(key, names) or "",
+            )
+        return table | {"law_parameters": read}
+
+    @field_serializer("law_parameters")
+    def _write_law(self, values: dict[str, float]) -> dict[str, str | float]:
+        units = {parameter.name: parameter.unit for parameter in LAWS[self.law].parameters}
+        return {name: format_quantity(value, units[name]) for name, value in values.items()}
+
+    @model_validator(mode="after")
+    def _has_a_braid(self) -> Self:
+        if self.end_length >= self.total_length:
+            raise refusal(
+                f"the ends ({self.end_length * 100:g} cm) are not shorter than the whole muscle "
+                f"({self.total_length * 100:g} cm): no braid is left",
+                f"less than the total length, {self.total_length * 100:g} cm",
+                "end_length",
+            )
+        return self
+
+    @property
+    def nominal_length(self) -> float:
+        """L0: the active braid, unpressurised [m]."""
+        return self.total_length - self.end_length
+
+    @property
+    def braid(self) -> Braid:
+        return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
+
+
+class Anchor(Described):
+    """One end of a muscle group: where on which segment, and how far apart its muscles are."""
+
+    segment: Literal["shank", "foot"]
+    from_ankle: Coordinates
+    spacing: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+
+
+class MuscleGroup(Described):
+    """Parallel muscles of one kind, mounted between two segments, on one chamber."""
+
+    count: int = Field(ge=1, le=20)
+    type: Muscle
+    origin: Anchor
+    insertion: Anchor
+    link_length: Annotated[float, Quantity("m", at_least=0.0)]
+    slack: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+    chamber: str | None = None
+
+
+class Chamber(Described):
+    """Muscles that share their valves: inlet from the supply, outlet to ambient."""
+
+    inlet: Valve
+    outlet: Valve
+    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0)]
+    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0)]
+
+
+class Orthosis(Described):
+    """Cuff on the shank, plate under the foot, muscles between them, air to the muscles."""
+
+    name: str = ""
+    description: str = ""
+    cuff: pathlib.Path
+    plate: pathlib.Path
+    range_of_motion: tuple[Angle, Angle]
+    muscle: dict[str, MuscleGroup]
+    chamber: dict[str, Chamber]
+
+    @model_validator(mode="after")
+    def _chambers_exist(self) -> Self:
+        for name, group in self.muscle.items():
+            if (group.chamber or name) not in self.chamber:
+                raise refusal(
+                    f"there is no chamber {group.chamber or name!r}",
+                    ", ".join(self.chamber),
+                    f"muscle.{name}.chamber",
+                    nearest_name(group.chamber or name, self.chamber) or "",
+                )
+        for name in self.chamber:
+            if not self.muscles_of(name):
+                raise refusal("no muscle hangs on this chamber", "", f"chamber.{name}")
+        if not self.range_of_motion[0] < self.range_of_motion[1]:
+            raise refusal("the first angle is not below the second", "", "range_of_motion")
+        return self
+
+    def muscles_of(self, chamber: str) -> dict[str, MuscleGroup]:
+        """The muscle groups that hang on a chamber."""
+        return {n: g for n, g in self.muscle.items() if (g.chamber or n) == chamber}
+
+
+class PassiveAnkle(Described):
+    """The relaxed ankle, as a factor and a shift of Riener & Edrich's healthy mean."""
+
+    scale: Annotated[float, Quantity("", at_least=0.0, at_most=20.0)] = 1.0
+    offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
+
+
+class Leg(Described):
+    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle."""
+
+    name: str = ""
+    description: str = ""
+    file: pathlib.Path
+    shank: str = "shank"
+    foot: str = "foot"
+    ankle: str = "ankle"
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0)]
+    passive: PassiveAnkle = PassiveAnkle()
+
+
+class Supply(Described):
+    """Compressed air at constant gauge pressure."""
+
+    pressure: Annotated[float, Quantity("Pa", above=0.0)]
+
+
+class Shank(Described):
+    """What holds the shank, and the knee angle that the passive ankle depends on."""
+
+    pose: Literal["fixed"] = "fixed"
+    knee_angle: Annotated[float, Quantity("rad", at_least=0.0, at_most=2.8)]
+
+
+class ValveTimes(Described):
+    """When a chamber's two valves are open, as [from, to] within the timer's period."""
+
+    inlet: tuple[tuple[Time, Time], ...] = ()
+    outlet: tuple[tuple[Time, Time], ...] = ()
+
+
+class Timer(Described):
+    """A repeating timer; every key but `period` is a chamber."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)
+
+    period: PositiveTime
+
+    @property
+    def chambers(self) -> dict[str, ValveTimes]:
+        return dict(self.__pydantic_extra__ or {})
+
+    @model_validator(mode="after")
+    def _events_fit(self) -> Self:
+        for name, times in self.chambers.items():
+            for valve in ("inlet", "outlet"):
+                for start, end in getattr(times, valve):
+                    if not 0.0 <= start < end <= self.period * (1.0 + 1e-12):
+                        raise refusal(
+                            f"the event [{start:g} s, {end:g} s] is not within the period",
+                            f"0 s ≤ from < to ≤ {self.period:g} s",
+                            f"{name}.{valve}",
+                        )
+        return self
+
+
+class Scenario(Described):
+    """One simulation, whole."""
+
+    name: str = ""
+    description: str = ""
+    duration: PositiveTime
+    leg: Leg
+    orthosis: Orthosis
+    timestep: Annotated[float, Quantity("s", above=0.0, at_most=0.01)] = 0.001
+    record_rate: Annotated[float, Quantity("Hz", above=0.0)] = 1000.0
+    callback: Literal["native", "python"] = "native"
+    supply: Supply
+    shank: Shank
+    timer: Timer
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        for name in self.timer.chambers:
+            if name not in self.orthosis.chamber:
+                raise refusal(
+                    "the orthosis has no such chamber",
+                    ", ".join(self.orthosis.chamber),
+                    f"timer.{name}",
+                    nearest_name(name, self.orthosis.chamber) or "",
+                )
+        if self.n_step < 1:
+            raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
+        stride = 1.0 / (self.record_rate * self.timestep)
+        if stride < 1.0 - 1e-9 or abs(stride - round(stride)) > 1e-6 * stride:
+            raise refusal(
+                "is not a whole fraction of the step rate",
+                f"{1.0 / self.timestep:g} Hz divided by 1, 2, 3, …",
+                "record_rate",
+            )
+        return self
+
+    @property
+    def n_step(self) -> int:
+        return round(self.duration / self.timestep)
+
+    @property
+    def record_stride(self) -> int:
+        """Steps per recorded row."""
+        return round(1.0 / (self.record_rate * self.timestep))
+
+    def resolved(self) -> dict[str, Any]:
+        """The whole scenario as plain data that `reader.py` reads again, exactly."""
+        return self.model_dump(mode="json", exclude_defaults=False)

@@ -1,0 +1,126 @@
+"""Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
+
+import pathlib
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.model import Built
+from afo_sim.simulate import fill_chambers
+
+# What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
+NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
+
+
+@dataclass(frozen=True)
+class TorqueMap:
+    """Static torque of one chamber's muscles alone; the others are at ambient pressure.
+
+    angles [rad] (n,), pressures gauge [Pa] (m,), torque, dorsiflexion positive [N·m] (n, m).
+    """
+
+    chamber: str
+    angles: np.ndarray
+    pressures: np.ndarray
+    torque: np.ndarray
+
+
+def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[TorqueMap]:
+    """Static orthosis torque over angle and pressure, from the compiled model at rest.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    angles : ankle angles [rad] (n,)
+    pressures : gauge [Pa] (m,)
+
+    Returns
+    -------
+    one TorqueMap per chamber
+    """
+    model, index = built.model, built.index
+    data = mujoco.MjData(model)
+    maps = []
+    with native.installed(built.scenario.callback):
+        for chamber in index.chambers:
+            torque = np.empty((len(angles), len(pressures)))
+            for row, angle in enumerate(angles):
+                for column, pressure in enumerate(pressures):
+                    data.qpos[index.ankle_qpos] = angle
+                    fill_chambers(built, data, {chamber: float(pressure)})
+                    mujoco.mj_forward(model, data)
+                    moment = data.qfrc_actuator[index.ankle_dof]
+                    torque[row, column] = moment - data.actuator_force[index.passive]
+            maps.append(TorqueMap(chamber, angles, pressures, torque))
+    return maps
+
+
+def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
+    """One row per chamber, angle and pressure."""
+    lines = ["chamber,ankle_angle [deg],pressure [bar],orthosis_torque [N*m]"]
+    for found in maps:
+        for angle, row in zip(np.degrees(found.angles), found.torque, strict=True):
+            for pressure, torque in zip(found.pressures * 1e-5, row, strict=True):
+                lines.append(f"{found.chamber},{angle:.6g},{pressure:.6g},{torque:.6g}")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def draw(maps: list[TorqueMap], path: pathlib.Path, title: str, suffix: str = "png") -> None:
+    """The curves of every chamber, with what swing and loading response need drawn in."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import colormaps, pyplot
+
+    figure, axes = pyplot.subplots(
+        1, len(maps), figsize=(6.0 * len(maps), 4.6), squeeze=False, layout="constrained"
+    )
+    for axis, found in zip(axes[0], maps, strict=True):
+        colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.pressures)))
+        for column, pressure in enumerate(found.pressures):
+            label = f"{pressure * 1e-5:g} bar"
+            axis.plot(np.degrees(found.angles), found.torque[:, column], color=colours[column], label=label)
+        if found.torque.max() > -found.torque.min():
+            for (phase, (low, high)), shade in zip(NEEDS.items(), ("C1", "C3"), strict=True):
+                axis.axhspan(low, high, color=shade, alpha=0.25, lw=0)
+                axis.text(
+                    np.degrees(found.angles[-1]),
+                    high,
+                    f"{phase} needs {low:g}–{high:g} N·m ",
+                    ha="right",
+                    va="bottom",
+                    color=shade,
+                    fontsize=9,
+                )
+        axis.axhline(0.0, color="0.6", lw=0.8)
+        axis.set_xlabel("ankle angle [deg], dorsiflexion +")
+        axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
+        axis.set_title(f"{found.chamber} chamber alone")
+        axis.legend(title="gauge pressure", fontsize=8)
+    figure.suptitle(title)
+    figure.savefig(path, dpi=150, format=suffix)
+    pyplot.close(figure)
+
+
+def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:
+    """Over which ankle angles each need is met, at the pressure nearest to the one given.
+
+    Returns
+    -------
+    {chamber: {need: (lowest, highest angle [rad]) or None}} for chambers that dorsiflex; the lower
+    bound of each need counts.
+    """
+    found: dict[str, dict[str, tuple[float, float] | None]] = {}
+    for entry in maps:
+        column = int(np.argmin(np.abs(entry.pressures - pressure)))
+        torque = entry.torque[:, column]
+        if torque.max() <= -torque.min():
+            continue
+        found[entry.chamber] = {}
+        for need, (least, _) in NEEDS.items():
+            enough = entry.angles[torque >= least]
+            span = (float(enough.min()), float(enough.max())) if len(enough) else None
+            found[entry.chamber][need] = span
+    return found

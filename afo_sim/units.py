@@ -1,0 +1,111 @@
+"""Quantities with units from text ("4 bar", "21.5 cm"), and physical constants in SI."""
+
+import functools
+import math
+from typing import Any
+
+GRAVITY = 9.80665  # standard gravity [m/s²]
+AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
+AMBIENT_TEMPERATURE = 293.15  # [K]
+GAS_CONSTANT = 287.05  # of dry air [J/(kg·K)]
+HEAT_CAPACITY_RATIO = 1.4  # of dry air [-]
+STANDARD_DENSITY = 1.185  # ISO 8778 reference atmosphere (ANR) [kg/m³]
+
+# One well-formed example per SI unit, shown when a quantity is refused.
+EXAMPLES = {
+    "m": "21.5 cm",
+    "m^2*s": "2e-4 m^2*s",
+    "m^3": "3 ml",
+    "m^3/(s*Pa)": "0.055 dm^3/(s*bar)",
+    "rad": "22 deg",
+    "s": "4 s",
+    "Hz": "1 kHz",
+    "Pa": "4 bar",
+    "N": "136 N",
+    "kg": "80 g",
+    "W/K": "0.5 W/K",
+    "N*m*s/rad": "0.5 N*m*s/rad",
+    "": "0.3",
+}
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint  # here and not above: it takes a third of a second
+
+    registry = pint.UnitRegistry()
+    registry.define("degree = π / 180 * radian = ° = deg = degrees")
+    return registry
+
+
+def parse_quantity(value: object, unit: str) -> float:
+    """Read a quantity and return its magnitude in `unit`.
+
+    Parameters
+    ----------
+    value : text such as "4 bar"; a bare number only where `unit` is "" (dimensionless).
+    unit : the SI unit to return it in, for example "Pa".
+
+    Returns
+    -------
+    float, finite.
+
+    Raises
+    ------
+    ValueError
+        No unit, an unknown unit, another dimension, or a value that is not finite. The message
+        shows a well-formed example.
+    """
+    example = f'write it like "{EXAMPLES.get(unit, "1 " + unit)}"'
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError(f"is not a quantity; {example}")
+    if unit == "":
+        return _finite(_number(value))
+    if not isinstance(value, str) or _is_number(value):
+        raise ValueError(f"has no unit; {example}")
+    return _finite(_convert(value, unit, example))
+
+
+def format_quantity(value: float, unit: str) -> str | float:
+    """The exact text of an SI value, as `parse_quantity` reads it again."""
+    return f"{value!r} {unit}" if unit else value
+
+
+def in_unit(value: float, si_unit: str, unit: str) -> float:
+    """Convert `value` from `si_unit` to `unit`, for people's eyes."""
+    return float(_registry().Quantity(value, si_unit).to(unit).magnitude)
+
+
+def _convert(text: str, unit: str, example: str) -> float:
+    import pint
+
+    try:
+        return float(_registry().Quantity(text).to(unit).magnitude)
+    except pint.UndefinedUnitError as error:
+        names = [error.unit_names] if isinstance(error.unit_names, str) else error.unit_names
+        raise ValueError(f"has the unknown unit {', '.join(map(repr, names))}; {example}") from None
+    except pint.DimensionalityError as error:
+        raise ValueError(f"is in {error.units1}, which does not convert to {unit}; {example}") from None
+    except Exception:  # pint lets tokenizer, syntax and type errors of the text through
+        raise ValueError(f"is not a quantity; {example}") from None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(value: str | float) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        raise ValueError("is not a number, and this field has no unit") from None
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise ValueError("is not finite")
+    return value
