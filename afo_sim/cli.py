@@ -205,13 +205,14 @@ def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
 
 def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", pad_edge=False, box=None)
+    table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
     for k, name in enumerate(header):
-        table.add_column(name, overflow="fold", no_wrap=k == 0 and len(header) == 2)
+        table.add_column(escape(name), overflow="fold", no_wrap=k == 0 and len(header) == 2)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console = Console()
     console.print(table)
     console.print()

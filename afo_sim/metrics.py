@@ -63,8 +63,8 @@ def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: fl
         "peak_dorsiflexion_angle": Metric(float(angle.max()), "deg"),
         "peak_plantarflexion_angle": Metric(float(angle.min()), "deg"),
         "range_of_motion": Metric(float(np.ptp(angle)), "deg"),
-        "peak_dorsiflexion_torque": Metric(float(max(torque.max(), 0.0)), "N*m"),
-        "peak_plantarflexion_torque": Metric(float(max(-torque.min(), 0.0)), "N*m"),
+        "peak_dorsiflexion_torque": Metric(max(float(torque.max()), 0.0), "N*m"),
+        "peak_plantarflexion_torque": Metric(max(0.0, 0.0 - float(torque.min())), "N*m"),
         "rise_time": Metric(rise_time(time[first_cycle], angle[first_cycle]), "s"),
     }
     cycles = max((time[-1] + timestep) / period, 1.0)

@@ -25,8 +25,8 @@ Two numerical matters:
   dependence on velocity is integrated implicitly.
 * Pressure integrated with the volume rate of the *old* velocity feeds energy into the joint. The
   chamber therefore keeps the volume that its pressure has been integrated to, and makes up the
-  difference in the next step: the sum of the volume changes is the volume, and a sealed chamber is
-  as good a spring as a metal one.
+  difference in the next step (midpoint rule): the sum of the volume changes is the volume, and a
+  sealed chamber is nearly as good a spring as a metal one.
 """
 
 import ctypes
@@ -230,8 +230,10 @@ def _define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             k = int(u[q + MUSCLE_NEXT])
         if not volume > 0.0:
             fail(2, i)
-        volume_rate += (volume - integrated_volume) / m.opt.timestep
-        temperature = pressure * volume / (mass * GAS_CONSTANT)
+        step = m.opt.timestep
+        # from the volume that the pressure belongs to, to the one at the end of this step
+        volume_rate += (volume - integrated_volume) / step
+        temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
         inlet, outlet = int(u[j + CHAMBER_INLET]), int(u[j + CHAMBER_OUTLET])
         q = width * inlet
         inlet_flow = valve_flow(
@@ -264,8 +266,16 @@ def _define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             flow_out += outlet_flow
         act_dot[adr] = flow_in - flow_out
         act_dot[adr + 1] = volume_rate
+        # midpoint rule: the explicit one loses pressure whichever way the volume moves
+        wall = u[j + CHAMBER_WALL_CONDUCTANCE]
+        half = 0.5 * step
+        rate = pressure_rate(pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall)
+        pressure += half * rate
+        integrated_volume += half * volume_rate
+        mass += half * (flow_in - flow_out)
+        temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
         act_dot[adr + 2] = pressure_rate(
-            pressure, temperature, volume, volume_rate, flow_in, flow_out, u[j + CHAMBER_WALL_CONDUCTANCE]
+            pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall
         )
         row = int(u[j + CHAMBER_USERDATA])
         userdata = d.userdata

@@ -154,7 +154,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
-            "steps_per_second": n / rollout.wall_seconds,
+            "steps_per_second": n / rollout.wall_seconds if n else 0.0,
             "damper_stability_number": built.damper_stability,
             "air_stability_number": built.air_stability,
         },
@@ -179,7 +179,7 @@ def _columns(built: Built, control: np.ndarray, rows: dict[str, np.ndarray]) -> 
         "ankle/moment/passive": passive_tissue
         + rows["qfrc_passive"][:, dof]
         + rows["qfrc_constraint"][:, dof],
-        "ankle/moment/gravity": -rows["qfrc_bias"][:, dof],
+        "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
     for name, i in index.muscles.items():
         parameters = model.actuator_user[i]
@@ -188,7 +188,7 @@ def _columns(built: Built, control: np.ndarray, rows: dict[str, np.ndarray]) -> 
         tendon = int(model.actuator_trnid[i, 0])
         adr = int(model.ten_J_rowadr[tendon])
         dofs = list(model.ten_J_colind[adr : adr + model.ten_J_rownnz[tendon]])
-        columns[f"muscle/{name}/force"] = -rows["actuator_force"][:, i]
+        columns[f"muscle/{name}/force"] = 0.0 - rows["actuator_force"][:, i]  # and never −0.0
         columns[f"muscle/{name}/length"] = length
         columns[f"muscle/{name}/velocity"] = rows["actuator_velocity"][:, i]
         columns[f"muscle/{name}/contraction"] = (nominal - length) / nominal
@@ -250,6 +250,12 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
                     f"{name}: {word} reaches {values[worst]:.3g}{unit} at {time[worst]:.3f} s, "
                     f"beyond its limit of {limit:.3g}{unit}"
                 )
+        filled = float(pressure.max())
+        if filled > 1e5 and force.max() < 1.0:
+            yield (
+                f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: "
+                "its cable hangs through; shorten link_length or slack"
+            )
     lower, upper = built.model.joint("ankle").range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:

@@ -34,6 +34,8 @@ DERIVED = (
     "ten_J",
     "userdata",
 )
+# How a kernel's objection arrives: through mju_error, or in Python mode as itself.
+FAILURES = (mujoco.FatalError, native.KernelFailure)
 BLOCK = 10_000  # steps between two reports of progress
 
 Progress = Callable[[int, int], None]
@@ -110,17 +112,23 @@ def simulate(
     """
     mode = built.scenario.callback
     with native.installed(mode):
-        if state is None:
-            state = equilibrium(built, control[0])
-        _assert_muscles_pull(built, state)
-        start = time.perf_counter()
+        try:
+            if state is None:
+                state = equilibrium(built, control[0])
+            _assert_muscles_pull(built, state)
+        except FAILURES as error:
+            nothing = _blank(mujoco.MjData(built.model), 0)
+            return Rollout(nothing, _failure(built, _named(built, str(error)), 0), 0.0)
         roll = _batch_rollout if mode == "native" else _python_rollout
+        start = time.perf_counter()
         rows, done, reason = roll(built, control, state, progress)
         wall = time.perf_counter() - start
-    failure = None
-    if reason is not None:
-        failure = SimulationError(reason, simulation=0, time=done * built.scenario.timestep)
+    failure = None if reason is None else _failure(built, reason, done)
     return Rollout(_aligned(built.model, rows, state, done), failure, wall)
+
+
+def _failure(built: Built, reason: str, step: int) -> SimulationError:
+    return SimulationError(reason, simulation=0, time=step * built.scenario.timestep)
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
@@ -243,7 +251,7 @@ def _python_rollout(
         data.ctrl[:] = control[k]
         try:
             mujoco.mj_step(model, data)
-        except (native.KernelFailure, mujoco.FatalError) as error:
+        except FAILURES as error:
             return rows, k, _named(built, str(error))
         reason = _warning(np.array([[w.lastinfo, w.number] for w in data.warning]))
         if reason is not None:

@@ -14,12 +14,17 @@ from afo_sim.physics.static_force import LAWS, Braid
 from afo_sim.quantity import Described, Quantity, refusal
 from afo_sim.units import format_quantity, parse_quantity
 
-Angle = Annotated[float, Quantity("rad")]
-Length = Annotated[float, Quantity("m")]
-PositiveLength = Annotated[float, Quantity("m", above=0.0)]
-Time = Annotated[float, Quantity("s", at_least=0.0)]
-PositiveTime = Annotated[float, Quantity("s", above=0.0)]
+Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
+Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
+PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
+Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
+Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
+PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
+Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
+Pressure = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
 Coordinates = tuple[Length, Length, Length]
+
+MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
 
 class Valve(Described):
@@ -27,17 +32,17 @@ class Valve(Described):
 
     name: str = ""
     description: str = ""
-    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0)]
+    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
     critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
-    opening_delay: Time
-    closing_delay: Time
+    opening_delay: Delay
+    closing_delay: Delay
 
 
 class Limits(Described):
     """What a muscle may be asked for; beyond it a run warns."""
 
-    pressure: Annotated[float, Quantity("Pa", above=0.0)]
-    force: Annotated[float, Quantity("N", above=0.0)]
+    pressure: Pressure
+    force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
     contraction_min: Annotated[float, Quantity("", at_least=-0.5, at_most=0.0)]
     contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
 
@@ -50,13 +55,13 @@ class Muscle(Described):
     law: str
     law_parameters: dict[str, float] = Field(default_factory=dict)
     total_length: PositiveLength
-    end_length: Annotated[float, Quantity("m", at_least=0.0)]
-    bore: PositiveLength
+    end_length: Distance
+    bore: Annotated[float, Quantity("m", above=0.0, at_most=0.2)]
     braid_angle: Annotated[float, Quantity("rad", at_least=0.0873, at_most=0.872)]
-    damping: Annotated[float, Quantity("m^2*s", at_least=0.0)]
-    braid_stiffness: Annotated[float, Quantity("N", above=0.0)]
-    dead_volume: Annotated[float, Quantity("m^3", above=0.0)]
-    mass: Annotated[float, Quantity("kg", at_least=0.0)]
+    damping: Annotated[float, Quantity("m^2*s", at_least=0.0, at_most=1.0)]
+    braid_stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e7)]
+    dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
+    mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
     limits: Limits
 
     @model_validator(mode="before")
@@ -130,7 +135,7 @@ class Anchor(Described):
 
     segment: Literal["shank", "foot"]
     from_ankle: Coordinates
-    spacing: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+    spacing: Distance = 0.0
 
 
 class MuscleGroup(Described):
@@ -140,8 +145,8 @@ class MuscleGroup(Described):
     type: Muscle
     origin: Anchor
     insertion: Anchor
-    link_length: Annotated[float, Quantity("m", at_least=0.0)]
-    slack: Annotated[float, Quantity("m", at_least=0.0)] = 0.0
+    link_length: Distance
+    slack: Distance = 0.0
     chamber: str | None = None
 
 
@@ -150,8 +155,8 @@ class Chamber(Described):
 
     inlet: Valve
     outlet: Valve
-    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0)]
-    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0)]
+    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=0.1)]
+    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
 
 
 class Orthosis(Described):
@@ -203,14 +208,14 @@ class Leg(Described):
     shank: str = "shank"
     foot: str = "foot"
     ankle: str = "ankle"
-    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0)]
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
     passive: PassiveAnkle = PassiveAnkle()
 
 
 class Supply(Described):
     """Compressed air at constant gauge pressure."""
 
-    pressure: Annotated[float, Quantity("Pa", above=0.0)]
+    pressure: Pressure
 
 
 class Shank(Described):
@@ -261,8 +266,8 @@ class Scenario(Described):
     duration: PositiveTime
     leg: Leg
     orthosis: Orthosis
-    timestep: Annotated[float, Quantity("s", above=0.0, at_most=0.01)] = 0.001
-    record_rate: Annotated[float, Quantity("Hz", above=0.0)] = 1000.0
+    timestep: Annotated[float, Quantity("s", at_least=1e-6, at_most=0.01)] = 0.001
+    record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] = 1000.0
     callback: Literal["native", "python"] = "native"
     supply: Supply
     shank: Shank
@@ -280,6 +285,12 @@ class Scenario(Described):
                 )
         if self.n_step < 1:
             raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
+        if self.n_step > MAX_STEPS:
+            raise refusal(
+                f"is {self.n_step:.3g} steps of {self.timestep:g} s, more than one run can hold",
+                f"at most {MAX_STEPS * self.timestep:g} s",
+                "duration",
+            )
         stride = 1.0 / (self.record_rate * self.timestep)
         if stride < 1.0 - 1e-9 or abs(stride - round(stride)) > 1e-6 * stride:
             raise refusal(

@@ -2,12 +2,13 @@
 
 import pathlib
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.model import Built
+from afo_sim.model import Built, sweep_ankle
 from afo_sim.simulate import fill_chambers
 
 # What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
@@ -18,13 +19,15 @@ NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
 class TorqueMap:
     """Static torque of one chamber's muscles alone; the others are at ambient pressure.
 
-    angles [rad] (n,), pressures gauge [Pa] (m,), torque, dorsiflexion positive [N·m] (n, m).
+    angles [rad] (n,), pressures gauge [Pa] (m,), torque, dorsiflexion positive [N·m] (n, m),
+    contraction, the least of its muscles' contraction ratios at each angle [-] (n,).
     """
 
     chamber: str
     angles: np.ndarray
     pressures: np.ndarray
     torque: np.ndarray
+    contraction: np.ndarray
 
 
 def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[TorqueMap]:
@@ -43,6 +46,7 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
     model, index = built.model, built.index
     data = mujoco.MjData(model)
     maps = []
+    contraction, _, _ = sweep_ankle(model, index, angles)
     with native.installed(built.scenario.callback):
         for chamber in index.chambers:
             torque = np.empty((len(angles), len(pressures)))
@@ -51,10 +55,29 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
                     data.qpos[index.ankle_qpos] = angle
                     fill_chambers(built, data, {chamber: float(pressure)})
                     mujoco.mj_forward(model, data)
-                    moment = data.qfrc_actuator[index.ankle_dof]
-                    torque[row, column] = moment - data.actuator_force[index.passive]
-            maps.append(TorqueMap(chamber, angles, pressures, torque))
+                    torque[row, column] = chamber_torque(built, data, chamber)
+            columns = [k for k, i in enumerate(index.muscles.values()) if i in members_of(built, chamber)]
+            least = contraction[:, columns].min(axis=1)
+            maps.append(TorqueMap(chamber, angles, pressures, torque, least))
     return maps
+
+
+def members_of(built: Built, chamber: str) -> list[int]:
+    """Actuator ids of the muscles on a chamber."""
+    owner = built.index.chambers[chamber]
+    rows = built.model.actuator_user
+    return [i for i in built.index.muscles.values() if rows[i, native.MUSCLE_CHAMBER] == owner]
+
+
+def chamber_torque(built: Built, data: mujoco.MjData, chamber: str) -> float:
+    """Torque of one chamber's muscles about the ankle, Σ force × moment arm [N·m]."""
+    model, index = built.model, built.index
+    jacobian = np.zeros((model.nu, model.nv))
+    mujoco.mju_sparse2dense(
+        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+    )
+    members = members_of(built, chamber)
+    return float(data.actuator_force[members] @ jacobian[members, index.ankle_dof])
 
 
 def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
@@ -94,6 +117,7 @@ def draw(maps: list[TorqueMap], path: pathlib.Path, title: str, suffix: str = "p
                     color=shade,
                     fontsize=9,
                 )
+        _shade_stretch(axis, found)
         axis.axhline(0.0, color="0.6", lw=0.8)
         axis.set_xlabel("ankle angle [deg], dorsiflexion +")
         axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
@@ -102,6 +126,20 @@ def draw(maps: list[TorqueMap], path: pathlib.Path, title: str, suffix: str = "p
     figure.suptitle(title)
     figure.savefig(path, dpi=150, format=suffix)
     pyplot.close(figure)
+
+
+def _shade_stretch(axis: Any, found: TorqueMap) -> None:
+    """Grey where the braid itself is stretched, and keep the scale to where it is not."""
+    free = found.contraction >= 0.0
+    if free.all() or not free.any():
+        return
+    degrees = np.degrees(found.angles)
+    for edge, inside in ((degrees[0], degrees[free].min()), (degrees[-1], degrees[free].max())):
+        if edge != inside:
+            axis.axvspan(edge, inside, color="0.85", lw=0, label="braid stretched")
+    reach = found.torque[free]
+    room = 0.08 * max(np.ptp(reach), 1.0)
+    axis.set_ylim(min(reach.min(), 0.0) - room, max(reach.max(), 0.0) + room)
 
 
 def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:

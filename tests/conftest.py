@@ -1,0 +1,16 @@
+"""Recordings that many tests look at, made once."""
+
+import pytest
+
+import afo_sim
+from afo_sim.recording import Recording
+
+
+@pytest.fixture(scope="session")
+def seated() -> Recording:
+    return afo_sim.run("seated")
+
+
+@pytest.fixture(scope="session")
+def antagonist() -> Recording:
+    return afo_sim.run("seated-antagonist")

@@ -1,0 +1,118 @@
+"""Hill's muscle: a spring and a damper, in tension only."""
+
+import math
+
+import numpy as np
+import pytest
+
+from afo_sim.physics.hill import BRAID_BLEND, FORCE_BLEND, braid_force, hill_force, tension
+
+R = 2e-4  # damping of the S1 muscle [m²·s]
+ABSOLUTE = 5e5  # [Pa]
+BRAID = 20e3  # [N]
+
+
+def _slope(function, x, step):
+    return (function(x + step) - function(x - step)) / (2.0 * step)
+
+
+@pytest.mark.parametrize("width", [0.5, FORCE_BLEND, 10.0])
+def test_tension_is_a_clamp_with_its_own_slope(width):
+    # Steps chosen so that no grid point sits on 0 or on `width`, where only the second derivative jumps.
+    forces = np.linspace(-2.0, 3.0, 997) * width
+    for force in forces:
+        clamped, slope = tension(force, width)
+        assert 0.0 <= clamped <= max(force, 0.0)
+        step = 1e-6 * width
+        assert slope == pytest.approx(_slope(lambda f: tension(f, width)[0], force, step), abs=1e-5)
+    assert tension(-1.0, width) == (0.0, 0.0)
+    assert tension(2.0 * width, width) == (2.0 * width, 1.0)
+
+
+@pytest.mark.parametrize("width", [0.5, FORCE_BLEND, 10.0])
+def test_tension_meets_both_ends_in_value_and_slope(width):
+    for joint in (0.0, width):
+        below, above = (tension(joint + side * 1e-9 * width, width) for side in (-1.0, 1.0))
+        assert above[0] == pytest.approx(below[0], abs=1e-8 * width)
+        assert above[1] == pytest.approx(below[1], abs=1e-8)
+
+
+def test_nan_comes_out():
+    assert math.isnan(tension(math.nan, FORCE_BLEND)[0])
+    assert math.isnan(braid_force(math.nan, BRAID))
+    arguments = (50.0, 0.1, 0.2, ABSOLUTE, R, BRAID)
+    assert all(map(math.isfinite, hill_force(*arguments)))
+    for i in range(5):  # the braid's stiffness has no say in a muscle that is not stretched
+        assert math.isnan(hill_force(*arguments[:i], math.nan, *arguments[i + 1 :])[0]), i
+    assert math.isnan(hill_force(50.0, -0.02, 0.2, ABSOLUTE, R, math.nan)[0])
+    # a slack muscle hides no NaN either
+    for i in range(4):
+        slack = [-50.0, 0.3, 0.2, ABSOLUTE, R, BRAID]
+        slack[i] = math.nan
+        assert math.isnan(hill_force(*slack)[0]), i
+
+
+def test_braid_stiffness_starts_smoothly_and_ends_linear():
+    assert braid_force(0.1, BRAID) == 0.0
+    assert braid_force(0.0, BRAID) == 0.0
+    for kappa in np.linspace(-0.03, 0.01, 401):
+        assert braid_force(kappa, BRAID) >= braid_force(kappa + 1e-5, BRAID)
+    for joint in (0.0, -BRAID_BLEND):
+        below, above = joint - 1e-8, joint + 1e-8
+        assert braid_force(below, BRAID) == pytest.approx(braid_force(above, BRAID), abs=1e-3)
+        slopes = [_slope(lambda k: braid_force(k, BRAID), kappa, 1e-9) for kappa in (below, above)]
+        assert slopes[0] == pytest.approx(slopes[1], abs=1e-4 * BRAID)
+    # beyond the blend the tangent is the stiffness itself
+    assert _slope(lambda k: braid_force(k, BRAID), -0.02, 1e-4) == pytest.approx(-BRAID, rel=1e-9)
+
+
+def test_muscle_force_is_spring_less_damper():
+    # S2: F = F_s − R P κ̇ with absolute pressure. 50 N − 2e-4 · 5e5 · 0.2 = 30 N; contracting lowers it.
+    assert hill_force(50.0, 0.1, 0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(30.0, rel=1e-12)
+    assert hill_force(50.0, 0.1, -0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(70.0, rel=1e-12)
+    # 2 % of stretch: half a blend less than 20 kN · 0.02 = 400 N, on top of the static force
+    assert hill_force(50.0, -0.02, 0.0, ABSOLUTE, R, BRAID)[0] == pytest.approx(400.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("static", [-100.0, -1.0, 0.0])
+@pytest.mark.parametrize("rate", [-50.0, -1.0, 0.0, 50.0])
+def test_a_slack_muscle_carries_nothing(static, rate):
+    # Lengthening fast (rate < 0), a damper alone would pull with hundreds of newtons.
+    assert hill_force(static, 0.2, rate, ABSOLUTE, R, BRAID) == (0.0, 0.0)
+
+
+def test_a_muscle_never_pushes():
+    for static in np.linspace(-5.0, 200.0, 42):
+        for rate in np.linspace(-20.0, 20.0, 41):
+            force, coefficient = hill_force(static, 0.1, rate, ABSOLUTE, R, BRAID)
+            assert force >= 0.0
+            assert coefficient >= 0.0  # a damper takes energy, it never gives any
+
+
+def test_the_damper_is_never_more_than_fully_engaged():
+    # Well taut the coefficient is R p_abs, and half taut it pulls with no more than that.
+    full = R * ABSOLUTE
+    assert hill_force(50.0, 0.1, 0.0, ABSOLUTE, R, BRAID)[1] == pytest.approx(full, rel=1e-12)
+    for static in np.linspace(0.0, 3.0, 61):
+        still = hill_force(static, 0.1, 0.0, ABSOLUTE, R, BRAID)[0]
+        pulled = hill_force(static, 0.1, -1.0, ABSOLUTE, R, BRAID)[0]
+        assert pulled - still <= full * (1.0 + 1e-12)
+
+
+def test_coefficient_is_the_slope_by_contraction_rate():
+    # In the blends, in full tension, and where the damper takes all of it.
+    for static in (0.05, 0.3, 0.61, 0.97, 5.3, 80.0):
+        for rate in np.linspace(-0.9, 0.9, 77):
+            _, coefficient = hill_force(static, 0.1, rate, ABSOLUTE, R, BRAID)
+            slope = _slope(lambda v, s=static: hill_force(s, 0.1, v, ABSOLUTE, R, BRAID)[0], rate, 1e-7)
+            assert coefficient == pytest.approx(-slope, abs=2e-3)
+
+
+def test_force_is_continuous_through_the_nominal_length_and_through_slack():
+    # Where the grid is twice as fine, the largest jump of a continuous curve is half as large.
+    def largest_jump(n):
+        stretch = [hill_force(20.0, k, 0.1, ABSOLUTE, R, BRAID)[0] for k in np.linspace(-0.03, 0.03, n)]
+        slack = [hill_force(f, 0.1, -0.5, ABSOLUTE, R, BRAID)[0] for f in np.linspace(-3.0, 3.0, n)]
+        return np.array([np.max(np.abs(np.diff(curve))) for curve in (stretch, slack)])
+
+    assert np.all(largest_jump(8001) < 0.51 * largest_jump(4001))

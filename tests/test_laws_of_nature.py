@@ -1,0 +1,280 @@
+"""Balances, limits and convergence of whole simulations."""
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco.batch import Batch
+from rig import BRAID, LAW, charged, hanging_mass
+from scipy.integrate import solve_ivp
+
+import afo_sim
+from afo_sim import native, schedule
+from afo_sim.model import build, muscle_names
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.simulate import equilibrium
+from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+
+RUNS = ["seated", "antagonist"]
+HEAVY_DAMPER = {
+    f"orthosis.muscle.{role}.type.damping": "2e-3 m^2*s" for role in ("dorsiflexor", "plantarflexor")
+}
+
+
+@pytest.fixture(params=RUNS)
+def recording(request: pytest.FixtureRequest) -> Recording:
+    return request.getfixturevalue(request.param)
+
+
+def muscles(recording: Recording) -> list[str]:
+    return [c.split("/")[1] for c in recording.columns if c.startswith("muscle/") and c.endswith("/force")]
+
+
+def test_orthosis_moment_is_force_times_arm(recording: Recording) -> None:
+    total = sum(
+        recording[f"muscle/{m}/force"] * recording[f"muscle/{m}/moment_arm"] for m in muscles(recording)
+    )
+    moment = recording["ankle/moment/orthosis"]
+    assert np.abs(total - moment).max() <= 1e-9 * np.abs(moment).max()
+
+
+def test_moment_arm_is_minus_length_by_angle(recording: Recording) -> None:
+    """Central differences of recorded length over recorded angle, where the ankle moves."""
+    angle = recording["ankle/angle"]
+    moving = np.abs(angle[2:] - angle[:-2]) > 1e-4
+    assert moving.sum() > 500
+    for name in muscles(recording):
+        length = recording[f"muscle/{name}/length"]
+        slope = (length[2:] - length[:-2])[moving] / (angle[2:] - angle[:-2])[moving]
+        assert -slope == pytest.approx(recording[f"muscle/{name}/moment_arm"][1:-1][moving], abs=2e-7)
+
+
+def test_moments_accelerate_the_foot(recording: Recording) -> None:
+    model = mujoco.MjModel.from_xml_string(recording.model_xml)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    inertia = data.M[0]
+    total = sum(recording[f"ankle/moment/{part}"] for part in ("orthosis", "passive", "gravity"))
+    scale = np.abs(recording["ankle/moment/orthosis"]).max()
+    assert np.abs(inertia * recording["ankle/acceleration"] - total).max() <= 1e-6 * scale
+
+
+def test_row_is_the_state_before_its_step(recording: Recording) -> None:
+    """Velocity is the angle's forward difference one row on, and accelerations belong to their row."""
+    h = 1e-3
+    angle, velocity = recording["ankle/angle"], recording["ankle/velocity"]
+    assert angle[1:] - angle[:-1] == pytest.approx(h * velocity[1:], abs=1e-14)
+    for name in muscles(recording):
+        rate = -recording[f"muscle/{name}/moment_arm"] * velocity
+        assert recording[f"muscle/{name}/velocity"] == pytest.approx(rate, abs=1e-12)
+
+
+def test_air_in_less_air_out_is_air_stored(recording: Recording) -> None:
+    for chamber in ("dorsiflexor", "plantarflexor"):
+        mass = recording[f"chamber/{chamber}/mass"]
+        flow_in = recording[f"chamber/{chamber}/mass_flow_in"]
+        flow_out = recording[f"chamber/{chamber}/mass_flow_out"]
+        assert flow_in.min() >= 0.0
+        assert flow_out.min() >= 0.0
+        moved = 1e-3 * np.sum(flow_in + flow_out)
+        stored = 1e-3 * np.cumsum(flow_in - flow_out)[:-1]
+        assert np.abs(mass[1:] - mass[0] - stored).max() <= 1e-9 * moved
+
+
+def test_gas_law_and_volume(recording: Recording) -> None:
+    """T from the columns, within what compressed air and a warm wall can do."""
+    for chamber in ("dorsiflexor", "plantarflexor"):
+        absolute = recording[f"chamber/{chamber}/pressure"] + AMBIENT_PRESSURE
+        mass, volume = (recording[f"chamber/{chamber}/{x}"] for x in ("mass", "volume"))
+        temperature = recording[f"chamber/{chamber}/temperature"]
+        assert absolute * volume == pytest.approx(mass * GAS_CONSTANT * temperature, rel=1e-12)
+        assert 230.0 < temperature.min() <= temperature.max() < 1.4 * AMBIENT_TEMPERATURE
+
+
+def test_vented_muscle_that_shortens_breathes_in(seated: Recording) -> None:
+    """One-way flow through the outlet would draw the antagonist far below ambient pressure."""
+    pressure = seated["chamber/plantarflexor/pressure"]
+    assert pressure.min() > -0.1e5
+    assert seated["valve/plantarflexor_outlet/mass_flow"].min() < 0.0
+    assert seated["chamber/plantarflexor/mass_flow_in"].max() > 0.0
+    assert seated.metrics["air_per_cycle_plantarflexor"].value == 0.0  # not drawn from the supply
+
+
+def test_muscles_only_pull(recording: Recording) -> None:
+    for name in muscles(recording):
+        assert recording[f"muscle/{name}/force"].min() >= 0.0
+
+
+def closed_form_contraction(load: float, gauge: float) -> float:
+    """κ of π r0² p [a (1 − κ)² − b] − F0 − K_b κ = load: the smaller root of a quadratic."""
+    area = np.pi * BRAID.nominal_radius**2 * gauge
+    a, b = 3.0 / np.tan(BRAID.braid_angle) ** 2, 1.0 / np.sin(BRAID.braid_angle) ** 2
+    roots = np.roots(
+        [area * a, -2.0 * area * a - LAW["bladder_stiffness"], area * (a - b) - LAW["bladder_force"] - load]
+    )
+    return float(roots.min())
+
+
+@pytest.mark.parametrize("gauge", [2e5, 4e5])
+def test_hung_mass_rests_at_the_closed_form(gauge: float) -> None:
+    mass = 3.1
+    model = hanging_mass(mass)
+    with native.installed():
+        data = charged(model, 0.0)
+        data.ctrl[1:3] = gauge, 1.0
+        for _ in range(60_000):
+            mujoco.mj_step(model, data)
+    assert data.act[2] == pytest.approx(gauge + AMBIENT_PRESSURE, rel=1e-9)
+    expected = closed_form_contraction(mass * 9.80665, gauge)
+    assert data.qpos[0] / BRAID.nominal_length == pytest.approx(expected, abs=1e-7)
+    assert -data.actuator_force[0] == pytest.approx(mass * 9.80665, rel=1e-6)
+
+
+def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
+    """(time, mass, absolute pressure) of a rigid 130 ml chamber filled from 4 bar."""
+    model = hanging_mass(1.0, muscles=0, tube_volume=130e-6, wall_conductance=wall, timestep=timestep)
+    model.opt.gravity[:] = 0.0
+    rows = []
+    with native.installed():
+        data = charged(model, 0.0)
+        data.act[3:5] = 1.0
+        data.ctrl[1:3] = 4e5, 1.0
+        for _ in range(round(duration / timestep)):
+            rows.append((data.time, data.act[0], data.act[2]))
+            mujoco.mj_step(model, data)
+    return np.array(rows)
+
+
+def independent_fill(wall: float, times: np.ndarray) -> np.ndarray:
+    """The same by an ODE solver, with ISO 6358 and the energy balance written out again."""
+    volume, supply, b, cp = 130e-6, 4e5 + AMBIENT_PRESSURE, 0.3, 1.4 * 287.05 / 0.4
+
+    def flow(pressure: float) -> float:
+        r = pressure / supply
+        if r <= b:
+            shape = 1.0
+        elif r < 0.98:
+            shape = np.sqrt(1.0 - ((r - b) / (1.0 - b)) ** 2)
+        else:
+            shape = np.sqrt(1.0 - ((0.98 - b) / (1.0 - b)) ** 2) * (1.0 - r) / 0.02
+        return 5.5e-10 * 1.185 * supply * shape
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        mass, energy = state  # internal energy U = m c_v T = p V/(γ − 1)
+        pressure = 0.4 * energy / volume
+        temperature = pressure * volume / (mass * 287.05)
+        return [flow(pressure), flow(pressure) * cp * 293.15 + wall * (293.15 - temperature)]
+
+    start = [101325.0 * volume / (287.05 * 293.15), 101325.0 * volume / 0.4]
+    solution = solve_ivp(rates, (0.0, times[-1]), start, t_eval=times, rtol=1e-10, atol=1e-14)
+    return np.column_stack([times, solution.y[0], 0.4 * solution.y[1] / volume])
+
+
+@pytest.mark.parametrize("wall", [0.0, 0.5])
+def test_rigid_chamber_fills_as_an_ode_solver_says(wall: float) -> None:
+    errors = []
+    for timestep in (1e-3, 5e-4):
+        rows = rigid_fill(wall, timestep, 3.0)
+        exact = independent_fill(wall, rows[:, 0])
+        errors.append(np.abs(rows[:, 1:] / exact[:, 1:] - 1.0).max())
+    assert errors[1] < 1e-3
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)  # first order in the time step
+
+
+def test_adiabatic_and_isothermal_fill_in_closed_form() -> None:
+    """m = m0 + V (p − p0)/(γ R T0) without heat, m = p V/(R T0) with a perfect wall."""
+    adiabatic = rigid_fill(0.0, 1e-3, 3.0)
+    rise = (adiabatic[:, 2] - adiabatic[0, 2]) * 130e-6 / (1.4 * GAS_CONSTANT * AMBIENT_TEMPERATURE)
+    assert adiabatic[:, 1] - adiabatic[0, 1] == pytest.approx(rise, rel=1e-9, abs=1e-12)
+    isothermal = rigid_fill(20.0, 1e-4, 1.0)
+    mass = isothermal[:, 2] * 130e-6 / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+    assert isothermal[:, 1] == pytest.approx(mass, rel=5e-3)
+
+
+def growth(timestep: float) -> float:
+    """Amplitude of a mass bouncing on one sealed, undamped muscle: fifth second over first, less one."""
+    model = hanging_mass(2.0, damper=0.0, damping=0.0, wall_conductance=0.0, timestep=timestep)
+    second = round(1.0 / timestep)
+    trace = []
+    with native.installed():
+        data = charged(model, 3e5, shortening=0.012)
+        for _ in range(5 * second):
+            mujoco.mj_step(model, data)
+            trace.append(data.qpos[0])
+    assert np.ptp(trace[:second]) > 0.02
+    return float(np.ptp(trace[-second:]) / np.ptp(trace[:second]) - 1.0)
+
+
+def test_sealed_muscle_is_a_spring_that_keeps_its_energy() -> None:
+    """Pressure integrated with the old velocity's volume rate would grow at ω² h/2: e-fold in 0.4 s."""
+    coarse, fine = growth(1e-3), growth(5e-4)
+    assert abs(coarse) < 0.05
+    assert abs(fine) < abs(coarse) / 4.0
+
+
+def test_halving_the_step_hardly_moves_the_peak() -> None:
+    for sets in ({}, HEAVY_DAMPER):
+        peaks = [
+            afo_sim.run("seated", {"duration": "8 s", "timestep": step, **sets}).metrics
+            for step in ("1 ms", "0.5 ms", "0.05 ms")
+        ]
+        angles = [m["peak_dorsiflexion_angle"].value for m in peaks]
+        assert abs(angles[1] - angles[0]) < 0.05
+        assert abs(angles[2] - angles[0]) < 0.05
+
+
+def test_stiff_damper_slows_and_does_not_chatter() -> None:
+    """R = 2e-3 m²s at 1 ms: an explicit step would change the force's sign at most samples."""
+    heavy, light = (
+        afo_sim.run("seated", {"duration": "4 s", **HEAVY_DAMPER}),
+        afo_sim.run("seated", {"duration": "4 s"}),
+    )
+    assert heavy.timing["damper_stability_number"] > 5.0
+    assert heavy.metrics["rise_time"].value > light.metrics["rise_time"].value + 0.1
+    force = heavy["muscle/dorsiflexor_1/force"]
+    turns = np.sum(np.diff(np.sign(np.diff(force[force > 0.5]))) != 0)
+    assert turns < 20
+
+
+def test_native_and_python_mode_agree() -> None:
+    compiled, plain = (
+        afo_sim.run("seated-antagonist", {"duration": "2 s", "callback": mode})
+        for mode in ("native", "python")
+    )
+    assert compiled.columns.keys() == plain.columns.keys()
+    assert np.abs(compiled["ankle/angle"] - plain["ankle/angle"]).max() <= 1e-9
+    assert compiled["chamber/dorsiflexor/pressure"] == pytest.approx(
+        plain["chamber/dorsiflexor/pressure"], rel=1e-9
+    )
+
+
+def test_batch_is_a_plain_loop_at_any_thread_count() -> None:
+    """Bit for bit: 1 and 2 threads, and mj_step by hand; four supplies side by side."""
+    built = build(load("scenario", "seated"))
+    control = np.repeat(schedule.controls(built, 1500)[None], 4, axis=0)
+    chambers = list(built.index.chambers.values())
+    control[:, :, chambers] = np.array([2e5, 3e5, 4e5, 5e5])[:, None, None]
+    with native.installed():
+        state = equilibrium(built, control[0, 0])
+        results = []
+        for threads in (1, 2):
+            batch = Batch(built.model, nsim=4, nthread=threads)
+            batch.state[:] = state
+            out = batch.rollout(1500, control, record=["qpos", "act"])
+            results.append(np.concatenate([out["qpos"], out["act"]], axis=-1))
+        data = mujoco.MjData(built.model)
+        mujoco.mj_setState(built.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        for row in control[2]:
+            data.ctrl[:] = row
+            mujoco.mj_step(built.model, data)
+    assert np.array_equal(results[0], results[1])
+    assert np.array_equal(results[0][2, -1], np.r_[data.qpos, data.act])
+    assert len({*results[0][:, -1, 0].tolist()}) == 4
+
+
+def test_fill_stays_at_rest_without_air() -> None:
+    """From static equilibrium nothing moves until a valve opens."""
+    run = afo_sim.run("seated", {"duration": "1 s", "timer": {"period": "8 s"}})
+    assert np.abs(run["ankle/angle"] - run["ankle/angle"][0]).max() < 1e-10
+    groups = muscle_names(build(load("scenario", "seated")).scenario.orthosis)
+    assert all(run[f"muscle/{name}/force"].max() == 0.0 for name in groups)

@@ -1,0 +1,154 @@
+"""The compiled model: the right body, the right device, and refusal of what cannot work."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from afo_sim.errors import InputError
+from afo_sim.model import build, lock_contraction, sweep_ankle
+from afo_sim.reader import load
+
+FORWARD = "orthosis.muscle.dorsiflexor"
+BACK = "orthosis.muscle.plantarflexor"
+
+
+def built(**sets: object):
+    return build(load("scenario", "seated", sets))
+
+
+def test_leg_has_an_adults_segments() -> None:
+    """75 kg, 1.75 m: 0.0145 M and 0.0465 M (Winter); foot inertia about the ankle 0.010–0.017 kg·m²."""
+    model = mujoco.MjSpec.from_file(str(load("leg", "adult_75kg").file)).compile()
+    assert model.body("foot").mass[0] == pytest.approx(0.0145 * 75.0, rel=0.01)
+    assert model.body("shank").mass[0] == pytest.approx(0.0465 * 75.0, rel=0.01)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert 0.010 <= data.M[0] <= 0.017
+    assert np.degrees(model.joint("ankle").range) == pytest.approx([-50.0, 30.0])
+    heights = [model.site(name).pos[2] for name in ("heel", "ball", "toe")]
+    assert heights == pytest.approx([-0.039 * 1.75] * 3, abs=1e-3)
+
+
+def test_dorsiflexion_lifts_the_toe() -> None:
+    b = built()
+    data = mujoco.MjData(b.model)
+    heights = []
+    for angle in (0.0, 0.2):
+        data.qpos[b.index.ankle_qpos] = angle
+        mujoco.mj_forward(b.model, data)
+        heights.append(data.site("toe").xpos[2])
+    assert heights[1] - heights[0] == pytest.approx(
+        0.190 * np.sin(0.2) + 0.068 * (1 - np.cos(0.2)), abs=1e-12
+    )
+
+
+def test_device_adds_to_the_foots_inertia() -> None:
+    """Half of each muscle at its insertion, and the plate: recomputed from the parallel-axis theorem."""
+    b = built()
+    _, _, inertia = sweep_ankle(b.model, b.index, np.zeros(1))
+    plate = 0.0
+    for mass, x, z, length, height in (
+        (0.40, 0.060, -0.079, 0.276, 0.022),
+        (0.10, -0.070, -0.048, 0.016, 0.060),
+        (0.05, 0.070, -0.010, 0.030, 0.012),
+    ):
+        plate += mass * (x * x + z * z + (length**2 + height**2) / 12.0)
+    muscles = 0.04 * (3 * (0.065**2 + 0.01**2) + 2 * (0.06**2 + 0.03**2)) + 5 * 0.04 * 0.4 * 0.006**2
+    foot = 0.0061 + 1.09 * (0.055**2 + 0.030**2)
+    assert inertia[0] == pytest.approx(foot + plate + muscles, rel=1e-6)
+    assert inertia[0] > 1.5 * foot
+
+
+def test_moment_arms_and_range() -> None:
+    """5–9 cm; plantarflexors are not stretched by dorsiflexion up to the stop."""
+    b = built()
+    contraction, arm, _ = sweep_ankle(b.model, b.index, np.radians(np.arange(-20.0, 31.0)))
+    assert 0.05 < arm[:41, :3].min() < arm[:41, :3].max() < 0.09
+    assert -0.09 < arm[:41, 3:].min() < arm[:41, 3:].max() < -0.045
+    assert contraction[:, 3:].min() >= 0.0
+
+
+def test_tendons_are_straight_lines_between_the_described_points() -> None:
+    b = built()
+    data = mujoco.MjData(b.model)
+    mujoco.mj_forward(b.model, data)
+    origin, insertion = np.array([0.06, 0.0, 0.30]), np.array([0.065, 0.0, -0.01])
+    assert data.ten_length[:3] == pytest.approx(np.linalg.norm(origin - insertion), abs=1e-12)
+
+
+def test_too_taut_is_refused_with_the_slack_that_would_do() -> None:
+    with pytest.raises(InputError, match="braid locks") as refused:
+        built(**{f"{FORWARD}.link_length": "10 cm"})
+    assert refused.value.field == f"{FORWARD}.slack"
+    enough = refused.value.allowed.split(" mm")[0].removeprefix("at least ")
+    cured = built(**{f"{FORWARD}.link_length": "10 cm", f"{FORWARD}.slack": f"{enough} mm"})
+    contraction, _, _ = sweep_ankle(cured.model, cured.index, np.radians([-20.0]))
+    assert lock_contraction(np.radians(22.0)) < contraction[0, 0] < -0.06
+    assert any("stretched" in warning for warning in cured.warnings)
+
+
+def test_lock_is_where_the_ideal_braid_encloses_nothing() -> None:
+    assert lock_contraction(np.radians(22.0)) == pytest.approx(-0.0785, abs=1e-4)
+
+
+def test_too_fast_air_is_refused_with_the_step_that_would_do() -> None:
+    big = {"orthosis.chamber.dorsiflexor.inlet.conductance": "4 dm^3/(s*bar)"}
+    with pytest.raises(InputError, match="too fast for this time step") as refused:
+        built(**big)
+    step = refused.value.allowed.removeprefix("at most ")
+    assert built(**big, timestep=step, duration="1 s", record_rate=f"{1 / float(step.split()[0])} kHz")
+
+
+def test_joint_named_otherwise_is_found_and_called_ankle() -> None:
+    with pytest.raises(InputError, match="no such body or joint") as refused:
+        built(**{"leg.ankle": "ankel"})
+    assert refused.value.nearest == "ankle"
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.5])
+def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
+    """Half and one and a half of every length of the mounting and the muscle, one at a time."""
+    from afo_sim.simulate import run_built
+    from afo_sim.units import format_quantity
+
+    scenario = load("scenario", "seated")
+    outcomes = []
+    for role, group in scenario.orthosis.muscle.items():
+        numbers = {
+            "link_length": group.link_length,
+            "slack": group.slack,
+            "type.total_length": group.type.total_length,
+            "type.end_length": group.type.end_length,
+            "type.bore": group.type.bore,
+        }
+        changes = {f"{role}.{k}": format_quantity(v * factor, "m") for k, v in numbers.items() if v}
+        for end in ("origin", "insertion"):
+            point = getattr(group, end).from_ankle
+            for axis in range(3):
+                moved = [x * factor if k == axis else x for k, x in enumerate(point)]
+                changes[f"{role}.{end}.from_ankle"] = [format_quantity(x, "m") for x in moved]
+                outcomes.append(_outcome(changes, run_built))
+                del changes[f"{role}.{end}.from_ankle"]
+        outcomes += [_outcome({key: value}, run_built) for key, value in changes.items()]
+    assert outcomes.count("clean") > 10
+    assert set(outcomes) <= {"clean", "refused"}
+
+
+def _outcome(changes, run_built) -> str:
+    key, value = list(changes.items())[-1]
+    try:
+        description = load("scenario", "seated", {f"orthosis.muscle.{key}": value, "duration": "8 s"})
+        recording = run_built(build(description))
+    except InputError as error:
+        assert error.allowed or error.problem
+        return "refused"
+    finite = all(np.isfinite(values).all() for values in recording.columns.values())
+    return "clean" if recording.ok and finite else "broken"
+
+
+def test_dm_control_reads_the_model() -> None:
+    from dm_control import mujoco as dm
+
+    physics = dm.Physics.from_xml_string(built().xml)
+    physics.step()
+    assert physics.named.data.qpos["ankle"].size == 1

@@ -1,0 +1,385 @@
+"""Air: valve flow after ISO 6358, volume of a muscle, energy balance of a chamber, a valve's delays."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from afo_sim.physics.pneumatics import (
+    LAMINAR_RATIO,
+    braid_volume,
+    iso_6358_flow,
+    muscle_volume,
+    pressure_rate,
+    valve_flow,
+    valve_rates,
+)
+
+T0 = 293.15  # ambient and ISO 6358 reference temperature [K]
+RHO0 = 1.185  # ISO 8778 [kg/m³]
+R = 287.05  # dry air [J/(kg·K)]
+GAMMA = 1.4
+C, B = 0.39e-8, 0.3  # a 100 l/min solenoid valve [m³/(s·Pa)], [-]
+
+
+# Flow through a valve
+
+
+def test_choked_flow_does_not_know_what_is_downstream():
+    # ISO 6358: ṁ = C ρ0 p, and √(T0/T) less when the air is hot.
+    for downstream in (0.0, 1e3, 1e5, B * 5e5):
+        assert iso_6358_flow(5e5, downstream, T0, C, B) == pytest.approx(C * RHO0 * 5e5, rel=1e-14)
+        assert iso_6358_flow(5e5, downstream, 4.0 * T0, C, B) == pytest.approx(C * RHO0 * 2.5e5, rel=1e-14)
+
+
+def test_elliptic_flow_by_hand():
+    # b = 0.2 and r = 0.6: √(1 − 0.5²) = 0.8660254 of the choked 1e-8 · 1.185 · 5e5 = 5.925e-3 kg/s.
+    assert iso_6358_flow(5e5, 3e5, T0, 1e-8, 0.2) == pytest.approx(5.1312005e-3, rel=1e-7)
+
+
+def test_laminar_end_is_linear_in_the_pressure_difference():
+    # So that the slope at equal pressures is finite, unlike that of the ellipse.
+    at_end = iso_6358_flow(5e5, LAMINAR_RATIO * 5e5, T0, C, B)
+    for part in (0.75, 0.5, 0.01, 1e-9):
+        downstream = 5e5 * (1.0 - part * (1.0 - LAMINAR_RATIO))
+        assert iso_6358_flow(5e5, downstream, T0, C, B) == pytest.approx(part * at_end, rel=1e-6)
+    assert iso_6358_flow(5e5, 5e5, T0, C, B) == 0.0
+
+
+@pytest.mark.parametrize("critical", [0.0, 0.1, 0.3, 0.528, 0.9])
+def test_flow_is_continuous_and_falls_as_downstream_rises(critical):
+    for ratio in (critical, LAMINAR_RATIO):
+        below, above = (iso_6358_flow(5e5, 5e5 * (ratio + d), T0, C, critical) for d in (-1e-10, 1e-10))
+        assert above == pytest.approx(below, rel=1e-7)
+    flow = [iso_6358_flow(5e5, 5e5 * ratio, T0, C, critical) for ratio in np.linspace(0.0, 1.0, 501)]
+    assert np.all(np.diff(flow) <= 0.0)
+    assert min(flow) == 0.0
+
+
+def test_smc_catalogue_example():
+    # SMC VX data sheet: C = 2 dm³/(s·bar), b = 0.3, 0.4 to 0.3 MPa gauge at 20 °C pass 420 l/min (ANR).
+    flow = iso_6358_flow(0.4e6 + 101_325.0, 0.3e6 + 101_325.0, T0, 2e-8, 0.3)
+    assert flow / RHO0 * 60_000.0 == pytest.approx(420.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("conductance", "fill", "vent"),
+    [(0.055, "1.58", "2.81"), (0.39, "0.223", "0.396"), (1.0, "0.087", "0.154")],
+)
+def test_fill_and_vent_times_of_a_bottle(conductance, fill, vent):
+    # Computed apart from this code, at printed precision: 130 ml, polytropic exponent 1.2, b = 0.3; filled
+    # from 7 bar 1 → 6 bar, vented to 1 bar 6 → 1.5 bar (absolute); C in dm³/(s·bar), times in s.
+    def per_pascal(pressure, upstream, downstream):
+        flow = valve_flow(upstream, T0, downstream, T0, 1.0, conductance * 1e-8, 0.3)
+        return 130e-6 / (1.2 * R * T0 * flow)
+
+    times = (
+        quad(lambda p: per_pascal(p, 7e5, p), 1e5, 6e5, points=[2.1e5])[0],
+        quad(lambda p: per_pascal(p, p, 1e5), 1.5e5, 6e5, points=[1e5 / 0.3])[0],
+    )
+    for time, printed in zip(times, (fill, vent), strict=True):
+        assert time == pytest.approx(float(printed), abs=0.5 * 10.0 ** -len(printed.partition(".")[2]))
+
+
+def test_flow_runs_from_high_to_low_pressure_either_way():
+    # Exchanging the sides turns the sign, and the temperature of the side it leaves counts.
+    for first, second in ((5e5, 1e5), (5e5, 4e5), (5e5, 4.99e5), (2e5, 2e5)):
+        there = valve_flow(first, 350.0, second, 280.0, 0.7, C, B)
+        back = valve_flow(second, 280.0, first, 350.0, 0.7, C, B)
+        assert there == -back
+        assert there >= 0.0
+    assert valve_flow(1e5, 350.0, 5e5, T0, 1.0, C, B) == pytest.approx(-C * RHO0 * 5e5, rel=1e-14)
+    assert valve_flow(5e5, 4.0 * T0, 1e5, T0, 1.0, C, B) == pytest.approx(C * RHO0 * 2.5e5, rel=1e-14)
+    assert valve_flow(4e5, 350.0, 4e5, 280.0, 1.0, C, B) == 0.0
+
+
+def test_opening_scales_the_conductance():
+    # Two half-open valves pass what one open valve does; a shut one passes nothing.
+    whole, half = (valve_flow(5e5, T0, 4e5, T0, opening, C, B) for opening in (1.0, 0.5))
+    assert 2.0 * half == pytest.approx(whole, rel=1e-14)
+    assert valve_flow(5e5, T0, 4e5, T0, 0.0, C, B) == 0.0
+
+
+# Volume of a muscle: the S1 muscle, its limits, and a wider braid
+
+L0, R0, DEAD = 0.1631, 5.75e-3, 1e-6
+ANGLES = (15.0, 22.0, 37.0, 49.0)
+
+
+def _volume(kappa, degrees):
+    return muscle_volume(kappa, L0, R0, 1.0 / math.sin(math.radians(degrees)) ** 2, DEAD)
+
+
+def test_braid_volume_of_s1s_simulated_muscle():
+    # 21.5 cm, 37°, r0 = 5 mm: 16.9, 20.3, 22.1, 22.4 ml at κ = 0, 0.1, 0.2, 0.3; and 12 cm.
+    b = 1.0 / math.sin(math.radians(37.0)) ** 2
+    for length, printed in ((0.215, (16.9, 20.3, 22.1, 22.4)), (0.12, (9.4, 11.3, 12.3, 12.5))):
+        for kappa, millilitres in zip((0.0, 0.1, 0.2, 0.3), printed, strict=True):
+            assert round(braid_volume(kappa, length, 5e-3, b)[0] * 1e6, 1) == millilitres
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+def test_braid_volume_is_zero_where_the_braid_locks(degrees):
+    # Stretched until the fibres lie along the axis.
+    lock = 1.0 - 1.0 / math.cos(math.radians(degrees))
+    b = 1.0 / math.sin(math.radians(degrees)) ** 2
+    assert braid_volume(lock, L0, R0, b)[0] == pytest.approx(0.0, abs=1e-18)
+    assert _volume(lock - 0.05, degrees) == (DEAD, 0.0)
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+def test_muscle_volume_has_the_slope_it_says(degrees):
+    # From past the lock, through its blend, to a length of zero: finite differences across every joint.
+    lock = 1.0 - 1.0 / math.cos(math.radians(degrees))
+    full = math.pi * R0 * R0 * L0
+    near_lock = np.linspace(lock - 0.02, lock + 0.1, 601)
+    step, slopes = 1e-7, []
+    for kappa in (*near_lock, *np.linspace(lock + 0.1, 1.0, 601)[1:-1]):
+        volume, slope = _volume(kappa, degrees)
+        difference = (_volume(kappa + step, degrees)[0] - _volume(kappa - step, degrees)[0]) / (2.0 * step)
+        assert slope == pytest.approx(difference, abs=1e-4 * full)
+        assert volume >= DEAD
+        assert slope >= 0.0
+        slopes.append(slope)
+    assert np.max(slopes) > full  # the range did contain a muscle that fills
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+def test_muscle_volume_is_smooth(degrees):
+    # C1: where the grid is twice as fine, the largest jump of the slope is half as large.
+    def largest_jump(n):
+        grid = np.linspace(1.0 - 1.0 / math.cos(math.radians(degrees)) - 0.05, 1.0, n)
+        return np.max(np.abs(np.diff([_volume(kappa, degrees)[1] for kappa in grid])))
+
+    assert largest_jump(16_001) < 0.52 * largest_jump(8001)
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+def test_a_slack_muscle_keeps_its_greatest_volume(degrees):
+    # The braid angle of greatest volume is 54.7356°, cos² = 1/3: V = (2/3) π (D90/2)² L of that cylinder.
+    alpha = math.radians(degrees)
+    thread, turns = L0 / math.cos(alpha), L0 * math.tan(alpha) / (2.0 * math.pi * R0)
+    length, diameter = thread / math.sqrt(3.0), thread * math.sqrt(2.0 / 3.0) / (math.pi * turns)
+    greatest = math.pi / 4.0 * diameter**2 * length
+    fattest = 1.0 - length / L0
+    for kappa in (fattest + 1e-6, fattest + 0.1, 1.0):
+        volume, slope = _volume(kappa, degrees)
+        assert volume == pytest.approx(greatest + DEAD, rel=1e-10)
+        assert slope == 0.0
+
+
+def test_inside_its_range_the_volume_is_the_braids_plus_the_dead_volume():
+    # Otherwise the force would no longer be the virtual work of this air.
+    b = 1.0 / math.sin(math.radians(22.0)) ** 2
+    for kappa in np.linspace(-0.07, 0.37, 45):
+        volume, slope = braid_volume(kappa, L0, R0, b)
+        assert _volume(kappa, 22.0) == (
+            pytest.approx(volume + DEAD, rel=1e-14),
+            pytest.approx(slope, rel=1e-14),
+        )
+
+
+# A chamber: states are air mass and absolute pressure
+
+V0 = 50e-6  # [m³]
+
+
+def _chamber(volume, volume_rate, supply, exhaust, wall, end, start=None):
+    """Integrate a chamber between a supply and an exhaust (absolute pressures, None: shut).
+
+    Returns mass, pressure and temperature over time.
+    """
+    mass, pressure = start or (101_325.0 * volume(0.0) / (R * T0), 101_325.0)
+    scale = np.array([mass, pressure])  # both states of size one, for the integrator
+
+    def rates(time, scaled):
+        m, p = scaled * scale
+        temperature = p * volume(time) / (m * R)
+        flow_in = valve_flow(supply, T0, p, temperature, 1.0, C, B) if supply else 0.0
+        flow_out = valve_flow(p, temperature, exhaust, T0, 1.0, C, B) if exhaust else 0.0
+        rate = pressure_rate(p, temperature, volume(time), volume_rate(time), flow_in, flow_out, wall)
+        return np.array([flow_in - flow_out, rate]) / scale
+
+    run = solve_ivp(rates, (0.0, end), (1.0, 1.0), method="LSODA", rtol=1e-10, atol=1e-12)
+    assert run.success
+    m, p = run.y * scale[:, None]
+    return m, p, p * np.array([volume(t) for t in run.t]) / (m * R)
+
+
+def _rigid(_time):
+    return V0
+
+
+def _still(_time):
+    return 0.0
+
+
+def _stroke(time):
+    return V0 * (1.0 - 0.4 * math.sin(10.0 * time))
+
+
+def _stroke_rate(time):
+    return -4.0 * V0 * math.cos(10.0 * time)
+
+
+def test_sealed_adiabatic_compression_keeps_p_v_to_the_gamma():
+    mass, pressure, temperature = _chamber(_stroke, _stroke_rate, None, None, 0.0, 0.5)
+    volume = mass * R * temperature / pressure
+    assert volume.min() < 0.601 * V0 < 1.39 * V0 < volume.max()
+    assert np.ptp(mass) == 0.0
+    assert pressure * volume**GAMMA == pytest.approx(101_325.0 * V0**GAMMA, rel=1e-7)
+
+
+def test_sealed_compression_with_cold_walls_is_isothermal():
+    # 1 kW/K on 0.06 g of air; Boyle's law is left by no more than the heat that has to pass.
+    mass, pressure, temperature = _chamber(_stroke, _stroke_rate, None, None, 1e3, 0.5)
+    assert temperature == pytest.approx(T0, rel=1e-4)
+    volume = mass * R * temperature / pressure
+    assert pressure * volume == pytest.approx(101_325.0 * V0, rel=1e-4)
+
+
+def test_filling_from_vacuum_heats_the_air_to_gamma_times_ambient():
+    # Classic: the supply's flow work stays in the bottle, T = γ T0 = 410 K, at any pressure on the way.
+    nothing = (1.0 * V0 / (R * T0), 1.0)
+    _, pressure, temperature = _chamber(_rigid, _still, 5e5, None, 0.0, 2.0, start=nothing)
+    assert pressure[-1] == pytest.approx(5e5, rel=1e-6)
+    assert temperature[pressure > 1e5] == pytest.approx(GAMMA * T0, rel=1e-5)
+
+
+def test_rigid_fill_ends_where_the_first_law_says():
+    # Adiabatic: m gains ΔpV/(γ R T0), so T = γ T0/(1 + (γ − 1) p0/p); isothermal: ΔpV/(R T0), T = T0.
+    p0, p1 = 101_325.0, 5e5
+    for wall, gained, final in (
+        (0.0, (p1 - p0) * V0 / (GAMMA * R * T0), GAMMA * T0 / (1.0 + (GAMMA - 1.0) * p0 / p1)),
+        (1e3, (p1 - p0) * V0 / (R * T0), T0),
+    ):
+        mass, pressure, temperature = _chamber(_rigid, _still, p1, None, wall, 2.0)
+        assert pressure[-1] == pytest.approx(p1, rel=1e-6)
+        assert mass[-1] - mass[0] == pytest.approx(gained, rel=1e-5)
+        assert temperature[-1] == pytest.approx(final, rel=1e-5)
+
+
+def test_a_hot_sealed_chamber_cools_to_ambient_at_constant_volume():
+    # Newton cooling with m c_v = hA τ: after 5 τ the excess has fallen by e^5.
+    mass, hot = 2e-4, 400.0
+    tau = mass * R / (GAMMA - 1.0) / 0.5
+    start = (mass, mass * R * hot / V0)
+    _, pressure, temperature = _chamber(_rigid, _still, None, None, 0.5, 5.0 * tau, start=start)
+    assert temperature[-1] - T0 == pytest.approx((hot - T0) * math.exp(-5.0), rel=1e-6)
+    assert pressure[-1] == pytest.approx(mass * R * temperature[-1] / V0, rel=1e-9)
+
+
+def test_adiabatic_venting_expands_isentropically():
+    # What stays behind has done the pushing: T = T0 (p/p0)^((γ−1)/γ).
+    start = (6e5 * V0 / (R * T0), 6e5)
+    _, pressure, temperature = _chamber(_rigid, _still, None, 101_325.0, 0.0, 0.5, start=start)
+    assert pressure[-1] < 1.02e5
+    assert temperature == pytest.approx(T0 * (pressure / 6e5) ** (1.0 - 1.0 / GAMMA), rel=1e-7)
+
+
+# A solenoid valve: armature and opening, one explicit step at a time as the engine takes them
+
+
+def _opening(coil, opening_delay, closing_delay, timestep, armature=0.0, opening=0.0):
+    """The opening that holds over each step, for a list of coil commands."""
+    out = []
+    for command in coil:
+        out.append(opening)
+        travel, seat = valve_rates(command, armature, opening, opening_delay, closing_delay, timestep)
+        armature, opening = armature + timestep * travel, opening + timestep * seat
+    return np.array(out)
+
+
+# delay [s] and time step [s]: the step divides it 4, 1 and 40 times, and does not divide it
+DELAYS = [
+    (4e-3, 1e-3),
+    (1e-3, 1e-3),
+    (4e-3, 1e-4),
+    (3.3e-3, 1e-3),
+    (4e-3, 3e-3),
+    (4e-3, 0.7e-3),
+    (1.5e-3, 1e-3),
+]
+
+
+@pytest.mark.parametrize(("delay", "timestep"), DELAYS)
+def test_dead_time_is_exact(delay, timestep):
+    # By the integral of the opening, so that an arrival between two steps must weigh what is left of it.
+    opening = _opening([1.0] * 100, delay, 9.0, timestep)
+    assert 100 * timestep - timestep * opening.sum() == pytest.approx(delay, abs=1e-12)
+    assert np.all(opening[: int(delay / timestep - 1e-9)] == pytest.approx(0.0, abs=1e-12))
+    assert np.all(np.diff(opening) >= -1e-15)
+    assert opening[-1] == 1.0
+
+
+@pytest.mark.parametrize(("delay", "timestep"), DELAYS)
+def test_closing_delay_is_exact_and_its_own(delay, timestep):
+    opening = _opening([0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
+    assert timestep * opening.sum() == pytest.approx(delay, abs=1e-12)
+    assert opening[-1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("delay", "timestep", "steps"), [(4e-3, 1e-3, 3), (3.3e-3, 1e-3, 2), (4e-3, 0.7e-3, 4)]
+)
+def test_a_pulse_shorter_than_the_delay_does_nothing(delay, timestep, steps):
+    # By a step or more: the arrival is foreseen one step ahead.
+    opening = _opening([1.0] * steps + [0.0] * 50, delay, 4e-3, timestep)
+    assert opening == pytest.approx(0.0, abs=1e-12)
+    shut = _opening([0.0] * steps + [1.0] * 50, 4e-3, delay, timestep, armature=1.0, opening=1.0)
+    assert shut == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_long_pulse_is_shifted_by_the_two_delays():
+    # 10 ms of coil with 4 ms to open and 7 ms to close: open from 4 ms to 17 ms.
+    opening = _opening([1.0] * 10 + [0.0] * 20, 4e-3, 7e-3, 1e-3)
+    assert opening == pytest.approx([0.0] * 4 + [1.0] * 13 + [0.0] * 13, abs=1e-12)
+
+
+def test_an_armature_under_way_arrives_sooner():
+    # Half way there, a quarter back, then three quarters of 4 ms are left.
+    opening = _opening([1.0, 1.0, 0.0] + [1.0] * 20, 4e-3, 4e-3, 1e-3)
+    assert opening == pytest.approx([0.0] * 6 + [1.0] * 17, abs=1e-12)
+
+
+@pytest.mark.parametrize(("command", "clamped"), [(1.7, 1.0), (-0.4, 0.0)])
+def test_an_overdriven_coil_is_clamped(command, clamped):
+    start = 1.0 - clamped
+    over = _opening([command] * 30, 3.3e-3, 2.6e-3, 1e-3, armature=start, opening=start)
+    plain = _opening([clamped] * 30, 3.3e-3, 2.6e-3, 1e-3, armature=start, opening=start)
+    assert np.array_equal(over, plain)
+    assert over.min() >= 0.0
+    assert over.max() <= 1.0
+    assert over[-1] == clamped
+
+
+def test_a_valve_at_rest_rests():
+    assert valve_rates(0.0, 0.0, 0.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)
+    assert valve_rates(1.0, 1.0, 1.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)
+
+
+# Every kernel
+
+
+@pytest.mark.parametrize(
+    ("kernel", "arguments"),
+    [
+        (iso_6358_flow, (5e5, 4e5, T0, C, B)),
+        (iso_6358_flow, (5e5, 4.95e5, T0, C, B)),
+        (valve_flow, (5e5, T0, 4e5, T0, 1.0, C, B)),
+        (braid_volume, (0.1, L0, R0, 7.0)),
+        (muscle_volume, (0.1, L0, R0, 7.0, DEAD)),
+        (muscle_volume, (0.9, L0, R0, 7.0, DEAD)),
+        (pressure_rate, (2e5, T0, V0, 1e-6, 1e-4, 1e-4, 0.5)),
+    ],
+)
+def test_nan_comes_out(kernel, arguments):
+    def first(values):
+        result = kernel(*values)
+        return result[0] if isinstance(result, tuple) else result
+
+    assert math.isfinite(first(arguments))
+    unused = {3} if kernel is valve_flow else set()  # the temperature downstream
+    for i in set(range(len(arguments))) - unused:
+        assert math.isnan(first((*arguments[:i], math.nan, *arguments[i + 1 :]))), i

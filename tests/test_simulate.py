@@ -1,0 +1,134 @@
+"""The main job: what a run shows, and what it does when it fails."""
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim import native, schedule
+from afo_sim.errors import InputError
+from afo_sim.model import build
+from afo_sim.reader import load
+from afo_sim.recording import Recording, make_recording
+from afo_sim.simulate import simulate
+
+
+def test_seated_foot_rises_and_returns_twice(seated: Recording) -> None:
+    angle, time = np.degrees(seated["ankle/angle"]), seated["time"]
+    assert seated.ok
+    assert len(time) == 16_000
+    for start in (0.0, 8.0):
+        cycle = angle[(time >= start) & (time < start + 8.0)]
+        rest, top = cycle[0], cycle.max()
+        assert 15.0 < top - rest < 45.0
+        assert abs(cycle[-1] - rest) < 0.5
+        assert cycle[3900] > rest + 0.95 * (top - rest)
+    assert -50.0 < angle.min() < angle.max() < 30.0
+    assert seated.metrics["peak_dorsiflexion_torque"].value >= 4.0
+    assert 0.15 < seated.metrics["air_per_cycle_dorsiflexor"].value / 3.0 < 0.4
+
+
+def test_it_starts_at_rest(seated: Recording) -> None:
+    assert seated["ankle/velocity"][0] == 0.0
+    assert abs(seated["ankle/acceleration"][0]) < 1e-9
+    assert seated["chamber/dorsiflexor/pressure"][0] == 0.0
+
+
+def test_antagonist_pulls_below_rest(seated: Recording, antagonist: Recording) -> None:
+    rest = np.degrees(seated["ankle/angle"][0])
+    assert antagonist.metrics["peak_plantarflexion_angle"].value < rest - 1.0
+    assert antagonist["muscle/plantarflexor_1/force"].max() > 20.0
+    assert antagonist.metrics["peak_plantarflexion_torque"].value > 0.1
+
+
+def test_metrics_are_of_the_columns(seated: Recording) -> None:
+    angle = np.degrees(seated["ankle/angle"])
+    assert seated.metrics["range_of_motion"].value == np.ptp(angle)
+    first = angle[:8000]
+    height = first.max() - first[0]
+    t10, t90 = (np.argmax(first >= first[0] + share * height) * 1e-3 for share in (0.1, 0.9))
+    assert seated.metrics["rise_time"].value == pytest.approx(t90 - t10, abs=2e-3)
+    inflow = np.maximum(seated["valve/dorsiflexor_inlet/mass_flow"], 0.0)
+    assert seated.metrics["air_per_cycle"].value == pytest.approx(inflow.sum() * 1e-3 * 1e3 / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("supply", ["2 bar", "3 bar", "4 bar", "5 bar"])
+def test_supplies_run_clean(supply: str) -> None:
+    run = afo_sim.run("seated", {"supply.pressure": supply, "duration": "8 s"})
+    assert run.ok
+    assert all(np.isfinite(values).all() for values in run.columns.values())
+    assert not any("stop" in warning for warning in run.warnings)
+
+
+def test_more_pressure_lifts_higher() -> None:
+    peaks = [
+        afo_sim.run("seated", {"supply.pressure": f"{p} bar", "duration": "4 s"})
+        .metrics["peak_dorsiflexion_angle"]
+        .value
+        for p in (2, 3, 4)
+    ]
+    assert peaks[0] + 2.0 < peaks[1] < peaks[2] - 2.0
+
+
+def test_leaving_a_limit_is_said() -> None:
+    run = afo_sim.run("seated", {"supply.pressure": "5 bar", "duration": "8 s"})
+    assert any("dorsiflexor_1: gauge pressure reaches 4.9" in w and "4.2 bar" in w for w in run.warnings)
+    quiet = afo_sim.run("seated", {"duration": "1 s"})
+    assert quiet.warnings == tuple(w for w in quiet.warnings if "extrapolated" in w)
+    assert not afo_sim.run("seated", {"duration": "1 s", "shank.knee_angle": "50 deg"}).warnings
+
+
+def test_valve_answers_after_its_delay(seated: Recording) -> None:
+    coil, opening = (seated[f"valve/dorsiflexor_inlet/{x}"] for x in ("coil", "opening"))
+    assert coil[0] == 1.0
+    assert opening[:5].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0]
+    off = int(np.argmax(coil == 0.0))
+    assert off == 4000
+    assert opening[off : off + 5].tolist() == [1.0, 1.0, 1.0, 1.0, 0.0]
+
+
+def test_record_rate_thins_rows_not_metrics(seated: Recording) -> None:
+    thin = afo_sim.run("seated", {"record_rate": "100 Hz"})
+    assert np.array_equal(thin["ankle/angle"], seated["ankle/angle"][::10])
+    assert thin.metrics == seated.metrics
+
+
+def test_resolved_scenario_is_the_same_run(seated: Recording) -> None:
+    again = afo_sim.run(seated.scenario)
+    assert all(np.array_equal(again[name], seated[name]) for name in seated.columns)
+
+
+def broken(mode: str) -> Recording:
+    """The supply's pressure is lost from the inputs at 1.5 s."""
+    built = build(load("scenario", "seated", {"duration": "3 s", "callback": mode}))
+    control = schedule.controls(built)
+    control[1500:, built.index.chambers["dorsiflexor"]] = np.nan
+    return make_recording(built, control, simulate(built, control))
+
+
+@pytest.mark.parametrize("mode", ["native", "python"])
+def test_failed_run_keeps_its_rows_and_says_why(mode: str) -> None:
+    run = broken(mode)
+    sound = afo_sim.run("seated", {"duration": "3 s"})
+    assert not run.ok
+    assert "simulation 0" in run.status
+    n = len(run["time"])
+    assert 1500 <= n <= 1503
+    assert np.array_equal(run["ankle/angle"][:1500], sound["ankle/angle"][:1500]) or mode == "python"
+    assert np.isfinite(run["ankle/angle"]).all()
+
+
+@pytest.mark.parametrize("mode", ["native", "python"])
+def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> None:
+    built = build(load("scenario", "seated", {"duration": "1 s", "callback": mode}))
+    muscle = built.index.muscles["plantarflexor_2"]
+    built.model.actuator_user[muscle, native.MUSCLE_COEFFICIENTS] = np.nan
+    run = make_recording(built, schedule.controls(built), simulate(built, schedule.controls(built)))
+    assert "the force is not a number in 'plantarflexor_2'" in run.status
+    assert len(run["time"]) == 0
+
+
+def test_run_takes_a_dict_and_refuses_sets_on_a_finished_scenario() -> None:
+    description = load("scenario", "seated", {"duration": "1 ms"})
+    assert afo_sim.run(description.resolved()).ok
+    with pytest.raises(InputError):
+        afo_sim.run(description, {"duration": "2 s"})

@@ -1,0 +1,120 @@
+"""Quantities from text: what is read, what is refused, and what survives the way there and back."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from afo_sim import units
+from afo_sim.units import EXAMPLES, format_quantity, in_unit, parse_quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("4 bar", "Pa", 4e5),
+        ("4bar", "Pa", 4e5),
+        ("400 kPa", "Pa", 4e5),
+        ("0.4 MPa", "Pa", 4e5),
+        ("14.5 psi", "Pa", 14.5 * 4.4482216152605 / 0.0254**2),  # pound-force per square inch
+        ("21.5 cm", "m", 0.215),
+        ("-3 mm", "m", -0.003),
+        ("180 deg", "rad", math.pi),
+        ("22°", "rad", 22.0 * math.pi / 180.0),
+        ("0.055 dm^3/(s*bar)", "m^3/(s*Pa)", 0.055e-8),  # 1 dm³/(s·bar) = 1e-8 m³/(s·Pa)
+        ("3 ml", "m^3", 3e-6),
+        ("2e-4 m^2*s", "m^2*s", 2e-4),
+        ("1 kHz", "Hz", 1000.0),
+        ("4 ms", "s", 0.004),
+        ("2 min", "s", 120.0),
+        ("80 g", "kg", 0.08),
+        ("20 kN", "N", 20e3),
+        ("1 N*m*s/deg", "N*m*s/rad", 180.0 / math.pi),
+        ("0.3", "", 0.3),
+        (0.3, "", 0.3),
+        (1, "", 1.0),
+    ],
+)
+def test_reads(text, unit, expected):
+    assert parse_quantity(text, unit) == pytest.approx(expected, rel=1e-14)
+
+
+def test_one_degree_of_text_is_math_radians():
+    # Bit for bit, so that a muscle read from "22 deg" is the muscle made with math.radians(22).
+    for degrees in (1.0, 22.0, 37.0, 54.74):
+        assert parse_quantity(f"{degrees!r} deg", "rad") == pytest.approx(math.radians(degrees), rel=4e-16)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "complaint"),
+    [
+        (4, "Pa", "has no unit"),
+        (4.0, "Pa", "has no unit"),
+        ("4", "Pa", "has no unit"),
+        ("4e5", "Pa", "has no unit"),
+        ("nan", "Pa", "has no unit"),
+        (math.nan, "Pa", "has no unit"),
+        ("4 barr", "Pa", "unknown unit 'barr'"),
+        ("4 Bar", "Pa", "unknown unit 'Bar'"),
+        ("4 m", "Pa", "does not convert to Pa"),
+        ("4 bar", "m", "does not convert to m"),
+        ("4 s", "Hz", "does not convert to Hz"),
+        ("nan bar", "Pa", "not finite"),
+        ("inf bar", "Pa", "not finite"),
+        ("-inf bar", "Pa", "not finite"),
+        ("1e400 m", "m", "not finite"),
+        ("", "Pa", "is not a quantity"),
+        (" ", "Pa", "is not a quantity"),
+        ("4 bar)", "Pa", "is not a quantity"),
+        ("1/0 m", "m", "is not a quantity"),
+        ("four bar", "Pa", ""),
+        (True, "Pa", "is not a quantity"),
+        (None, "Pa", "is not a quantity"),
+        ([4], "Pa", "is not a quantity"),
+        (b"4 bar", "Pa", "is not a quantity"),
+        (True, "", "is not a quantity"),
+        (None, "", "is not a quantity"),
+        ("", "", "is not a number"),
+        ("4 bar", "", "is not a number"),
+        ("many", "", "is not a number"),
+        (math.nan, "", "not finite"),
+        ("inf", "", "not finite"),
+    ],
+)
+def test_refuses(value, unit, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        parse_quantity(value, unit)
+
+
+@pytest.mark.parametrize("unit", EXAMPLES)
+def test_the_example_shown_on_refusal_is_itself_read(unit):
+    assert parse_quantity(EXAMPLES[unit], unit) > 0.0
+    if unit:
+        with pytest.raises(ValueError) as refusal:
+            parse_quantity(4.0, unit)
+        assert EXAMPLES[unit] in str(refusal.value)
+
+
+@pytest.mark.parametrize("unit", EXAMPLES)
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(value=st.floats(allow_nan=False, allow_infinity=False))
+def test_writing_and_reading_again_is_exact(unit, value):
+    again = parse_quantity(format_quantity(value, unit), unit)
+    assert again.hex() == value.hex() or again == value == 0.0
+
+
+def test_in_unit():
+    assert in_unit(4e5, "Pa", "bar") == pytest.approx(4.0, rel=1e-15)
+    assert in_unit(math.pi, "rad", "deg") == pytest.approx(180.0, rel=1e-15)
+    assert in_unit(0.055e-8, "m^3/(s*Pa)", "dm^3/(s*bar)") == pytest.approx(0.055, rel=1e-14)
+
+
+def test_constants():
+    assert units.GRAVITY == 9.80665  # 3rd CGPM, 1901
+    assert units.AMBIENT_PRESSURE == 101_325.0  # standard atmosphere
+    assert units.AMBIENT_TEMPERATURE == 20.0 + 273.15  # ISO 6358 reference
+    assert units.STANDARD_DENSITY == 1.185  # ISO 8778
+    # dry air: the molar gas constant (SI 2019) over 28.965 g/mol; and a diatomic gas
+    assert abs(units.GAS_CONSTANT - 8.31446261815324 / 28.965e-3) < 0.005
+    assert abs(units.HEAT_CAPACITY_RATIO - 7.0 / 5.0) < 1e-15
