@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 from typing import Any
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
@@ -27,6 +28,11 @@ EXAMPLES = {
     "N*m*s/rad": "0.5 N*m*s/rad",
     "": "0.3",
 }
+
+
+_NUMBER_AND_UNIT = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*([^\W\d_°][\w°^*/()·\s-]*|°\w*)\s*$"
+)
 
 
 @functools.cache
@@ -68,7 +74,7 @@ def parse_quantity(value: object, unit: str) -> float:
 
 def format_quantity(value: float, unit: str) -> str | float:
     """The exact text of an SI value, as `parse_quantity` reads it again."""
-    return f"{value!r} {unit}" if unit else value
+    return f"{float(value)!r} {unit}" if unit else float(value)
 
 
 def in_unit(value: float, si_unit: str, unit: str) -> float:
@@ -79,8 +85,12 @@ def in_unit(value: float, si_unit: str, unit: str) -> float:
 def _convert(text: str, unit: str, example: str) -> float:
     import pint
 
+    # a number and a unit, nothing that pint would evaluate: "4,2 bar" is 42 bar to it
+    parts = _NUMBER_AND_UNIT.match(text)
+    if parts is None:
+        raise ValueError(f"is not a quantity, a number and its unit; {example}")
     try:
-        return float(_registry().Quantity(text).to(unit).magnitude)
+        return float(_registry().Quantity(float(parts[1]), parts[2]).to(unit).magnitude)
     except pint.UndefinedUnitError as error:
         names = [error.unit_names] if isinstance(error.unit_names, str) else error.unit_names
         raise ValueError(f"has the unknown unit {', '.join(map(repr, names))}; {example}") from None

@@ -1,4 +1,4 @@
-"""Passive ankle moment: Riener & Edrich 1999 at printed precision, and its continuation."""
+"""Passive ankle moment: Riener & Edrich 1999 at the precision of a printed table, and its continuation."""
 
 import math
 
@@ -8,12 +8,13 @@ from scipy.optimize import brentq
 
 from afo_sim.physics.passive_ankle import LOWER, UPPER, passive_moment, riener_edrich_1999
 
-# Riener & Edrich 1999: moment [N m] by ankle angle, dorsiflexion positive [deg], for three knee angles
-# [deg]; text, so that each number carries its printed precision.
+# The published formula, tabulated apart from this code: moment [N m] by ankle angle, dorsiflexion positive
+# [deg], for three knee angles [deg]; text, so that each number carries its printed precision. One cell
+# is corrected: at knee 30, ankle 20 the sheet has -24.3, but 1.792 - e^(2.1016 + 1.686 - 0.528) = -24.247.
 ANKLE = (-40, -30, -20, -10, 0, 5, 10, 15, 20)
 TABLE = {
     0: "2.35 1.26 0.29 -1.73 -6.39 -10.7 -17.2 -27.2 -42.4",
-    30: "2.48 1.53 0.92 -0.28 -3.03 -5.56 -9.42 -15.3 -24.3",
+    30: "2.48 1.53 0.92 -0.28 -3.03 -5.56 -9.42 -15.3 -24.2",
     60: "2.57 1.69 1.28 0.57 -1.05 -2.54 -4.82 -8.28 -13.6",
 }
 REST_ANGLE = {0: -17.9, 30: -11.7, 60: -5.5}  # [deg]

@@ -134,7 +134,7 @@ def test_muscle_volume_has_the_slope_it_says(degrees):
     lock = 1.0 - 1.0 / math.cos(math.radians(degrees))
     full = math.pi * R0 * R0 * L0
     near_lock = np.linspace(lock - 0.02, lock + 0.1, 601)
-    step, slopes = 1e-7, []
+    step, slopes = 1e-9, []
     for kappa in (*near_lock, *np.linspace(lock + 0.1, 1.0, 601)[1:-1]):
         volume, slope = _volume(kappa, degrees)
         difference = (_volume(kappa + step, degrees)[0] - _volume(kappa - step, degrees)[0]) / (2.0 * step)
@@ -383,3 +383,13 @@ def test_nan_comes_out(kernel, arguments):
     unused = {3} if kernel is valve_flow else set()  # the temperature downstream
     for i in set(range(len(arguments))) - unused:
         assert math.isnan(first((*arguments[:i], math.nan, *arguments[i + 1 :]))), i
+
+
+def test_closed_valve_hides_no_nan():
+    assert np.isnan(valve_flow(np.nan, 293.15, 1e5, 293.15, 0.0, 1e-8, 0.3))
+    assert np.isnan(valve_rates(np.nan, 0.0, 0.0, 4e-3, 4e-3, 1e-3)).all()
+
+
+def test_no_muscle_is_shorter_than_nothing():
+    volumes = [muscle_volume(k, 0.1631, 0.00575, 7.126, 1e-6)[0] for k in (0.9, 1.0, 1.7, 3.0)]
+    assert max(volumes) - min(volumes) < 1e-18

@@ -17,7 +17,7 @@ from afo_sim.physics.static_force import LAWS, Braid, chou_hannaford_1996, tondu
 G = 9.81  # what the fits of S1's tables were made with [m/s²]
 BRAIDS = (Braid(0.1631, 5.75e-3, math.radians(22.0)), Braid(0.215, 5e-3, math.radians(37.0)))
 # Values that every law is tried with; a law with a parameter of a new name must be added here.
-TRIED = {"k": (1.0, 1.4), "bladder_force": (0.0, 136.0), "bladder_stiffness": (0.0, 153.0)}
+TRIED = {"k": (1.0, 1.4), "bladder_force": (0.0, 60.0), "bladder_stiffness": (0.0, 153.0)}
 PRESSURES = (1e5, 2e5, 4e5, 6e5)
 
 # S1, tables I to IV: change of length [cm]; rows 1, 1.5, 2, 3 kg, columns 2, 3, 4 bar.

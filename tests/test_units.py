@@ -43,7 +43,7 @@ def test_reads(text, unit, expected):
 def test_one_degree_of_text_is_math_radians():
     # Bit for bit, so that a muscle read from "22 deg" is the muscle made with math.radians(22).
     for degrees in (1.0, 22.0, 37.0, 54.74):
-        assert parse_quantity(f"{degrees!r} deg", "rad") == pytest.approx(math.radians(degrees), rel=4e-16)
+        assert parse_quantity(f"{degrees!r} deg", "rad") == math.radians(degrees)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,15 @@ def test_one_degree_of_text_is_math_radians():
         (" ", "Pa", "is not a quantity"),
         ("4 bar)", "Pa", "is not a quantity"),
         ("1/0 m", "m", "is not a quantity"),
-        ("four bar", "Pa", ""),
+        ("four bar", "Pa", "is not a quantity"),
+        # pint alone would read these as 42 bar, 16 bar, 12 m, 1 bar, π m and 8 m
+        ("4,2 bar", "Pa", "is not a quantity"),
+        ("4 4 bar", "Pa", "is not a quantity"),
+        ("[1,2] m", "m", "is not a quantity"),
+        ("bar", "Pa", "is not a quantity"),
+        ("pi m", "m", "is not a quantity"),
+        ("2**3 m", "m", "is not a quantity"),
+        ("4 bar # gauge", "Pa", "is not a quantity"),
         (True, "Pa", "is not a quantity"),
         (None, "Pa", "is not a quantity"),
         ([4], "Pa", "is not a quantity"),
@@ -100,8 +108,7 @@ def test_the_example_shown_on_refusal_is_itself_read(unit):
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
 def test_writing_and_reading_again_is_exact(unit, value):
-    again = parse_quantity(format_quantity(value, unit), unit)
-    assert again.hex() == value.hex() or again == value == 0.0
+    assert parse_quantity(format_quantity(value, unit), unit) == value
 
 
 def test_in_unit():

@@ -84,10 +84,12 @@ def hill_force(
     ------
     Piteľ & Tóthová 2016 (S2), F_d = R P κ̇ with absolute P; S1, F = F_s + F_D.
     """
-    spring, taut = tension(static_force + braid_force(contraction, braid_stiffness), FORCE_BLEND)
-    # the slope overshoots 1 inside the blend; a damper is never more than fully engaged
+    braid = braid_force(contraction, braid_stiffness)
+    # the damper is engaged as far as spring or braid is taut; the blend's slope exceeds 1 in places
+    taut = tension(static_force, FORCE_BLEND)[1] + tension(braid, FORCE_BLEND)[1]
     if taut > 1.0:
         taut = 1.0
     coefficient = taut * damping * absolute_pressure
-    force, slope = tension(spring - coefficient * contraction_rate, FORCE_BLEND)
+    spring = 0.0 if static_force < 0.0 else static_force  # the bladder does not hold the braid back
+    force, slope = tension(spring + braid - coefficient * contraction_rate, FORCE_BLEND)
     return force, slope * coefficient

@@ -73,7 +73,7 @@ def valve_flow(
     float : mass flow [kg/s]
     """
     if opening == 0.0:
-        return 0.0
+        return 0.0 * (pressure_1 - pressure_2) + 0.0  # a NaN stays one
     c = opening * conductance
     if pressure_1 >= pressure_2:
         return iso_6358_flow(pressure_1, pressure_2, temperature_1, c, critical)
@@ -104,6 +104,8 @@ def braid_volume(
     Chou & Hannaford 1996: a cylinder of length B cos α and diameter B sin α/(n π).
     """
     x = 1.0 - contraction
+    if x < 0.0:  # there is no shorter muscle than none
+        x = 0.0
     full = math.pi * nominal_radius * nominal_radius * nominal_length
     return full * x * (b - (b - 1.0) * x * x), full * (3.0 * (b - 1.0) * x * x - b)
 
@@ -193,8 +195,9 @@ def valve_rates(
     """Rates of a solenoid valve's two states over one step.
 
     The armature travels towards the coil's command at 1/delay; the seat follows when it arrives. So
-    the opening answers after a dead time, a pulse shorter than the delay does nothing, and an
-    arrival between two steps is weighted by the part of the step that is left.
+    the opening answers after a dead time (at least one step), a pulse that is a step shorter than the
+    delay does nothing, and an arrival between two steps is weighted by the part of the step that is
+    left.
 
     Parameters
     ----------
@@ -221,4 +224,6 @@ def valve_rates(
     rate = travel / remaining
     if late < timestep:
         return rate, (1.0 - late / timestep) * (coil - opening) / timestep
-    return rate, 0.0
+    if 0.0 < opening < 1.0:  # called back while arriving: the seat has not moved
+        return rate, (coil - opening) / timestep
+    return rate, 0.0 * rate  # a NaN stays one

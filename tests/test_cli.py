@@ -1,0 +1,236 @@
+"""The command line as a person meets it: exit codes, one message, nothing half-written."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+from afo_sim import cli, schedule
+
+
+def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "afo_sim", *arguments]
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=120)
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """The command in this process: (exit code, what it printed, what it complained)."""
+    sys.argv = ["afo-sim", *arguments]
+    try:
+        cli.main()
+        code = 0
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> None:
+    done = afo_sim("run", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "range_of_motion" in done.stdout
+    summary = json.loads((tmp_path / "runs" / "seated" / "summary.json").read_text())
+    assert summary["status"] == "ok"
+    assert 15.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
+
+
+def test_help_loads_no_simulator(tmp_path: pathlib.Path) -> None:
+    heavy = ("mujoco", "numba", "pint", "rerun")
+    code = f"import sys, afo_sim.cli; print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stdout.strip() == "[]"
+    assert "torque-map" in afo_sim("--help", folder=tmp_path).stdout
+
+
+SETS = {
+    "unknown key": ("supply.presure=3 bar", "did you mean 'pressure'"),
+    "wrong unit": ("supply.pressure=3 kg", "does not convert"),
+    "unknown unit": ("supply.pressure=3 barr", "unknown unit"),
+    "bare number": ("supply.pressure=3", 'write it like "4 bar"'),
+    "negative pressure": ("supply.pressure=-3 bar", "more than 0 Pa"),
+    "supply below ambient": ("supply.pressure=-0.5 bar", "more than 0 Pa"),
+    "not a number": ("supply.pressure=nan bar", "not finite"),
+    "shorter than its ends": ("orthosis.muscle.dorsiflexor.type.end_length=22 cm", "no braid is left"),
+    "taut": ("orthosis.muscle.dorsiflexor.link_length=9 cm", "braid locks"),
+    "event outside the period": ('timer.dorsiflexor.inlet=[["0 s", "9 s"]]', "not within the period"),
+    "event backwards": ('timer.dorsiflexor.inlet=[["3 s", "2 s"]]', "not within the period"),
+    "zero duration": ("duration=0 s", "more than 0 s"),
+    "less than a step": ("duration=0.1 ms", "shorter than one time step"),
+    "unknown chamber": ('timer.dorsiflexr.inlet=[["0 s", "1 s"]]', "did you mean 'dorsiflexor'"),
+    "unknown law": (
+        "orthosis.muscle.dorsiflexor.type.law=tondu_lopez_200",
+        "did you mean 'tondu_lopez_2000'",
+    ),
+    "unknown muscle": ("orthosis.muscle.dorsiflexor.type=s1_21mm", "did you mean 's1_215mm'"),
+    "not KEY=VALUE": ("supply.pressure", "KEY=VALUE"),
+    "value where a table is": ("supply=3 bar", "not a table"),
+    "table where a value is": ("duration.x=3 s", "not a table"),
+}
+
+
+@pytest.mark.parametrize("case", SETS)
+def test_bad_input_is_one_message_and_exit_2(
+    case: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, expected = SETS[case]
+    out = tmp_path / "out"
+    code, printed, complaint = call(capsys, "run", "--set", text, "--out", str(out))
+    assert code == 2
+    assert expected in complaint
+    assert text.split("=")[0].split(".")[0] in complaint
+    assert complaint.strip().count("\n") == 0
+    assert "Traceback" not in complaint + printed
+    assert not out.exists()
+
+
+def test_unknown_scenario_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, complaint = call(capsys, "run", "seted")
+    assert (code, "did you mean 'seated'" in complaint) == (2, True)
+
+
+def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario = tmp_path / "mine.toml"
+    shipped = pathlib.Path(__file__).parents[1] / "models" / "scenarios" / "seated.toml"
+    text = shipped.read_text()
+    for broken, expected in (
+        ("duration =", "not valid TOML"),
+        (text.replace('"4 bar"', '"4 bag"'), "supply.pressure = '4 bag'"),
+        (text.replace('"s1"', '"s9"'), "orthosis = 's9'"),
+        (text.replace("[supply]", "[suply]"), "suply"),
+        ("", "missing"),
+    ):
+        scenario.write_text(broken)
+        code, _, complaint = call(capsys, "run", str(scenario), "--out", str(tmp_path / "x"))
+        assert code == 2
+        assert "mine.toml" in complaint
+        assert expected in complaint
+    scenario.write_bytes(b"\xff\xfe")
+    assert call(capsys, "run", str(scenario))[0] == 2
+
+
+def test_inlet_and_outlet_open_together_warns(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sets = ["--set", 'timer.dorsiflexor.outlet=[["3.5 s", "8 s"]]', "--set", "duration=1 s"]
+    code, printed, _ = call(capsys, "run", *sets, "--out", str(tmp_path / "a"))
+    assert code == 0
+    assert "open together from 3.5 s to 4 s" in printed
+
+
+def test_unwritable_folder_is_refused_before_the_work(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    code, _, complaint = call(capsys, "run", "--out", str(tmp_path / "file" / "run"))
+    assert code == 2
+    assert "cannot be written to" in complaint
+
+
+def test_failed_simulation_is_exit_3_with_its_rows(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = schedule.controls
+
+    def lost_supply(built):
+        control = whole(built)
+        control[500:, built.index.chambers["dorsiflexor"]] = float("nan")
+        return control
+
+    monkeypatch.setattr(schedule, "controls", lost_supply)
+    out = tmp_path / "a"
+    code, _, complaint = call(capsys, "run", "--set", "duration=1 s", "--out", str(out))
+    assert code == 3
+    assert "simulation 0 stopped at t = 0.5" in complaint
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"].startswith("failed: simulation 0")
+    assert 500 <= summary["timing"]["steps"] <= 503
+
+
+def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, complaint = call(
+        capsys, "torque-map", "--out", str(tmp_path), "--angle", "-10 deg", "20 deg", "5 deg"
+    )
+    assert code == 0, complaint
+    assert "enough for swing" in printed
+    assert {p.name for p in tmp_path.iterdir()} == {"torque_map.csv", "torque_map.png", "torque_map.pdf"}
+    header, *rows = (tmp_path / "torque_map.csv").read_text().splitlines()
+    assert header == "chamber,ankle_angle [deg],pressure [bar],orthosis_torque [N*m]"
+    assert len(rows) == 2 * 7 * 4
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("torque-map", "--angle", "5 deg", "-5 deg", "1 deg"),
+        ("torque-map", "--angle", "5", "6", "1"),
+        ("torque-map", "--pressure", "-1 bar"),
+        ("view", "nowhere"),
+        ("list", "muscle"),
+        ("check", "nowhere.toml"),
+        ("check", "README.md"),
+    ],
+)
+def test_other_commands_refuse_with_exit_2(
+    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, complaint = call(capsys, *arguments)
+    assert code == 2
+    assert complaint.startswith("afo-sim: ")
+
+
+def test_view_without_a_display_says_so(tmp_path: pathlib.Path) -> None:
+    if not sys.platform.startswith("linux"):
+        pytest.skip("displays are found otherwise here")
+    (tmp_path / "recording.rrd").write_bytes(b"")
+    done = afo_sim("view", str(tmp_path), folder=tmp_path)
+    assert done.returncode == 2
+    assert "no display" in done.stderr
+
+
+def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, _ = call(capsys, "list")
+    assert code == 0
+    for name in ("s1_215mm", "tondu_lopez_2000_bladder", "seated-antagonist", "adult_75kg", "mh1"):
+        assert name in printed
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "scenarios/seated.toml",
+        "orthoses/s1/orthosis.toml",
+        "muscles/s1_120mm/muscle.toml",
+        "legs/adult_75kg/leg.toml",
+        "legs/adult_75kg/leg.xml",
+        "valves/mh1/valve.toml",
+    ],
+)
+def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, complaint = call(capsys, "check", str(pathlib.Path(__file__).parents[1] / "models" / path))
+    assert code == 0, complaint
+    assert "good" in printed
+
+
+def test_check_reads_a_urdf(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    urdf = tmp_path / "leg.urdf"
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    links = "".join(
+        f'<link name="{name}"><inertial><mass value="{mass}"/>{inertia}</inertial></link>'
+        for name, mass in (("shank", 3.5), ("foot", 1.1))
+    )
+    limit = '<limit lower="-0.8" upper="0.5" effort="1" velocity="1"/>'
+    ends = '<parent link="shank"/><child link="foot"/><axis xyz="0 -1 0"/>'
+    joint = f'<joint name="ankle" type="revolute">{ends}{limit}</joint>'
+    urdf.write_text(f'<robot name="leg">{links}{joint}</robot>')
+    code, printed, complaint = call(capsys, "check", str(urdf))
+    assert code == 0, complaint
+    assert "ankle" in printed
+    assert "4.6 kg" in printed  # the root link's mass is not lost
+    urdf.write_text("<robot><joint/></robot>")
+    code, _, complaint = call(capsys, "check", str(urdf))
+    assert code == 2
+    assert "URDF" in complaint

@@ -1,0 +1,167 @@
+"""Every parameter is live: changed a little, a named output of a shipped scenario moves.
+
+The parameters are found in the resolved scenario, not listed here: a new one without an entry in
+OUTPUTS fails.
+"""
+
+import fnmatch
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.units import EXAMPLES, parse_quantity
+
+SCENARIO = "seated-antagonist"
+SHORT = {"duration": "8.2 s"}
+# Stretched beyond the nominal length at rest: only there does the braid's own stiffness act.
+STRETCHED = {
+    "duration": "0.3 s",
+    "orthosis.range_of_motion": ["-9 deg", "-4 deg"],
+    "orthosis.muscle.dorsiflexor.link_length": "9.9 cm",
+    "orthosis.muscle.plantarflexor.link_length": "8 cm",
+}
+
+# Which recorded column must move, by the parameter's key; the first pattern that fits counts.
+OUTPUTS = {
+    "*_delay": "valve/{role}_{side}/opening",
+    "orthosis.chamber.*": "chamber/{role}/pressure",
+    "*.type.mass": "ankle/moment/gravity",
+    "*.type.dead_volume": "chamber/{role}/volume",
+    "*.type.damping": "muscle/{role}_1/force",
+    "*.type.braid_stiffness": "muscle/{role}_1/force",
+    "*.type.*": "muscle/{role}_1/force",
+    "*.spacing": "muscle/{role}_1/length",
+    "*.from_ankle": "muscle/{role}_1/moment_arm",
+    "orthosis.muscle.*": "muscle/{role}_1/contraction",
+    "supply.pressure": "chamber/dorsiflexor/pressure",
+    "shank.knee_angle": "ankle/moment/passive",
+    "leg.*": "ankle/moment/passive",
+    "timer.period": "valve/dorsiflexor_inlet/coil",
+    "timer.*": "valve/{role}_{side}/opening",
+}
+# Not physical: what runs, how finely, and what is only said.
+NOT_PHYSICAL = (
+    "*name",
+    "*description",
+    "*provenance*",
+    "*.file",
+    "*.cuff",
+    "*.plate",
+    "*.law",
+    "*.chamber",
+    "callback",
+    "duration",
+    "timestep",
+    "record_rate",
+    "leg.shank",
+    "leg.foot",
+    "leg.ankle",
+    "shank.pose",
+    "*.segment",
+    "*.limits.*",
+    "*.range_of_motion",
+)
+
+
+def leaves(node: Any, path: str = "") -> dict[str, Any]:
+    if isinstance(node, dict):
+        return {
+            k: v for key, child in node.items() for k, v in leaves(child, f"{path}.{key}".strip(".")).items()
+        }
+    return {path: node}
+
+
+def parameters() -> dict[str, Any]:
+    """Every number of the scenario by its dotted key; lists of coordinates and events stay whole."""
+    found = leaves(load("scenario", SCENARIO, SHORT).resolved())
+    return {k: v for k, v in found.items() if not any(fnmatch.fnmatch(k, p) for p in NOT_PHYSICAL)}
+
+
+def role_of(key: str) -> str:
+    return "plantarflexor" if "plantarflexor" in key else "dorsiflexor"
+
+
+def nudged(value: Any, share: float = 0.05) -> Any:
+    """5 % more; a stated amount where it is zero: 5 mm, 2 deg, 0.05."""
+    if isinstance(value, int):
+        return value - 1
+    if isinstance(value, float):
+        return value * (1.0 + share) if value else 0.05
+    number, unit = value.split(" ", 1)
+    amount = float(number) * (1.0 + share) if float(number) else {"m": 0.005, "rad": 0.035}[unit]
+    return f"{amount!r} {unit}"
+
+
+@pytest.fixture(scope="module")
+def base() -> dict[str, Recording]:
+    return {"plain": afo_sim.run(SCENARIO, SHORT), "stretched": afo_sim.run(SCENARIO, SHORT | STRETCHED)}
+
+
+def cases() -> list[tuple[str, Any]]:
+    found = []
+    for key, value in parameters().items():
+        if key.startswith("timer.") and key != "timer.period":
+            start, end = value[0]
+            changed = [[start, nudged(end)]] if end != "8.0 s" else [["4.2 s", end]]
+            found.append((key, changed))
+        elif isinstance(value, list):
+            for axis in range(3):
+                # 5 % less: a muscle mounted 5 % farther off would lock
+                found.append((key, [nudged(x, -0.05) if k == axis else x for k, x in enumerate(value)]))
+        else:
+            found.append((key, nudged(value)))
+    return found
+
+
+@pytest.mark.parametrize(("key", "changed"), cases())
+def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Recording]) -> None:
+    pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
+    assert pattern is not None, f"{key} has no declared output"
+    side = "outlet" if "outlet" in key else "inlet"
+    column = OUTPUTS[pattern].format(role=role_of(key), side=side)
+    stretched = key.endswith("braid_stiffness")
+    sets = SHORT | (STRETCHED if stretched else {})
+    before = base["stretched" if stretched else "plain"][column]
+    after = afo_sim.run(SCENARIO, sets | {key: changed})[column]
+    moved = np.abs(after - before).max()
+    assert moved > 1e-7 * max(np.abs(before).max(), 1e-12), f"{key} does not move {column}"
+
+
+def test_every_parameter_is_found() -> None:
+    keys = set(parameters())
+    for expected in (
+        "orthosis.muscle.dorsiflexor.type.law_parameters.bladder_force",
+        "orthosis.chamber.plantarflexor.outlet.closing_delay",
+        "leg.passive.offset",
+        "supply.pressure",
+        "timer.plantarflexor.inlet",
+    ):
+        assert expected in keys
+    assert len(keys) > 60
+
+
+@pytest.mark.parametrize(
+    ("limit", "low", "word"),
+    [
+        ("pressure", "1 bar", "gauge pressure"),
+        ("force", "5 N", "force"),
+        ("contraction_max", 0.1, "contraction"),
+    ],
+)
+def test_limits_speak(limit: str, low: Any, word: str) -> None:
+    run = afo_sim.run("seated", SHORT | {f"orthosis.muscle.dorsiflexor.type.limits.{limit}": low})
+    assert any(word in warning and "beyond its limit" in warning for warning in run.warnings)
+
+
+def test_stretch_limit_speaks() -> None:
+    tight = STRETCHED | {"orthosis.muscle.dorsiflexor.type.limits.contraction_min": -0.001}
+    assert any("stretch" in w for w in afo_sim.run("seated", SHORT | tight).warnings)
+
+
+def test_examples_in_messages_are_well_formed() -> None:
+    for unit, example in EXAMPLES.items():
+        assert parse_quantity(example, unit) > 0.0

@@ -1,0 +1,82 @@
+"""README, scripts and the wheel do what they say."""
+
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def run(command: list[str], folder: pathlib.Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, env=os.environ | environment, timeout=280
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def test_readmes_python_runs(tmp_path: pathlib.Path) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", README, flags=re.S)
+    assert blocks
+    for block in blocks:
+        done = run([sys.executable, "-c", block], tmp_path)
+        assert done.stdout.startswith("ok")
+    assert (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
+
+
+def test_readmes_commands_run(tmp_path: pathlib.Path) -> None:
+    lines = re.findall(r"^    \.venv/bin/(afo-sim run .*)$", README, flags=re.M)
+    assert lines
+    for line in lines:
+        command = line.replace("afo-sim", f'"{sys.executable}" -m afo_sim', 1)
+        subprocess.run(command, shell=True, cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "runs" / "slack" / "summary.json").is_file()
+
+
+def test_readme_names_every_command_and_law() -> None:
+    from afo_sim.cli import app
+    from afo_sim.physics.static_force import LAWS
+
+    for command in app.registered_commands:
+        name = command.name or command.callback.__name__  # type: ignore[union-attr]
+        assert f"`afo-sim {name}" in README
+    for law in LAWS:
+        assert f"`{law}`" in README
+
+
+def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
+    script = str(ROOT / "scripts" / "benchmark.py")
+    small = ["--simulations", "2", "--steps", "50", "--repeats", "1"]
+    found = json.loads(run([sys.executable, script, *small], tmp_path).stdout)
+    assert found["native_to_motors_1_thread"] > 0.0
+    assert found["native_to_python"] > 1.0
+    assert found["cold_run_wall_seconds"] > 0.0
+
+
+def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
+    run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    for name in ("models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md"):
+        assert f"afo_sim/{name}" in names
+    assert not any(name.startswith(("tests", "scripts", "models/")) for name in names)
+    target = tmp_path / "site"
+    run([*pip, "install", "-q", "--no-deps", "--target", str(target), str(wheel)], tmp_path)
+    where = "import afo_sim, pathlib; print(pathlib.Path(afo_sim.__file__).parent)"
+    path = {"PYTHONPATH": str(target)}
+    assert run([sys.executable, "-c", where], tmp_path, **path).stdout.strip() == str(target / "afo_sim")
+    run([sys.executable, "-m", "afo_sim", "run", "--set", "duration=1 s", "--out", "out"], tmp_path, **path)
+    assert (tmp_path / "out" / "recording.rrd").is_file()
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "afo_sim").rglob("*.py")), ids=lambda p: p.stem)
+def test_files_stay_small(path: pathlib.Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 520

@@ -1,0 +1,148 @@
+"""The files of a run: complete, readable by others, whole or absent."""
+
+import json
+import pathlib
+
+import mujoco
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import rerun as rr
+
+from afo_sim.errors import InputError
+from afo_sim.recording import Recording, read_recording, replacing
+
+
+@pytest.fixture(scope="module")
+def folder(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    return seated.save(tmp_path_factory.mktemp("run") / "a")
+
+
+def test_all_files_are_there_and_nothing_else(folder: pathlib.Path) -> None:
+    assert {p.name for p in folder.iterdir()} == {
+        "recording.parquet",
+        "summary.json",
+        "model.xml",
+        "recording.rrd",
+    }
+
+
+def test_columns_have_the_promised_names_units_and_signs(folder: pathlib.Path, seated: Recording) -> None:
+    schema = pq.read_schema(folder / "recording.parquet")
+    promised = {
+        "time",
+        "ankle/angle",
+        "ankle/velocity",
+        "ankle/acceleration",
+        "supply/pressure",
+        "qpos/ankle",
+    }
+    promised |= {f"ankle/moment/{x}" for x in ("orthosis", "passive", "gravity")}
+    for role, count in (("dorsiflexor", 3), ("plantarflexor", 2)):
+        for k in range(1, count + 1):
+            promised |= {
+                f"muscle/{role}_{k}/{x}" for x in ("force", "length", "velocity", "contraction", "moment_arm")
+            }
+        promised |= {
+            f"chamber/{role}/{x}"
+            for x in ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
+        }
+        promised |= {f"valve/{role}_{side}/{x}" for side in ("inlet", "outlet") for x in ("coil", "opening")}
+    assert promised <= set(schema.names)
+    assert schema.field("ankle/angle").metadata == {b"unit": b"rad", b"sign": b"dorsiflexion positive"}
+    assert schema.field("chamber/dorsiflexor/pressure").metadata == {b"unit": b"Pa", b"sign": b"gauge"}
+    run = json.loads(schema.metadata[b"afo_sim"])
+    assert run["scenario"] == seated.scenario
+    assert run["versions"]["mujoco"] == mujoco.__version__
+    assert run["parameters"]["dorsiflexor_1"] == seated.parameters["dorsiflexor_1"]
+
+
+def test_what_is_read_is_what_was_written(folder: pathlib.Path, seated: Recording) -> None:
+    read = read_recording(folder)
+    assert all(np.array_equal(read[name], seated[name]) for name in seated.columns)
+    assert read.metrics == seated.metrics
+    assert (read.scenario, read.status, read.warnings) == (seated.scenario, seated.status, seated.warnings)
+    assert read.to_pandas().shape == (16_000, len(seated.columns))
+
+
+def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    summary = json.loads((folder / "summary.json").read_text(), parse_constant=refuse)
+    assert summary["status"] == "ok"
+    assert summary["metrics"]["range_of_motion"] == {
+        "value": seated.metrics["range_of_motion"].value,
+        "unit": "deg",
+    }
+    assert summary["timing"]["steps"] == 16_000
+    assert set(summary) == {"status", "scenario", "metrics", "versions", "timing", "warnings"}
+
+
+def test_model_loads_again_with_one_joint_called_ankle(folder: pathlib.Path) -> None:
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    assert (model.njnt, model.joint(0).name, model.ntendon, model.nu) == (1, "ankle", 5, 12)
+    assert model.body("foot").mass[0] == pytest.approx(1.09)
+    assert model.joint(0).damping[0] == 0.5
+
+
+def test_rerun_file_holds_the_signals_and_the_layout(folder: pathlib.Path, seated: Recording) -> None:
+    reader = rr.chunk.RrdReader(str(folder / "recording.rrd"))
+    assert len(reader.blueprints()) == 1
+    batches = [
+        chunk.to_record_batch()
+        for chunk in reader.stream().filter(content="/ankle/angle", components="Scalars:scalars").to_chunks()
+    ]
+    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
+    value = np.concatenate([b.column("Scalars:scalars").flatten().to_numpy() for b in batches])
+    order = np.argsort(time)
+    assert np.array_equal(time[order], np.round(seated["time"] * 1e9).astype(np.int64))
+    assert np.array_equal(value[order], np.degrees(seated["ankle/angle"]))
+
+
+def test_rerun_foot_pose_follows_the_ankle(folder: pathlib.Path, seated: Recording) -> None:
+    reader = rr.chunk.RrdReader(str(folder / "recording.rrd"))
+    chunks = reader.stream().filter(
+        content="/world/bodies/foot", is_static=False, components="Transform3D:quaternion"
+    )
+    batches = [chunk.to_record_batch() for chunk in chunks.to_chunks()]
+    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
+    pose = np.concatenate(
+        [b.column("Transform3D:quaternion").flatten().flatten().to_numpy().reshape(-1, 4) for b in batches]
+    )
+    angle = np.interp(time * 1e-9, seated["time"], seated["ankle/angle"])
+    expected = np.column_stack([0 * angle, -np.sin(angle / 2), 0 * angle, np.cos(angle / 2)])
+    assert pose == pytest.approx(expected, abs=1e-6)
+
+
+def test_interrupted_writing_leaves_the_old_file(tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "summary.json"
+    path.write_text("old")
+    with pytest.raises(KeyboardInterrupt), replacing(path) as temporary:
+        temporary.write_text("half")
+        raise KeyboardInterrupt
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_without_rrd_no_other_runs_rrd_stays(seated: Recording, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "recording.rrd").write_text("another run's")
+    seated.save(tmp_path, rrd=False)
+    assert not (tmp_path / "recording.rrd").exists()
+
+
+def test_unknown_column_names_the_nearest(seated: Recording) -> None:
+    with pytest.raises(InputError, match="did you mean 'ankle/angle'"):
+        seated["ankle/angel"]
+
+
+@pytest.mark.parametrize("damage", ["absent", "truncated", "foreign"])
+def test_what_is_no_recording_is_said(damage: str, folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "recording.parquet"
+    if damage == "truncated":
+        path.write_bytes((folder / "recording.parquet").read_bytes()[:5000])
+    elif damage == "foreign":
+        pq.write_table(pa.table({"x": [1.0]}), path)
+    with pytest.raises(InputError, match="recording"):
+        read_recording(tmp_path)
