@@ -67,6 +67,19 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     )
 
 
+def checks_of(scenario: str) -> pathlib.Path:
+    """The checks file that a shipped scenario carries."""
+    path = folder("models") / "checks" / f"{scenario}.toml"
+    if not path.is_file():
+        raise InputError(
+            "this scenario carries no checks",
+            field="checks",
+            value=scenario,
+            allowed="a checks file, named on the command line",
+        )
+    return path
+
+
 def read_toml(path: pathlib.Path) -> dict[str, Any]:
     """A TOML file as a dict; what is wrong with it as an `InputError`."""
     try:

@@ -8,7 +8,8 @@ import numpy as np
 
 from afo_sim import assets
 from afo_sim.errors import InputError
-from afo_sim.model import build, lock_contraction, sweep_ankle
+from afo_sim.model import build
+from afo_sim.mounting import lock_contraction, sweep_ankle
 from afo_sim.reader import load
 from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
 
@@ -79,8 +80,8 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
     contraction, arm, inertia = sweep_ankle(built.model, built.index, np.linspace(lower, upper, 41))
     findings = [
         ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
-        ("damper stability number", f"{built.damper_stability:.3g} (integrated implicitly)"),
-        ("air stability number", f"{built.air_stability:.3g} (limit 1)"),
+        ("damper stability number", f"{built.stability['damper']:.3g} (integrated implicitly)"),
+        ("air stability number", f"{built.stability['air']:.3g} (limit 1)"),
     ]
     for column, name in enumerate(built.index.muscles):
         k, r = contraction[:, column], arm[:, column]

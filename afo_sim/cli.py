@@ -2,6 +2,7 @@
 
 import pathlib
 import sys
+import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ Sets = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"'),
 ]
+Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun file, for example "200 Hz"')]
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
 
 
@@ -50,10 +52,13 @@ def run(
     ] = None,
     sets: Sets = None,
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rate: Rate = None,
+    live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
 ) -> None:
     """Simulate one scenario; without an argument, the seated solenoid-timer test."""
     values = read_sets(sets)
-    with _progress("reading, compiling the muscles") as report:
+    hertz = None if rate is None else _rate(rate)
+    with _watching(live) as watch, _progress("reading, compiling the muscles") as report:
         from afo_sim.model import build
         from afo_sim.reader import load
         from afo_sim.recording import check_writable
@@ -62,9 +67,9 @@ def run(
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name
         check_writable(folder)
-        recording = run_built(built, progress=report)
-        recording.save(folder, rrd=rrd)
-    _print_run(recording, folder)
+        recording = run_built(built, progress=report, watch=watch)
+        recording.save(folder, rrd=rrd, rate=hertz)
+        _print_run(recording, folder)
     if not recording.ok:
         print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
         sys.exit(3)
@@ -103,33 +108,141 @@ def torque_map_command(
         built = build(load("scenario", scenario, values))
         check_writable(out)
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
-        maps = tm.torque_map(built, angles, np.array(sorted(pressures)))
+        supply = built.scenario.supply.pressure
+        maps = tm.torque_map(built, angles, np.array(sorted({*pressures, supply})))
         title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
         with replacing(out / "torque_map.csv") as path:
             tm.write_csv(maps, path)
         for suffix in ("png", "pdf"):
             with replacing(out / f"torque_map.{suffix}") as path:
                 tm.draw(maps, path, title, suffix)
-        answers = tm.answer(maps, built.scenario.supply.pressure)
-    _print_torque_maps(maps, answers, out)
+        answers = tm.answer(maps, supply)
+    _print_torque_maps(maps, answers, supply, out)
 
 
 @app.command()
 def view(
-    paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders or .rrd files")],
+    paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders, or .rrd files")],
+    picture: Annotated[
+        pathlib.Path | None, typer.Option("--screenshot", help="write a PNG instead; needs no display")
+    ] = None,
+    at: Annotated[str | None, typer.Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
+    rate: Rate = None,
+    colour: Annotated[str, typer.Option(help="what colours the muscles: force|pressure")] = "force",
 ) -> None:
-    """Open runs in the Rerun viewer, which listens on this machine only."""
+    """Open a run, or several side by side, in the Rerun viewer (on this machine only)."""
+    if colour not in ("force", "pressure"):
+        raise InputError("is no choice", field="--colour", value=colour, allowed="force, pressure")
+    if at is not None and picture is None:
+        raise InputError("goes with --screenshot", field="--at", value=at)
+    moment = None if at is None else _quantity("--at", at, "s")
+    hertz = None if rate is None else _rate(rate)
+    if picture is not None and picture.suffix.lower() != ".png":
+        raise InputError(
+            "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
+        )
+    with tempfile.TemporaryDirectory() as scratch, _progress("reading the run"):
+        from afo_sim.recording import check_writable, replacing
+
+        files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
+        from afo_sim import view as viewer
+
+        if picture is None:
+            viewer.open_recordings(files)
+        else:
+            check_writable(picture.parent)
+            with replacing(picture) as temporary:
+                viewer.screenshot(files[0], temporary, moment)
+    if picture is not None:
+        print(f"written to {picture}")
+
+
+def _rerun_files(
+    paths: list[pathlib.Path], scratch: pathlib.Path, rate: float | None, colour: str
+) -> list[pathlib.Path]:
+    """The Rerun files to show: those given, one made anew, or one made of several runs."""
+    for path in paths:
+        if not path.exists():
+            raise InputError("there is no such run", file=path)
+    folders = [path for path in paths if path.is_dir()]
+    if len(folders) != len(paths):
+        return paths
     from afo_sim.recording import RERUN
 
-    files = []
-    for path in paths:
-        file = path / RERUN if path.is_dir() else path
-        if not file.is_file():
-            raise InputError("there is no Rerun recording here", file=path, allowed=f"a folder with {RERUN}")
-        files.append(file)
-    from afo_sim.view import open_recordings
+    present = folders[0] / RERUN
+    if len(folders) == 1 and present.is_file() and rate is None and colour == "force":
+        return [present]
+    from afo_sim.view import write_comparison, write_rrd
 
-    open_recordings(files)
+    made = scratch / RERUN
+    if len(folders) == 1:
+        write_rrd(folders[0], made, rate=rate, colour_by=colour)
+    else:
+        write_comparison(folders, made, rate=rate)
+    return [made]
+
+
+@app.command("figure")
+def figure_command(
+    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; the run's own by default")
+    ] = None,
+) -> None:
+    """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
+    with _progress("drawing"):
+        from afo_sim.figure import write_figures
+        from afo_sim.recording import check_writable, read_recording
+
+        recording = read_recording(folder)
+        target = out or folder
+        check_writable(target)
+        written = write_figures(recording, target)
+    for path in written:
+        print(path)
+
+
+@app.command("video")
+def video_command(
+    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
+    out: Annotated[pathlib.Path, typer.Argument(help="MP4 file to write")],
+    rate: Annotated[str, typer.Option(help="pictures a second")] = "30 Hz",
+) -> None:
+    """A film of a run through MuJoCo's own renderer (needs an OpenGL backend and ffmpeg)."""
+    hertz = _rate(rate)
+    if out.suffix.lower() != ".mp4":
+        raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
+    with _progress("filming") as report:
+        from afo_sim.recording import check_writable, read_recording
+        from afo_sim.video import write_video
+
+        recording = read_recording(folder)
+        check_writable(out.parent)
+        write_video(recording, out, rate=hertz, progress=report)
+    print(f"written to {out}")
+
+
+@app.command("check-run")
+def check_run_command(
+    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
+    checks: Annotated[
+        pathlib.Path | None, typer.Argument(help="checks file; the shipped scenario's own by default")
+    ] = None,
+) -> None:
+    """Hold a run against a file of checks; exit code 1 when one fails."""
+    with _progress("checking"):
+        from afo_sim import assets
+        from afo_sim.checks import run_checks
+        from afo_sim.recording import read_recording
+
+        recording = read_recording(folder)
+        results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))
+    for result in results:
+        print(f"{'good' if result.ok else 'FAILED'}  {result.message}")
+    failed = sum(not result.ok for result in results)
+    print(f"{len(results) - failed} passed, {failed} failed")
+    if failed:
+        sys.exit(1)
 
 
 @app.command("list")
@@ -176,6 +289,25 @@ def read_sets(sets: list[str] | None) -> dict[str, Any]:
         except tomllib.TOMLDecodeError:
             values[key.strip()] = value.strip()
     return values
+
+
+def _rate(text: str) -> float:
+    hertz = _quantity("--rate", text, "Hz")
+    if hertz <= 0.0:
+        raise InputError("is out of range", field="--rate", value=text, allowed="more than 0 Hz")
+    return hertz
+
+
+@contextmanager
+def _watching(live: bool) -> Iterator[Any]:
+    """What watches a run grow: a viewer, or nobody."""
+    if not live:
+        yield None
+        return
+    from afo_sim.view.live import live_viewer
+
+    with live_viewer() as watch:
+        yield watch
 
 
 def _quantity(field: str, text: str, unit: str) -> float:
@@ -232,7 +364,7 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
     print(f"written to {folder}; look at it with: afo-sim view {folder}")
 
 
-def _print_torque_maps(maps: list[Any], answers: dict[str, Any], out: pathlib.Path) -> None:
+def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:
     import numpy as np
 
     for found in maps:
@@ -249,5 +381,5 @@ def _print_torque_maps(maps: list[Any], answers: dict[str, Any], out: pathlib.Pa
                 if span is None
                 else f"from {np.degrees(span[0]):.0f} to {np.degrees(span[1]):.0f} deg"
             )
-            print(f"{chamber}: enough for {need} {reach}, at the supply's pressure")
+            print(f"{chamber}: enough for {need} {reach}, at the supply's {supply * 1e-5:g} bar")
     print(f"written to {out}")

@@ -1,5 +1,6 @@
 """Numbers that a designer asks of a recording."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -58,7 +59,7 @@ def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: fl
     """
     time, angle = columns["time"], np.degrees(columns["ankle/angle"])
     torque = columns["ankle/moment/orthosis"]
-    first_cycle = time < period
+    first_cycle = time < max(period, time[0] + timestep)  # of a later stretch, its first row
     found = {
         "peak_dorsiflexion_angle": Metric(float(angle.max()), "deg"),
         "peak_plantarflexion_angle": Metric(float(angle.min()), "deg"),
@@ -67,7 +68,7 @@ def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: fl
         "peak_plantarflexion_torque": Metric(max(0.0, 0.0 - float(torque.min())), "N*m"),
         "rise_time": Metric(rise_time(time[first_cycle], angle[first_cycle]), "s"),
     }
-    cycles = max((time[-1] + timestep) / period, 1.0)
+    cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
     total = 0.0
     for name in [c.split("/")[1] for c in columns if c.startswith("chamber/") and c.endswith("/mass")]:
         pressure = columns[f"chamber/{name}/pressure"]

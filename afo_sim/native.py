@@ -157,6 +157,8 @@ def _static_force(m: Any, j: int, contraction: float, pressure: float) -> float:
     """The law of the muscle whose row starts at j, at κ ≥ 0: below it, the braid carries."""
     u = m.actuator_user
     kappa = 0.0 if contraction < 0.0 else contraction
+    if pressure < 0.0:  # a bladder below ambient leaves the braid: the laws would turn over
+        pressure = 0.0
     law = u[j + MUSCLE_LAW]
     c = j + MUSCLE_COEFFICIENTS
     if law == 0.0:
@@ -174,6 +176,7 @@ COMPLAINTS = (
     "the absolute pressure is not positive in actuator",
     "the volume is not positive in actuator",
     "the air mass is not positive in actuator",
+    "the supply's absolute pressure is not positive in actuator",
 )
 _TEXT_LENGTH, _MAX_ACTUATORS = 64, 256
 
@@ -236,8 +239,11 @@ def _define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
         inlet, outlet = int(u[j + CHAMBER_INLET]), int(u[j + CHAMBER_OUTLET])
         q = width * inlet
+        supply = d.ctrl[i] + AMBIENT_PRESSURE
+        if not supply > 0.0:
+            fail(4, i)
         inlet_flow = valve_flow(
-            d.ctrl[i] + AMBIENT_PRESSURE,
+            supply,
             AMBIENT_TEMPERATURE,
             pressure,
             temperature,
@@ -377,13 +383,16 @@ def _python_callbacks() -> tuple[Any, Any]:
             opt=m.opt,
         )
 
-    def python_bias(m: Any, d: Any, i: int) -> float:
-        return float(bias(flat(m), d, i))
+    def total(kernel: Any) -> Any:
+        def callback(m: Any, d: Any, i: int) -> float:
+            try:
+                return float(kernel(flat(m), d, i))
+            except (ArithmeticError, ValueError) as error:  # compiled code gives inf or NaN instead
+                raise KernelFailure(f"{error} in actuator {i}") from None
 
-    def python_dyn(m: Any, d: Any, i: int) -> float:
-        return float(dyn(flat(m), d, i))
+        return callback
 
-    return python_bias, python_dyn
+    return total(bias), total(dyn)
 
 
 def _current() -> tuple[Any, Any]:
@@ -422,6 +431,35 @@ def installed(mode: Mode = "native") -> Iterator[None]:
     finally:
         mujoco.set_mjcb_act_bias(before[0])
         mujoco.set_mjcb_act_dyn(before[1])
+
+
+def assert_rows(model: mujoco.MjModel) -> None:
+    """Check that every actuator is one of this project's, and names actuators that exist.
+
+    Raises
+    ------
+    CallbackError
+        A row without mark or kind would be passed over by the callbacks in silence.
+    """
+    kinds = {
+        KIND_MUSCLE: {MUSCLE_CHAMBER: KIND_CHAMBER, MUSCLE_NEXT: KIND_MUSCLE},
+        KIND_CHAMBER: {
+            CHAMBER_FIRST_MUSCLE: KIND_MUSCLE,
+            CHAMBER_INLET: KIND_VALVE,
+            CHAMBER_OUTLET: KIND_VALVE,
+        },
+        KIND_VALVE: {},
+        KIND_PASSIVE: {},
+    }
+    rows = model.actuator_user
+    for i, row in enumerate(rows):
+        if row[0] != MARK or row[1] not in kinds:
+            raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
+        for slot, kind in kinds[row[1]].items():
+            other = row[slot]
+            last = slot == MUSCLE_NEXT and row[1] == KIND_MUSCLE and other == -1.0
+            if not last and not (other in range(model.nu) and rows[int(other), 1] == kind):
+                raise CallbackError(f"actuator {model.actuator(i).name!r} refers to actuator {other:g}")
 
 
 def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[int]) -> None:

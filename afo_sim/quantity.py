@@ -101,7 +101,10 @@ class Described(BaseModel):
 def split_sources(table: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
     """Separate { value, source, kind } tables into plain values and a map of provenance."""
     values: dict[str, Any] = {}
-    sources: dict[str, Any] = dict(table.get("provenance", {})) if not prefix else {}
+    told = table.get("provenance", {})
+    if not isinstance(told, Mapping):
+        raise refusal("is not a table", "a table of { source, kind } by field", "provenance")
+    sources: dict[str, Any] = dict(told) if not prefix else {}
     for key, value in table.items():
         if isinstance(value, Mapping) and "value" in value:
             values[key] = value["value"]

@@ -1,6 +1,7 @@
 """TOML → spec: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
 
 import copy
+import os
 import pathlib
 from collections.abc import Mapping
 from typing import Any
@@ -123,7 +124,9 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     return table
 
 
-def load(kind: str, source: str | Mapping[str, Any], sets: Mapping[str, Any] | None = None) -> Any:
+def load(
+    kind: str, source: str | os.PathLike[str] | Mapping[str, Any], sets: Mapping[str, Any] | None = None
+) -> Any:
     """Read a description.
 
     Parameters
@@ -141,11 +144,16 @@ def load(kind: str, source: str | Mapping[str, Any], sets: Mapping[str, Any] | N
     InputError
         The first thing that is wrong, with its file, field, value and what is allowed.
     """
-    file = assets.find(kind, source) if isinstance(source, str) else None
-    root = read_table(kind, file) if file else copy.deepcopy(dict(source))  # type: ignore[arg-type]
+    if isinstance(source, Mapping):
+        file, root = None, copy.deepcopy(dict(source))
+    elif isinstance(source, str | os.PathLike):
+        file = assets.find(kind, os.fspath(source))
+        root = read_table(kind, file)
+    else:
+        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
     tree = _Tree(kind, file, root)
-    for key, value in (sets or {}).items():
-        tree.set(key, value)
+    for key in sorted(sets or {}, key=lambda key: key.count(".")):  # a whole before its parts
+        tree.set(key, (sets or {})[key])
     tree.follow_all()
     try:
         return SPECS[kind].model_validate(tree.root)
@@ -160,6 +168,9 @@ def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputEr
     path = tuple(str(part) for part in first["loc"])
     if facts.get("key"):
         path += tuple(facts["key"].split("."))
+    if "provenance" in path[:-1]:  # of a { value, source, kind } table: where it was written
+        at = path.index("provenance")
+        path = (*path[:at], *path[at + 1].split("."), *path[at + 2 :])
     file, inner = tree.file_of(path)
     dotted = ".".join(path)
     if any(dotted == key or dotted.startswith(key + ".") or key.startswith(dotted + ".") for key in sets):

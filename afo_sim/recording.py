@@ -1,5 +1,6 @@
 """The one result of a simulation: columns with units and provenance, and its files."""
 
+import dataclasses
 import importlib.metadata
 import json
 import os
@@ -16,7 +17,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.errors import InputError
 from afo_sim.metrics import Metric, ankle_metrics
-from afo_sim.model import Built, muscle_names
+from afo_sim.model import Built
+from afo_sim.mounting import muscle_names
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 
 if TYPE_CHECKING:
@@ -26,13 +28,18 @@ if TYPE_CHECKING:
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 
+ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
+
 # Unit and sign of every column, by the last parts of its path.
 COLUMNS = {
     "time": ("s", "start of the step"),
     "ankle/angle": ("rad", "dorsiflexion positive"),
     "ankle/velocity": ("rad/s", "dorsiflexion positive"),
-    "ankle/acceleration": ("rad/s^2", "dorsiflexion positive"),
-    "ankle/moment/orthosis": ("N*m", "internal, dorsiflexion positive; all muscles of the orthosis"),
+    "ankle/acceleration": ("rad/s^2", "dorsiflexion positive; instantaneous, not the step's mean"),
+    "ankle/moment/orthosis": (
+        "N*m",
+        "internal, dorsiflexion positive; all muscles of the orthosis, instantaneous",
+    ),
     "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping and stops"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
     "force": ("N", "tension positive"),
@@ -100,9 +107,11 @@ class Recording:
 
         return pandas.DataFrame(self.columns)
 
-    def save(self, folder: str | os.PathLike[str], *, rrd: bool = True) -> pathlib.Path:
+    def save(
+        self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
+    ) -> pathlib.Path:
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd."""
-        return save(self, pathlib.Path(folder), rrd=rrd)
+        return save(self, pathlib.Path(folder), rrd=rrd, rate=rate)
 
     def view(self) -> None:
         """Open the run in the Rerun viewer."""
@@ -139,7 +148,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     Recording at the scenario's record rate; the metrics are of every step.
     """
     scenario = built.scenario
-    columns = _columns(built, control, rollout.rows)
+    columns = _columns(built, control, rollout.rows, rollout.first_step)
     n = len(columns["time"])
     metrics = ankle_metrics(columns, scenario.timestep, scenario.timer.period) if n else {}
     stride = scenario.record_stride
@@ -154,9 +163,8 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
-            "steps_per_second": n / rollout.wall_seconds if n else 0.0,
-            "damper_stability_number": built.damper_stability,
-            "air_stability_number": built.air_stability,
+            "steps_per_second": n / rollout.wall_seconds if rollout.wall_seconds else 0.0,
+            **{f"{name}_stability_number": number for name, number in built.stability.items()},
         },
         versions=_versions(),
         parameters={
@@ -165,13 +173,15 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     )
 
 
-def _columns(built: Built, control: np.ndarray, rows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _columns(
+    built: Built, control: np.ndarray, rows: dict[str, np.ndarray], first_step: int
+) -> dict[str, np.ndarray]:
     model, index = built.model, built.index
     n = len(rows["time"])
     dof, qpos = index.ankle_dof, index.ankle_qpos
     passive_tissue = rows["actuator_force"][:, index.passive]
     columns = {
-        "time": np.arange(n) * built.scenario.timestep,
+        "time": (first_step + np.arange(n)) * built.scenario.timestep,
         "ankle/angle": rows["qpos"][:, qpos],
         "ankle/velocity": rows["qvel"][:, dof],
         "ankle/acceleration": rows["qacc"][:, dof],
@@ -276,6 +286,7 @@ def _versions() -> dict[str, str]:
 @contextmanager
 def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
     """A temporary path beside `path` that takes its place when the block ends well."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     os.close(handle)
     temporary = pathlib.Path(name)
@@ -288,10 +299,12 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
 
 
 def check_writable(folder: pathlib.Path) -> None:
-    """Make the output folder, or say why it cannot be written to."""
+    """Say so if an output folder cannot be made or written to; nothing is left behind."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        existing = folder.absolute()
+        while not existing.exists():
+            existing = existing.parent
+        with tempfile.TemporaryDirectory(dir=existing):
             pass
     except OSError as error:
         raise InputError(
@@ -299,7 +312,9 @@ def check_writable(folder: pathlib.Path) -> None:
         ) from None
 
 
-def save(recording: Recording, folder: pathlib.Path, *, rrd: bool = True) -> pathlib.Path:
+def save(
+    recording: Recording, folder: pathlib.Path, *, rrd: bool = True, rate: float | None = None
+) -> pathlib.Path:
     """Write the files of a run; each appears whole or not at all.
 
     Parameters
@@ -307,12 +322,14 @@ def save(recording: Recording, folder: pathlib.Path, *, rrd: bool = True) -> pat
     recording : what to write
     folder : made if need be
     rrd : also write recording.rrd
+    rate : samples a second in it [Hz]; the run's own by default
 
     Returns
     -------
     the folder
     """
     check_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
     writers: dict[str, Callable[[pathlib.Path], object]] = {
         PARQUET: lambda path: write_parquet(recording, path),
         MODEL: lambda path: path.write_text(recording.model_xml, encoding="utf-8"),
@@ -324,7 +341,7 @@ def save(recording: Recording, folder: pathlib.Path, *, rrd: bool = True) -> pat
     if rrd and len(recording["time"]):
         from afo_sim.view import write_rrd
 
-        writers[RERUN] = lambda path: write_rrd(recording, path)
+        writers[RERUN] = lambda path: write_rrd(recording, path, rate=rate)
     else:
         (folder / RERUN).unlink(missing_ok=True)  # not another run's
     for name, write in writers.items():
@@ -354,11 +371,11 @@ def write_parquet(recording: Recording, path: pathlib.Path) -> None:
     run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
     schema = pa.schema(fields, metadata={"afo_sim": json.dumps(_json_numbers(run))})
     table = pa.table([pa.array(v) for v in recording.columns.values()], schema=schema)
-    pq.write_table(table, path)
+    pq.write_table(table, path, row_group_size=ROW_GROUP)
 
 
-def read_recording(folder: str | os.PathLike[str]) -> Recording:
-    """The recording in a run's folder (or of a Parquet file).
+def open_parquet(folder: str | os.PathLike[str]) -> Any:
+    """The Parquet file of a run's folder (or itself), opened but not read.
 
     Raises
     ------
@@ -373,21 +390,47 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
     if not path.is_file():
         raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
     try:
-        table = pq.read_table(path)
-        run = json.loads(table.schema.metadata[b"afo_sim"])
-    except (pa.ArrowException, KeyError, TypeError, ValueError) as error:
+        return pq.ParquetFile(path, pre_buffer=False)
+    except (pa.ArrowException, OSError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=path) from None
-    return Recording(
-        columns={name: table[name].to_numpy() for name in table.column_names},
-        metrics={
-            n: Metric(m["value"] if m["value"] is not None else float("nan"), m["unit"])
-            for n, m in run["metrics"].items()
-        },
-        scenario=run["scenario"],
-        model_xml=run["model_xml"],
-        status=run["status"],
-        warnings=tuple(run["warnings"]),
-        timing=run["timing"],
-        versions=run["versions"],
-        parameters=run["parameters"],
-    )
+
+
+def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
+    """A run's Recording without its rows, from its opened Parquet file."""
+    try:
+        run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
+        return Recording(
+            columns={},
+            metrics={
+                n: Metric(m["value"] if m["value"] is not None else float("nan"), m["unit"])
+                for n, m in run["metrics"].items()
+            },
+            scenario=run["scenario"],
+            model_xml=run["model_xml"],
+            status=run["status"],
+            warnings=tuple(run["warnings"]),
+            timing=run["timing"],
+            versions=run["versions"],
+            parameters=run["parameters"],
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+
+
+def read_recording(folder: str | os.PathLike[str]) -> Recording:
+    """The recording in a run's folder (or of a Parquet file).
+
+    Raises
+    ------
+    InputError
+        No run is there, or the file is damaged.
+    """
+    import pyarrow as pa
+
+    file = open_parquet(folder)
+    header = recording_header(file, folder)
+    try:
+        table = file.read()
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+    return dataclasses.replace(header, columns={name: table[name].to_numpy() for name in table.column_names})

@@ -6,25 +6,44 @@ from afo_sim.model import Built
 from afo_sim.spec import Timer
 
 
-def open_at(intervals: tuple[tuple[float, float], ...], period: float, time: np.ndarray) -> np.ndarray:
-    """Whether a valve is switched on, 0 or 1, at each time.
+def open_at(
+    intervals: tuple[tuple[float, float], ...], period: float, time: np.ndarray, step: float
+) -> np.ndarray:
+    """The share of each step for which a valve is switched on.
 
     Parameters
     ----------
     intervals : [from, to) within the period [s]
     period : [s]
-    time : [s] (n,)
+    time : start of each step [s] (n,)
+    step : [s]
 
     Returns
     -------
-    (n,) of 0.0 and 1.0
+    (n,) from 0 to 1: between them where an event falls within a step
     """
-    # a nanosecond's grace, so that 4000 × 0.001 s counts as 4 s
-    phase = np.mod(time + 1e-9, period)
-    on = np.zeros(len(time), dtype=bool)
-    for start, end in intervals:
-        on |= (phase >= start) & (phase < end)
-    return on.astype(float)
+    merged = _merged(intervals)
+    total = sum(end - start for start, end in merged)
+
+    def switched_on_until(moment: np.ndarray) -> np.ndarray:
+        cycle, phase = np.divmod(moment, period)
+        inside = [np.clip(phase - start, 0.0, end - start) for start, end in merged]
+        return cycle * total + np.sum(inside, axis=0) if merged else np.zeros_like(moment)
+
+    share = (switched_on_until(time + step) - switched_on_until(time)) / step
+    # to a billionth, so that an event on a step's edge is one
+    return np.round(np.clip(share, 0.0, 1.0), 9)
+
+
+def _merged(intervals: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
+    """Overlapping events as one."""
+    merged: list[tuple[float, float]] = []
+    for start, end in sorted(intervals):
+        if merged and start <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
+        else:
+            merged.append((start, end))
+    return merged
 
 
 def controls(built: Built, n_step: int | None = None) -> np.ndarray:
@@ -47,6 +66,6 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
     timer: Timer = scenario.timer
     for chamber, times in timer.chambers.items():
         for side in ("inlet", "outlet"):
-            coil = open_at(getattr(times, side), timer.period, time)
+            coil = open_at(getattr(times, side), timer.period, time, scenario.timestep)
             control[:, index.valves[f"{chamber}_{side}"]] = coil
     return control

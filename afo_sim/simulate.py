@@ -1,5 +1,6 @@
 """One simulation: static equilibrium, roll-out through `mujoco.batch`, recording."""
 
+import os
 import re
 import time
 from collections.abc import Callable, Mapping
@@ -39,19 +40,24 @@ FAILURES = (mujoco.FatalError, native.KernelFailure)
 BLOCK = 10_000  # steps between two reports of progress
 
 Progress = Callable[[int, int], None]
+Rows = dict[str, np.ndarray]
+Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
+See = Callable[[Rows, int], None]
+WATCHED_BLOCK = 250  # steps between two stretches that somebody watches
 
 
 @dataclass(frozen=True)
 class Rollout:
     """Aligned rows of one simulation: row k is the state before step k and that step's forces."""
 
-    rows: dict[str, np.ndarray]
+    rows: Rows
     failure: SimulationError | None
     wall_seconds: float
+    first_step: int = 0
 
 
 def run(
-    scenario: str | Scenario | Mapping[str, Any],
+    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
     progress: Progress | None = None,
@@ -84,10 +90,17 @@ def run(
     return run_built(build(description), progress=progress)
 
 
-def run_built(built: Built, *, progress: Progress | None = None) -> Recording:
-    """Simulate a compiled scenario from static equilibrium, as `run` does."""
+def run_built(built: Built, *, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
+    """Simulate a compiled scenario from static equilibrium, as `run` does; `watch` sees it grow."""
     control = schedule.controls(built)
-    return make_recording(built, control, simulate(built, control, progress=progress))
+
+    def see(rows: Rows, first: int) -> None:
+        stretch = Rollout(rows, None, 0.0, first)
+        if watch is not None:
+            watch(make_recording(built, control[first : first + len(rows["time"])], stretch))
+
+    rollout = simulate(built, control, progress=progress, see=None if watch is None else see)
+    return make_recording(built, control, rollout)
 
 
 def simulate(
@@ -96,6 +109,7 @@ def simulate(
     *,
     state: np.ndarray | None = None,
     progress: Progress | None = None,
+    see: See | None = None,
 ) -> Rollout:
     """Roll a compiled scenario out.
 
@@ -105,6 +119,7 @@ def simulate(
     control : inputs (n_step, nu), as `schedule.controls` makes them
     state : mjSTATE_INTEGRATION row to start from; the static equilibrium by default
     progress : called with (steps done, steps in all)
+    see : called with each new stretch of aligned rows, and its first step
 
     Returns
     -------
@@ -113,6 +128,7 @@ def simulate(
     mode = built.scenario.callback
     with native.installed(mode):
         try:
+            native.assert_rows(built.model)
             if state is None:
                 state = equilibrium(built, control[0])
             _assert_muscles_pull(built, state)
@@ -121,10 +137,10 @@ def simulate(
             return Rollout(nothing, _failure(built, _named(built, str(error)), 0), 0.0)
         roll = _batch_rollout if mode == "native" else _python_rollout
         start = time.perf_counter()
-        rows, done, reason = roll(built, control, state, progress)
+        rows, done, reason = roll(built, control, state, progress, see)
         wall = time.perf_counter() - start
     failure = None if reason is None else _failure(built, reason, done)
-    return Rollout(_aligned(built.model, rows, state, done), failure, wall)
+    return Rollout(_aligned(built.model, rows, state, 0, done), failure, wall)
 
 
 def _failure(built: Built, reason: str, step: int) -> SimulationError:
@@ -196,7 +212,7 @@ def index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
 
 
 def _assert_muscles_pull(built: Built, state: np.ndarray) -> None:
-    """Refuse to run limp muscles: with 1 bar in every chamber each must carry its law's force."""
+    """Refuse to run limp muscles: with 3 bar in every chamber each must carry its law's force."""
     data = mujoco.MjData(built.model)
     mujoco.mj_setState(built.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(built, data, 3e5)
@@ -206,16 +222,17 @@ def _assert_muscles_pull(built: Built, state: np.ndarray) -> None:
 
 
 def _batch_rollout(
-    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None
-) -> tuple[dict[str, np.ndarray], int, str | None]:
+    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None, see: See | None
+) -> tuple[Rows, int, str | None]:
     batch = Batch(built.model, nsim=1, nthread=1)
     batch.state[:] = state
     data = mujoco.MjData(built.model)
     n_step = len(control)
     rows = {name: np.full((1, *values.shape), np.nan) for name, values in _blank(data, n_step).items()}
-    reason = None
-    for first in range(0, n_step, BLOCK):
-        block = slice(first, min(first + BLOCK, n_step))
+    reason, spoilt = None, 0
+    length = BLOCK if see is None else WATCHED_BLOCK
+    for first in range(0, n_step, length):
+        block = slice(first, min(first + length, n_step))
         # `time` is a scalar of MjData, which Batch records only as a part of the state
         out: dict[Any, np.ndarray] = {
             int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name: rows[name][:, block]
@@ -228,19 +245,23 @@ def _batch_rollout(
             break
         reason = _warning(batch.warning[0])
         if reason is not None:
+            spoilt = 1  # the step that warned has been recorded
             break
         if progress is not None:
             progress(block.stop, n_step)
+        if see is not None:
+            flat = {name: values[0] for name, values in rows.items()}
+            see(_aligned(built.model, flat, state, first, block.stop), first)
     # rows that no step has written are NaN, and those that repeat after a warning do not move on
     stamps = rows["time"][0, :, 0]
     due = (np.arange(n_step) + 0.5) * built.scenario.timestep
-    done = int(np.sum(stamps > due)) if reason is not None else n_step
+    done = max(int(np.sum(stamps > due)) - spoilt, 0) if reason is not None else n_step
     return {name: values[0] for name, values in rows.items()}, done, reason
 
 
 def _python_rollout(
-    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None
-) -> tuple[dict[str, np.ndarray], int, str | None]:
+    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None, see: See | None
+) -> tuple[Rows, int, str | None]:
     """The same rows by a plain loop, since `mujoco.batch` refuses Python callbacks."""
     model = built.model
     data = mujoco.MjData(model)
@@ -258,12 +279,15 @@ def _python_rollout(
             return rows, k, reason
         for name, values in rows.items():
             values[k] = getattr(data, name)
-        if progress is not None and (k + 1) % BLOCK == 0:
+        if progress is not None and (k + 1) % WATCHED_BLOCK == 0:
             progress(k + 1, n_step)
+        if see is not None and ((k + 1) % WATCHED_BLOCK == 0 or k + 1 == n_step):
+            first = k - k % WATCHED_BLOCK
+            see(_aligned(model, rows, state, first, k + 1), first)
     return rows, n_step, None
 
 
-def _blank(data: mujoco.MjData, n_step: int) -> dict[str, np.ndarray]:
+def _blank(data: mujoco.MjData, n_step: int) -> Rows:
     """Rows to record into, NaN until a step has written them."""
     widths = {name: np.size(getattr(data, name)) for name in (*STATE, *DERIVED)}
     return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
@@ -292,14 +316,12 @@ def _named(built: Built, message: str) -> str:
     return re.sub(r"actuator (\d+)", name, message)
 
 
-def _aligned(
-    model: mujoco.MjModel, rows: dict[str, np.ndarray], state: np.ndarray, done: int
-) -> dict[str, np.ndarray]:
-    """State rows moved down by one, so that row k is the state that step k started from."""
+def _aligned(model: mujoco.MjModel, rows: Rows, state: np.ndarray, first: int, stop: int) -> Rows:
+    """Rows first…stop, states moved down by one: row k is the state that step k started from."""
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    aligned = {name: rows[name][:done] for name in DERIVED}
+    aligned = {name: rows[name][first:stop] for name in DERIVED}
     for name in STATE:
-        first = np.reshape(getattr(data, name), (1, -1))
-        aligned[name] = np.concatenate([first, rows[name][: max(done - 1, 0)]])[:done]
+        before = rows[name][first - 1 : first] if first else np.reshape(getattr(data, name), (1, -1))
+        aligned[name] = np.concatenate([before, rows[name][first : max(stop - 1, first)]])[: stop - first]
     return aligned

@@ -5,6 +5,7 @@ positive, pressures gauge, positions in metres from the ankle joint: x forward, 
 """
 
 import pathlib
+import re
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, field_serializer, model_validator
@@ -77,7 +78,11 @@ class Muscle(Described):
                 nearest_name(table["law"], LAWS) or "",
             )
         law = LAWS[table["law"]]
-        given = dict(table.get("law_parameters", {}))
+        given = table.get("law_parameters", {})
+        if not isinstance(given, dict):
+            wanted = ", ".join(parameter.name for parameter in law.parameters)
+            raise refusal("is not a table", f"a table with {wanted or 'nothing'}", "law_parameters")
+        given = dict(given)
         read = {}
         for parameter in law.parameters:
             key = f"law_parameters.{parameter.name}"
@@ -149,6 +154,16 @@ class MuscleGroup(Described):
     slack: Distance = 0.0
     chamber: str | None = None
 
+    @model_validator(mode="after")
+    def _spans_the_ankle(self) -> Self:
+        if self.origin.segment == self.insertion.segment:
+            raise refusal(
+                "both ends are on the same segment: the muscle cannot move the ankle",
+                "the segment that the other end is not on",
+                "insertion.segment",
+            )
+        return self
+
 
 class Chamber(Described):
     """Muscles that share their valves: inlet from the supply, outlet to ambient."""
@@ -172,6 +187,12 @@ class Orthosis(Described):
 
     @model_validator(mode="after")
     def _chambers_exist(self) -> Self:
+        if not self.muscle:
+            raise refusal("there is no muscle", "at least one muscle group", "muscle")
+        for kind in ("muscle", "chamber"):
+            for name in getattr(self, kind):
+                if not re.fullmatch(r"[A-Za-z][\w-]*", name):
+                    raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
         for name, group in self.muscle.items():
             if (group.chamber or name) not in self.chamber:
                 raise refusal(
@@ -283,6 +304,8 @@ class Scenario(Described):
                     f"timer.{name}",
                     nearest_name(name, self.orthosis.chamber) or "",
                 )
+        if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
+            raise refusal("is no name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:
             raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
         if self.n_step > MAX_STEPS:

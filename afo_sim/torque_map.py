@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.model import Built, sweep_ankle
+from afo_sim.model import Built
+from afo_sim.mounting import sweep_ankle
 from afo_sim.simulate import fill_chambers
 
 # What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
@@ -143,18 +144,23 @@ def _shade_stretch(axis: Any, found: TorqueMap) -> None:
 
 
 def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:
-    """Over which ankle angles each need is met, at the pressure nearest to the one given.
+    """Over which ankle angles each need is met at a pressure, by muscles that are not overstretched.
+
+    Parameters
+    ----------
+    maps : of every chamber
+    pressure : gauge, one of the maps' pressures [Pa]
 
     Returns
     -------
     {chamber: {need: (lowest, highest angle [rad]) or None}} for chambers that dorsiflex; the lower
-    bound of each need counts.
+    bound of each need counts, and angles at which the braid is stretched do not.
     """
     found: dict[str, dict[str, tuple[float, float] | None]] = {}
     for entry in maps:
         column = int(np.argmin(np.abs(entry.pressures - pressure)))
-        torque = entry.torque[:, column]
-        if torque.max() <= -torque.min():
+        torque = np.where(entry.contraction >= 0.0, entry.torque[:, column], -np.inf)
+        if entry.torque.max() <= -entry.torque.min():
             continue
         found[entry.chamber] = {}
         for need, (least, _) in NEEDS.items():

@@ -35,6 +35,9 @@ _NUMBER_AND_UNIT = re.compile(
 )
 
 
+_TOWER = re.compile(r"(?:\^|\*\*)\s*-?(?:\d{3}|\d+\s*(?:\^|\*\*))|.{60}")  # powers of powers, or a novel
+
+
 @functools.cache
 def _registry() -> Any:
     import pint  # here and not above: it takes a third of a second
@@ -87,7 +90,7 @@ def _convert(text: str, unit: str, example: str) -> float:
 
     # a number and a unit, nothing that pint would evaluate: "4,2 bar" is 42 bar to it
     parts = _NUMBER_AND_UNIT.match(text)
-    if parts is None:
+    if parts is None or _TOWER.search(parts[2]):
         raise ValueError(f"is not a quantity, a number and its unit; {example}")
     try:
         return float(_registry().Quantity(float(parts[1]), parts[2]).to(unit).magnitude)

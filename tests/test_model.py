@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from afo_sim.errors import InputError
-from afo_sim.model import build, lock_contraction, sweep_ankle
+from afo_sim.model import build
+from afo_sim.mounting import lock_contraction, sweep_ankle
 from afo_sim.reader import load
 
 FORWARD = "orthosis.muscle.dorsiflexor"
@@ -152,3 +153,91 @@ def test_dm_control_reads_the_model() -> None:
     physics = dm.Physics.from_xml_string(built().xml)
     physics.step()
     assert physics.named.data.qpos["ankle"].size == 1
+
+
+def own_leg(tmp_path, change) -> dict[str, str]:  # noqa: ANN001
+    """The shipped leg with its MJCF changed."""
+    source = load("leg", "adult_75kg").file
+    (tmp_path / "leg.xml").write_text(change(source.read_text()))
+    (tmp_path / "leg.toml").write_text((source.parent / "leg.toml").read_text())
+    return {"leg": str(tmp_path / "leg.toml")}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('axis="0 -1 0"', 'axis="0 1 0"', "axis"),
+        (' range="-50 30"', "", "no range"),
+        ('<body name="foot">', '<body name="foot" euler="0 10 0">', "turned"),
+        ('<inertial pos="0 0 0.2444"', '<freejoint/><inertial pos="0 0 0.2444"', "2 joints"),
+    ],
+)
+def test_leg_put_together_otherwise_is_refused(old: str, new: str, problem: str, tmp_path) -> None:  # noqa: ANN001
+    with pytest.raises(InputError, match=problem):
+        built(**own_leg(tmp_path, lambda text: text.replace(old, new)))
+
+
+def test_shank_and_foot_must_be_the_ankles_bodies() -> None:
+    with pytest.raises(InputError, match="does not hang on"):
+        built(**{"leg.shank": "foot"})
+
+
+def parts(tmp_path, cuff: str) -> dict[str, str]:  # noqa: ANN001
+    (tmp_path / "cuff.xml").write_text(f"<mujoco><worldbody>{cuff}</worldbody></mujoco>")
+    return {"orthosis.cuff": str(tmp_path / "cuff.xml")}
+
+
+def test_muscles_stay_where_described_wherever_the_cuff_is(tmp_path) -> None:  # noqa: ANN001
+    geom = '<geom size=".05" mass="0.25" contype="0" conaffinity="0"/>'
+    moved = built(**parts(tmp_path, f'<body pos="0 0 -0.01" euler="0 30 0">{geom}</body>'))
+    angles = np.radians([-10.0, 10.0])
+    assert np.array_equal(
+        sweep_ankle(moved.model, moved.index, angles)[0], sweep_ankle(built().model, moved.index, angles)[0]
+    )
+
+
+@pytest.mark.parametrize(
+    "cuff",
+    [
+        '<geom size=".1"/><body><geom size=".1"/></body>',
+        '<body><geom size=".1"/></body><body><geom size=".1"/></body>',
+        '<body><joint/><geom size=".1"/></body>',
+    ],
+)
+def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None:  # noqa: ANN001
+    with pytest.raises(InputError, match="one rigid part"):
+        built(**parts(tmp_path, cuff))
+
+
+def test_too_stiff_braid_is_refused_with_the_step_that_would_do() -> None:
+    stiff = {f"{FORWARD}.type.braid_stiffness": "2000 kN"}
+    with pytest.raises(InputError, match="too stiff for this time step") as refused:
+        built(**stiff)
+    step = float(refused.value.allowed.removeprefix("at most ").split()[0])
+    assert built(**stiff, timestep=f"{step} ms", record_rate=f"{1 / step!r} kHz")
+
+
+def test_coarse_air_is_said() -> None:
+    coarse = built(**{"orthosis.chamber.dorsiflexor.inlet.conductance": "1.7 dm^3/(s*bar)"})
+    assert any("coarse at this time step" in warning for warning in coarse.warnings)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "problem"),
+    [
+        ("orthosis.muscle.dorsiflexor.insertion.segment", "shank", "same segment"),
+        ("orthosis.muscle.dorsiflexor.type.law_parameters", 3, "not a table"),
+        ("provenance", 3, "not a table"),
+        ("orthosis.muscle", {}, "no muscle"),
+        ("name", "../esc", "no name for a folder"),
+        ("name", "a\u0000b", "no name for a folder"),
+    ],
+)
+def test_odd_descriptions_are_refused(key: str, value: object, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        built(**{key: value})
+
+
+def test_a_whole_is_set_before_its_parts() -> None:
+    scenario = load("scenario", "seated", {f"{FORWARD}.count": 2, "orthosis": "s1"})
+    assert scenario.orthosis.muscle["dorsiflexor"].count == 2

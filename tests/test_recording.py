@@ -8,7 +8,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import rerun as rr
 
 from afo_sim.errors import InputError
 from afo_sim.recording import Recording, read_recording, replacing
@@ -85,35 +84,6 @@ def test_model_loads_again_with_one_joint_called_ankle(folder: pathlib.Path) -> 
     assert (model.njnt, model.joint(0).name, model.ntendon, model.nu) == (1, "ankle", 5, 12)
     assert model.body("foot").mass[0] == pytest.approx(1.09)
     assert model.joint(0).damping[0] == 0.5
-
-
-def test_rerun_file_holds_the_signals_and_the_layout(folder: pathlib.Path, seated: Recording) -> None:
-    reader = rr.chunk.RrdReader(str(folder / "recording.rrd"))
-    assert len(reader.blueprints()) == 1
-    batches = [
-        chunk.to_record_batch()
-        for chunk in reader.stream().filter(content="/ankle/angle", components="Scalars:scalars").to_chunks()
-    ]
-    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
-    value = np.concatenate([b.column("Scalars:scalars").flatten().to_numpy() for b in batches])
-    order = np.argsort(time)
-    assert np.array_equal(time[order], np.round(seated["time"] * 1e9).astype(np.int64))
-    assert np.array_equal(value[order], np.degrees(seated["ankle/angle"]))
-
-
-def test_rerun_foot_pose_follows_the_ankle(folder: pathlib.Path, seated: Recording) -> None:
-    reader = rr.chunk.RrdReader(str(folder / "recording.rrd"))
-    chunks = reader.stream().filter(
-        content="/world/bodies/foot", is_static=False, components="Transform3D:quaternion"
-    )
-    batches = [chunk.to_record_batch() for chunk in chunks.to_chunks()]
-    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
-    pose = np.concatenate(
-        [b.column("Transform3D:quaternion").flatten().flatten().to_numpy().reshape(-1, 4) for b in batches]
-    )
-    angle = np.interp(time * 1e-9, seated["time"], seated["ankle/angle"])
-    expected = np.column_stack([0 * angle, -np.sin(angle / 2), 0 * angle, np.cos(angle / 2)])
-    assert pose == pytest.approx(expected, abs=1e-6)
 
 
 def test_interrupted_writing_leaves_the_old_file(tmp_path: pathlib.Path) -> None:

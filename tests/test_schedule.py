@@ -13,13 +13,13 @@ STEP = 1e-3
 def test_s1_cycle() -> None:
     """S1, Fig. 6: filled from 0 s, vented from 4 s, 8 s in all; on the very step, in every cycle."""
     time = np.arange(40_000) * STEP
-    on = open_at(((0.0, 4.0),), 8.0, time)
+    on = open_at(((0.0, 4.0),), 8.0, time, STEP)
     edges = np.flatnonzero(np.diff(on)) + 1
     assert edges.tolist() == [4000, 8000, 12000, 16000, 20000, 24000, 28000, 32000, 36000]
 
 
 def test_nothing_is_open_without_events() -> None:
-    assert not open_at((), 8.0, np.arange(100) * STEP).any()
+    assert not open_at((), 8.0, np.arange(100) * STEP, STEP).any()
 
 
 @settings(deadline=None, derandomize=True)
@@ -30,13 +30,25 @@ def test_open_share_is_the_intervals_share(period: int, start: int, length: int,
     if end <= start:
         return
     time = (cycle * period + np.arange(period)) * STEP
-    on = open_at(((start * STEP, end * STEP),), period * STEP, time)
+    on = open_at(((start * STEP, end * STEP),), period * STEP, time, STEP)
     assert on.sum() == end - start
     assert on[start] == 1.0
     assert set(np.unique(on)) <= {0.0, 1.0}
 
 
 def test_overlapping_events_do_not_add_up() -> None:
-    on = open_at(((0.0, 0.5), (0.3, 0.8)), 1.0, np.arange(1000) * STEP)
+    on = open_at(((0.0, 0.5), (0.3, 0.8)), 1.0, np.arange(1000) * STEP, STEP)
     assert on.max() == 1.0
     assert on.sum() == pytest.approx(800)
+
+
+@pytest.mark.parametrize(("start", "end", "share"), [(0.2e-3, 0.8e-3, 0.6), (0.0, 0.2e-3, 0.2)])
+def test_events_within_a_step_are_the_share_of_it(start: float, end: float, share: float) -> None:
+    """Pulse-width modulation faster than the step must neither vanish nor stay on."""
+    on = open_at(((start, end),), STEP, np.arange(50) * STEP, STEP)
+    assert on == pytest.approx(share, abs=1e-9)
+
+
+def test_edge_within_a_step() -> None:
+    on = open_at(((0.5e-3, 2.25e-3),), 1.0, np.arange(4) * STEP, STEP)
+    assert on.tolist() == [0.5, 1.0, 0.25, 0.0]

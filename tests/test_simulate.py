@@ -5,7 +5,7 @@ import pytest
 
 import afo_sim
 from afo_sim import native, schedule
-from afo_sim.errors import InputError
+from afo_sim.errors import CallbackError, InputError
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
@@ -132,3 +132,38 @@ def test_run_takes_a_dict_and_refuses_sets_on_a_finished_scenario() -> None:
     assert afo_sim.run(description.resolved()).ok
     with pytest.raises(InputError):
         afo_sim.run(description, {"duration": "2 s"})
+
+
+def test_air_is_counted_per_cycle_begun(seated: Recording) -> None:
+    """After 12.1 s a second cycle has begun, and its filling has ended."""
+    part = afo_sim.run("seated", {"duration": "12.1 s"})
+    whole = seated.metrics["air_per_cycle"].value
+    assert part.metrics["air_per_cycle"].value == pytest.approx(whole, rel=1e-12)
+
+
+def test_supply_without_pressure_is_a_failure() -> None:
+    built = build(load("scenario", "seated", {"duration": "1 s"}))
+    control = schedule.controls(built)
+    control[500:, built.index.chambers["dorsiflexor"]] = -2e5
+    run = make_recording(built, control, simulate(built, control))
+    assert "supply's absolute pressure is not positive in 'chamber_dorsiflexor'" in run.status
+    assert len(run["time"]) == 500
+
+
+def test_step_that_warns_is_not_kept() -> None:
+    built = build(load("scenario", "seated", {"duration": "1 s"}))
+    control = schedule.controls(built)
+    control[500:, built.index.passive] = np.nan
+    run = make_recording(built, control, simulate(built, control))
+    assert not run.ok
+    assert len(run["time"]) == 500
+    assert all(np.isfinite(values).all() for values in run.columns.values())
+
+
+@pytest.mark.parametrize("kind", ["passive", "chambers", "valves", "muscles"])
+def test_actuator_that_lost_its_parameters_does_not_run(kind: str) -> None:
+    built = build(load("scenario", "seated", {"duration": "1 s"}))
+    ids = getattr(built.index, kind)
+    built.model.actuator_user[ids if isinstance(ids, int) else next(iter(ids.values())), 0] = np.nan
+    with pytest.raises(CallbackError, match="lost its parameters"):
+        simulate(built, schedule.controls(built))

@@ -1,0 +1,239 @@
+"""How the muscles are mounted, and what only the compiled model can tell: checks before a run."""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.errors import InputError
+from afo_sim.physics.passive_ankle import KNEE_LIMIT
+from afo_sim.physics.pneumatics import LAMINAR_RATIO
+from afo_sim.spec import MuscleGroup, Orthosis, Scenario
+from afo_sim.units import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    HEAT_CAPACITY_RATIO,
+    STANDARD_DENSITY,
+    in_unit,
+)
+
+ANKLE = "ankle"
+AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2
+AIR_ACCURATE = 0.3  # above it a run warns
+BRAID_LIMIT = 1.0  # of (rate × time step)² of the braids' stiffness; it is unstable at 4
+
+
+@dataclass(frozen=True)
+class Index:
+    """Actuator ids and joint addresses by name, in the order they are recorded."""
+
+    muscles: dict[str, int]
+    chambers: dict[str, int]
+    valves: dict[str, int]
+    passive: int
+    ankle_qpos: int
+    ankle_dof: int
+
+
+def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:
+    """Every single muscle by name ("dorsiflexor_1", …), with its group."""
+    return {
+        f"{name}_{k}": group for name, group in orthosis.muscle.items() for k in range(1, group.count + 1)
+    }
+
+
+def valve_names(orthosis: Orthosis) -> list[str]:
+    """Every valve by name ("dorsiflexor_inlet", …)."""
+    return [f"{name}_{side}" for name in orthosis.chamber for side in ("inlet", "outlet")]
+
+
+def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
+    """Refuse a leg that is put together otherwise than everything here assumes.
+
+    Raises
+    ------
+    InputError
+        The foot does not hang on the shank by the ankle alone, its axis is not to the right (so that
+        dorsiflexion is positive), segment axes are turned, or the ankle has no stops.
+    """
+    leg = scenario.leg
+    joint = model.joint(ANKLE)
+    foot, shank = model.body(leg.foot).id, model.body(leg.shank).id
+    data = mujoco.MjData(model)
+    data.qpos[joint.qposadr[0]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    turned = max(np.abs(data.xmat[body].reshape(3, 3) - np.eye(3)).max() for body in (foot, shank))
+    for wrong, problem in (
+        (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
+        (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
+        (
+            model.njnt != 1,
+            f"there are {model.njnt} joints where a fixed shank leaves the ankle alone",
+        ),
+        (turned > 1e-6, "shank or foot is turned against x forward, y left, z up at zero ankle angle"),
+        (
+            np.abs(data.xaxis[joint.id] - [0.0, -1.0, 0.0]).max() > 1e-6,
+            'the ankle\'s axis is not axis="0 -1 0", about which dorsiflexion is positive',
+        ),
+        (not model.jnt_limited[joint.id], "the ankle has no range: it needs stops"),
+    ):
+        if wrong:
+            raise InputError(problem, file=leg.file, field="leg")
+
+
+def sweep_ankle(
+    model: mujoco.MjModel, index: Index, angles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Geometry of the muscles over the ankle's angle, from the compiled model.
+
+    Parameters
+    ----------
+    angles : ankle angles [rad] (n,)
+
+    Returns
+    -------
+    (contraction ratio [-] (n, n_muscle), moment arm −dL/dθ [m] (n, n_muscle), inertia about the
+    ankle [kg·m²] (n,))
+    """
+    data = mujoco.MjData(model)
+    ids = list(index.muscles.values())
+    rows = model.actuator_user[ids]
+    length = rows[:, native.MUSCLE_NOMINAL_LENGTH]
+    chain = length + rows[:, native.MUSCLE_SERIES_LENGTH]
+    contraction = np.empty((len(angles), len(ids)))
+    arm, inertia = np.empty_like(contraction), np.empty(len(angles))
+    mass_matrix = np.zeros((model.nv, model.nv))
+    jacobian = np.zeros((model.nu, model.nv))
+    for k, angle in enumerate(angles):
+        data.qpos[index.ankle_qpos] = angle
+        mujoco.mj_fwdPosition(model, data)
+        contraction[k] = (chain - data.actuator_length[ids]) / length
+        mujoco.mju_sparse2dense(
+            jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+        )
+        arm[k] = -jacobian[ids, index.ankle_dof]
+        mujoco.mj_fullM(model, data, mass_matrix)
+        inertia[k] = mass_matrix[index.ankle_dof, index.ankle_dof]
+    return contraction, arm, inertia
+
+
+def lock_contraction(braid_angle: float) -> float:
+    """The (negative) contraction ratio at which a braid locks: κ = 1 − 1/cos α0 [-]."""
+    return 1.0 - 1.0 / float(np.cos(braid_angle))
+
+
+def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> list[str]:
+    """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit."""
+    lower, upper = scenario.orthosis.range_of_motion
+    angles = np.linspace(lower, upper, 41)
+    contraction, _, _ = sweep_ankle(model, index, angles)
+    warnings = []
+    groups = muscle_names(scenario.orthosis)
+    for column, name in enumerate(index.muscles):
+        group, worst = groups[name], int(np.argmin(contraction[:, column]))
+        least, angle = contraction[worst, column], np.degrees(angles[worst])
+        lock = lock_contraction(group.type.braid_angle)
+        role = name.rsplit("_", 1)[0]
+        if least <= lock:
+            missing = (lock - least) * group.type.nominal_length
+            raise InputError(
+                f"{name} is mounted so taut that its braid locks (contraction {lock:.3f}) within the "
+                f"range of motion: {least:.3f} at {angle:.0f} deg of ankle angle",
+                file=scenario.orthosis.name,
+                field=f"orthosis.muscle.{role}.slack",
+                value=f"{group.slack * 1000:g} mm",
+                allowed=f"at least {1000 * (group.slack + missing) + 1:.0f} mm, or a longer link",
+            )
+        if least < group.type.limits.contraction_min and name.endswith("_1"):
+            warnings.append(
+                f"{role} muscles are stretched to a contraction of {least:.3f} at {angle:.0f} deg, "
+                f"beyond their limit of {group.type.limits.contraction_min:g}"
+            )
+    return warnings
+
+
+def check_stability(
+    model: mujoco.MjModel, index: Index, scenario: Scenario
+) -> tuple[dict[str, float], list[str]]:
+    """Rate × time step of damper, air and braid; refuse or warn where the step is too long.
+
+    The damper's number h R p_abs Σr²/(L0 I) would have to stay below 2 for an explicit integrator;
+    here it is integrated implicitly and the number is only reported. The air is explicit: laminar
+    flow through open valves, and heat to the wall, must be slow against the step. So is the braid's
+    stiffness, whose number is h² K Σr²/(L0 I).
+
+    Returns
+    -------
+    ({"damper", "air", "braid": number}, warnings)
+    """
+    step, orthosis = scenario.timestep, scenario.orthosis
+    absolute = scenario.supply.pressure + AMBIENT_PRESSURE
+    _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
+    groups = list(muscle_names(orthosis).values())
+    damping = np.array([g.type.damping * absolute / g.type.nominal_length for g in groups])
+    stiffness = np.array([g.type.braid_stiffness / g.type.nominal_length for g in groups])
+    damper = float(np.max(step * (arm**2 @ damping) / inertia))
+    braid = float(np.max(step**2 * (arm**2 @ stiffness) / inertia))
+    if braid > BRAID_LIMIT:
+        raise _too_long("the braids are too stiff", step, step * math.sqrt(BRAID_LIMIT / braid))
+    air, warnings = 0.0, []
+    for name in orthosis.chamber:
+        rate = _air_rate(orthosis, name)
+        air = max(air, step * rate)
+        if step * rate > AIR_LIMIT:
+            raise _too_long(f"the air of chamber {name!r} moves too fast", step, AIR_LIMIT / rate)
+        if step * rate > AIR_ACCURATE:
+            warnings.append(
+                f"the air of chamber {name!r} is coarse at this time step (number "
+                f"{step * rate:.2f}): pressures and torques may be off by several per cent; "
+                f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
+            )
+    return {"damper": damper, "air": air, "braid": braid}, warnings
+
+
+def _too_long(reason: str, step: float, enough: float) -> InputError:
+    return InputError(
+        f"{reason} for this time step",
+        field="timestep",
+        value=f"{in_unit(step, 's', 'ms'):g} ms",
+        allowed=f"at most {0.99 * in_unit(enough, 's', 'ms'):.2g} ms",
+    )
+
+
+def _air_rate(orthosis: Orthosis, name: str) -> float:
+    """The fastest rate of a chamber: laminar flow through both valves, and heat to the wall [1/s]."""
+    chamber, muscles = orthosis.chamber[name], orthosis.muscles_of(name).values()
+    volume = chamber.tube_volume + sum(g.count * g.type.dead_volume for g in muscles)
+    volume += sum(g.count * g.type.nominal_length * math.pi * g.type.bore**2 / 4.0 for g in muscles)
+    flow = sum(_laminar_slope(v.conductance, v.critical_ratio) for v in (chamber.inlet, chamber.outlet))
+    mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+    heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))
+    return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE * flow / volume + heat
+
+
+def _laminar_slope(conductance: float, critical: float) -> float:
+    """Slope of the valve's mass flow at equal pressures [kg/(s·Pa)]."""
+    x = (LAMINAR_RATIO - critical) / (1.0 - critical)
+    return conductance * STANDARD_DENSITY * math.sqrt(1.0 - x * x) / (1.0 - LAMINAR_RATIO)
+
+
+def check_description(scenario: Scenario) -> list[str]:
+    """What the description itself gives reason to say."""
+    found = []
+    if scenario.shank.knee_angle > KNEE_LIMIT:
+        found.append(
+            f"the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            f"here it is {np.degrees(scenario.shank.knee_angle):g} deg"
+        )
+    for name, times in scenario.timer.chambers.items():
+        for a, b in times.inlet:
+            for c, d in times.outlet:
+                if max(a, c) < min(b, d):
+                    found.append(
+                        f"inlet and outlet of chamber {name!r} are open together from "
+                        f"{max(a, c):g} s to {min(b, d):g} s: the supply blows off"
+                    )
+    return found

@@ -1,0 +1,11 @@
+"""Recording → Rerun: one file, made by replay in columns, with its layout inside.
+
+Only this package knows Rerun. `source` reads a run in blocks, `scene` logs what is seen in space,
+`signals` what is plotted, `layout` where it stands; `recording_file` puts them together and `viewer`
+shows the file.
+"""
+
+from afo_sim.view.recording_file import write_comparison as write_comparison
+from afo_sim.view.recording_file import write_rrd as write_rrd
+from afo_sim.view.viewer import open_recordings as open_recordings
+from afo_sim.view.viewer import screenshot as screenshot

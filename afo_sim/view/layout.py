@@ -1,0 +1,58 @@
+"""Where everything stands in the viewer."""
+
+import rerun.blueprint as rrb
+
+TIMELINE = "sim_time"
+
+
+def blueprint(valves: int, *, compared: bool = False) -> rrb.Blueprint:
+    """The layout: leg on the left; plots, valve lanes and text on the right.
+
+    Parameters
+    ----------
+    valves : number of valve lanes
+    compared : several runs side by side
+    """
+    legend = rrb.PlotLegend(corner="RightTop")
+
+    def plot(origin: str, name: str) -> rrb.TimeSeriesView:
+        link = rrb.TimeAxis(link="LinkToGlobal")
+        return rrb.TimeSeriesView(origin=origin, name=name, axis_x=link, plot_legend=legend)
+
+    lanes = rrb.StateTimelineView(origin="/valves", name="valves")
+    texts = [
+        plot("/contraction", "contraction [%]"),
+        rrb.TextLogView(origin="/events", name="events"),
+        rrb.TextDocumentView(origin="/summary", name="metrics"),
+        rrb.TextDocumentView(origin="/scenario", name="scenario"),
+    ]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Spatial3DView(
+                origin="/world",
+                name="runs overlaid" if compared else "leg and orthosis",
+                line_grid=False,
+                background=[28, 30, 34],
+                eye_controls=rrb.EyeControls3D(
+                    kind="Orbital",
+                    position=(0.46, -0.72, 0.56),
+                    look_target=(0.03, 0.0, 0.43),
+                    eye_up=(0, 0, 1),
+                ),
+            ),
+            rrb.Vertical(
+                plot("/angle", "ankle angle [deg], dorsiflexion +"),
+                plot("/moment", "ankle moment [N·m], dorsiflexion +"),
+                plot("/pressure", "gauge pressure [bar]"),
+                lanes,
+                rrb.Tabs(plot("/force", "muscle force [N]"), *texts, active_tab=0),
+                row_shares=[3, 3, 2.6, 1.0 + 0.55 * valves, 3],
+            ),
+            column_shares=[3, 4],
+        ),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )

@@ -1,0 +1,93 @@
+"""A run to look at, read in blocks: from memory, or from its Parquet file."""
+
+import pathlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.reader import load
+from afo_sim.recording import Recording, open_parquet, recording_header
+from afo_sim.spec import Scenario
+
+BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
+
+Columns = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A run's header (a Recording without rows), its columns' names, and its rows in blocks."""
+
+    header: Recording
+    columns: tuple[str, ...]
+    n_row: int
+    read: Callable[[Sequence[str], int], Iterator[Columns]]
+
+    @property
+    def name(self) -> str:
+        return str(self.header.scenario["name"])
+
+    @property
+    def scenario(self) -> Scenario:
+        """The resolved scenario as a description again."""
+        scenario: Scenario = load("scenario", self.header.scenario)
+        return scenario
+
+    @property
+    def rate(self) -> float:
+        """Rows per second [Hz]."""
+        scenario = self.scenario
+        return 1.0 / (scenario.timestep * scenario.record_stride)
+
+    def named(self, kind: str) -> list[str]:
+        """The muscles, chambers or valves of the run."""
+        parts = (c.split("/") for c in self.columns)
+        return list(dict.fromkeys(p[1] for p in parts if p[0] == kind))
+
+    def every(self, rate: float | None) -> int:
+        """Rows from one sample to the next at a rate [Hz]; 1 keeps all."""
+        return 1 if rate is None else max(1, round(self.rate / rate))
+
+
+def from_recording(recording: Recording) -> Source:
+    """A run that is in memory."""
+    n = len(recording["time"])
+
+    def read(names: Sequence[str], every: int) -> Iterator[Columns]:
+        for start in range(0, n, BLOCK):
+            first = start + -start % every
+            if first < min(start + BLOCK, n):
+                yield {name: recording[name][first : start + BLOCK : every] for name in names}
+
+    return Source(recording, tuple(recording.columns), n, read)
+
+
+def from_folder(folder: pathlib.Path) -> Source:
+    """A run on disk; its rows are never all in memory.
+
+    Raises
+    ------
+    InputError
+        No run is there, or the file is damaged.
+    """
+    file = open_parquet(folder)
+
+    def read(names: Sequence[str], every: int) -> Iterator[Columns]:
+        skip = 0
+        for batch in file.iter_batches(batch_size=BLOCK, columns=list(names), use_threads=False):
+            block = {name: batch.column(name).to_numpy()[skip::every] for name in names}
+            skip = (skip - batch.num_rows) % every
+            if len(block[names[0]]):
+                yield block
+
+    return Source(
+        recording_header(file, folder), tuple(file.schema_arrow.names), file.metadata.num_rows, read
+    )
+
+
+def require_rows(source: Source) -> None:
+    """Refuse a run that stopped before its first row."""
+    if source.n_row == 0:
+        raise InputError("the run has no rows to look at", field=source.name, value=source.header.status)

@@ -1,0 +1,128 @@
+"""The Rerun viewer: on a screen, or without one for pictures. It listens on this machine only."""
+
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.view.layout import TIMELINE
+
+LOOPBACK = "127.0.0.1"
+START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
+
+
+def open_recordings(paths: Sequence[pathlib.Path]) -> None:
+    """Show Rerun files in a window, until it is closed."""
+    require_display(paths[0])
+    subprocess.run([str(_binary()), *map(str, paths), "--bind", LOOPBACK], check=False)
+
+
+def require_display(file: pathlib.Path | None = None) -> None:
+    """Refuse to open a window where there is no screen."""
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        raise InputError(
+            "there is no display here to open the viewer on; make a picture with --screenshot, or copy "
+            "the file to a machine with a display and open it there with `rerun FILE`",
+            file=file,
+        )
+
+
+def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = None) -> None:
+    """Write a PNG of a Rerun file, laid out as on a screen, without a display.
+
+    Parameters
+    ----------
+    path : Rerun file
+    picture : PNG to write
+    at : time to show [s]; the beginning by default
+
+    Raises
+    ------
+    InputError
+        The viewer does not start here, for want of a Vulkan driver.
+    """
+    from rerun.experimental import ViewerClient
+
+    with viewer_process(["--headless", "--window-size", "1600x900", "--hide-welcome-screen"]) as url:
+        client = ViewerClient(url)
+        client.open(str(path))
+        _wait(lambda: not client.get_state().loading)
+        moment = np.timedelta64(round((at or 0.0) * 1e9), "ns")
+        client.set_time(TIMELINE, duration=moment, play_state="paused")
+        time.sleep(1.0)  # the viewer tells when it has loaded, not when it has drawn
+        picture.write_bytes(client.take_screenshot())
+
+
+@contextmanager
+def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> Iterator[str]:
+    """A viewer for the duration of a block (or until closed); yields the address it listens at."""
+    port = _free_port()
+    environment = os.environ | {"RUST_LOG": "error"}
+    environment.setdefault("XDG_RUNTIME_DIR", str(pathlib.Path.home()))
+    command = [str(_binary()), "--bind", LOOPBACK, "--port", str(port), *options]
+    with tempfile.TemporaryFile("w+") as complaint:
+        process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=complaint)
+        try:
+            _wait(lambda: process.poll() is not None or _listens(port))
+            time.sleep(0.3)  # it listens before it looks for a driver
+            if process.poll() is not None:
+                complaint.seek(0)
+                raise _no_viewer(complaint.read())
+            yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+            if wait_for_close:
+                process.wait()
+        finally:
+            process.terminate()
+            try:
+                process.wait(5)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _no_viewer(complaint: str) -> InputError:
+    lines = [line for line in complaint.splitlines() if line.strip()]
+    return InputError(
+        "the Rerun viewer does not start here"
+        + (f" ({lines[-1].strip()[:120]})" if lines else "")
+        + "; without a display it needs a Vulkan driver in software: on Debian or Ubuntu "
+        "install the package mesa-vulkan-drivers"
+    )
+
+
+def _binary() -> pathlib.Path:
+    import rerun_cli
+
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    return pathlib.Path(rerun_cli.__file__).with_name(name)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        return int(probe.getsockname()[1])
+
+
+def _listens(port: int) -> bool:
+    with socket.socket() as probe:
+        probe.settimeout(0.2)
+        return probe.connect_ex((LOOPBACK, port)) == 0
+
+
+def _wait(done: object) -> None:
+    """Poll until `done()` is true."""
+    limit = time.monotonic() + START_LIMIT
+    while not done():  # type: ignore[operator]
+        if time.monotonic() > limit:
+            raise InputError(f"the Rerun viewer did not answer within {START_LIMIT:g} s")
+        time.sleep(0.05)

@@ -1,0 +1,283 @@
+"""What the Rerun file holds is what the run holds; it is healthy, repeatable, and small in memory."""
+
+import dataclasses
+import json
+import pathlib
+import socket
+import subprocess
+import sys
+
+import mujoco
+import numpy as np
+import pyarrow as pa
+import pytest
+import rerun as rr
+import rerun_cli
+
+from afo_sim.errors import InputError
+from afo_sim.reader import load
+from afo_sim.recording import Recording, write_parquet
+from afo_sim.view import screenshot, write_comparison, write_rrd
+from afo_sim.view.scene import tube_radius
+from afo_sim.view.viewer import viewer_process
+
+VULKAN = any(pathlib.Path("/usr/share/vulkan/icd.d").glob("*.json")) or not sys.platform.startswith("linux")
+needs_vulkan = pytest.mark.skipif(not VULKAN, reason="no Vulkan driver (package mesa-vulkan-drivers)")
+
+
+@pytest.fixture(scope="module")
+def folders(
+    seated: Recording, antagonist: Recording, tmp_path_factory: pytest.TempPathFactory
+) -> list[pathlib.Path]:
+    base = tmp_path_factory.mktemp("runs")
+    return [run.save(base / run.scenario["name"]) for run in (seated, antagonist)]
+
+
+@pytest.fixture(scope="module")
+def file(folders: list[pathlib.Path]) -> pathlib.Path:
+    return folders[0] / "recording.rrd"
+
+
+def read(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarray]:
+    """(time [ns], values (n, width)) of one component, in order of time."""
+    stream = rr.chunk.RrdReader(str(file)).stream()
+    chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
+    batches = [chunk.to_record_batch() for chunk in chunks]
+    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
+    values = []
+    for batch in batches:
+        column = batch.column(component).flatten()
+        while not pa.types.is_primitive(column.type) and not pa.types.is_string(column.type):
+            column = column.flatten()
+        values.append(column.to_numpy(zero_copy_only=False).reshape(batch.num_rows, -1))
+    order = np.argsort(time, kind="stable")
+    return time[order], np.concatenate(values)[order]
+
+
+def test_scalars_are_the_runs_bit_for_bit(file: pathlib.Path, seated: Recording) -> None:
+    stamps = np.round(seated["time"] * 1e9).astype(np.int64)
+    muscles = [c.split("/")[1] for c in seated.columns if c.startswith("muscle/") and c.endswith("/force")]
+    plotted = {
+        "/angle/ankle": [np.degrees(seated["ankle/angle"])],
+        "/moment/ankle": [seated[f"ankle/moment/{m}"] for m in ("orthosis", "passive", "gravity")],
+        "/pressure/chambers": [
+            seated[f"chamber/{c}/pressure"] * 1e-5 for c in ("dorsiflexor", "plantarflexor")
+        ],
+        "/force/muscles": [seated[f"muscle/{m}/force"] for m in muscles],
+        "/contraction/muscles": [seated[f"muscle/{m}/contraction"] * 100.0 for m in muscles],
+    }
+    for entity, columns in plotted.items():
+        time, values = read(file, entity, "Scalars:scalars")
+        assert np.array_equal(time, stamps)
+        assert np.array_equal(values, np.column_stack(columns))
+
+
+def test_poses_are_the_models_to_float32(file: pathlib.Path, seated: Recording) -> None:
+    model = mujoco.MjModel.from_xml_string(seated.model_xml)
+    data = mujoco.MjData(model)
+    time, turned = read(file, "/world/bodies/foot", "Transform3D:quaternion")
+    _, moved = read(file, "/world/bodies/plate_plate", "Transform3D:translation")
+    assert len(time) == 1600
+    for k in range(0, 1600, 100):
+        data.qpos[0] = seated["ankle/angle"][10 * k]
+        mujoco.mj_kinematics(model, data)
+        assert time[k] == 10_000_000 * k
+        assert turned[k] == pytest.approx(data.body("foot").xquat[[1, 2, 3, 0]], abs=1e-7)
+        assert moved[k] == pytest.approx(data.body("plate_plate").xpos, abs=1e-7)
+
+
+def test_tubes_are_as_long_and_thick_as_the_muscles(file: pathlib.Path, seated: Recording) -> None:
+    group = load("scenario", seated.scenario).orthosis.muscle["dorsiflexor"]
+    time, radius = read(file, "/world/muscles/dorsiflexor_1", "Capsules3D:radii")
+    _, length = read(file, "/world/muscles/dorsiflexor_1", "Capsules3D:lengths")
+    rows = np.round(time * 1e-6).astype(int)
+    tube = seated["muscle/dorsiflexor_1/length"][rows] + group.type.end_length
+    assert length[:, 0] + 2.0 * radius[:, 0] == pytest.approx(tube, abs=1e-6)
+    assert radius.max() > 1.3 * radius.min()
+
+
+def test_tube_encloses_the_braids_volume() -> None:
+    """π r² L equals the ideal braid's volume at any contraction up to the fattest."""
+    group = load("orthosis", "s1").muscle["dorsiflexor"]
+    muscle = group.type
+    for kappa in (0.0, 0.1, 0.2, 0.3):
+        x, b = 1.0 - kappa, 1.0 / np.sin(muscle.braid_angle) ** 2
+        volume = np.pi * (muscle.bore / 2) ** 2 * muscle.nominal_length * x * (b - (b - 1.0) * x * x)
+        radius = tube_radius(np.array([kappa]), group)[0]
+        assert np.pi * radius**2 * muscle.nominal_length * x == pytest.approx(volume, rel=1e-12)
+
+
+def test_valve_lanes_and_events(file: pathlib.Path) -> None:
+    time, _ = read(file, "/valves/dorsiflexor_inlet", "StateChange:state")
+    assert (time // 1_000_000).tolist() == [0, 4, 4004, 8004, 12004]  # ms
+    chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
+    batches = [c.to_record_batch() for c in chunks]
+    texts = [t for b in batches for row in b.column("TextLog:text").to_pylist() for t in row]
+    assert any("dorsiflexor inlet opens" in t for t in texts)
+    assert any("greatest dorsiflexion: 13.8" in t for t in texts)
+    assert any("extrapolated" in t for t in texts)
+
+
+def rerun(*arguments: str) -> subprocess.CompletedProcess[str]:
+    name = "rerun.exe" if sys.platform == "win32" else "rerun"
+    binary = pathlib.Path(rerun_cli.__file__).with_name(name)
+    return subprocess.run([str(binary), "rrd", *arguments], capture_output=True, text=True, timeout=60)
+
+
+def test_file_is_healthy_and_repeatable(
+    file: pathlib.Path, folders: list[pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    """From memory and from disk, twice: the same recording."""
+    again = tmp_path / "again.rrd"
+    write_rrd(folders[0], again)
+    assert rerun("verify", str(again)).returncode == 0
+    same = rerun("compare", "--unordered", str(file), str(again))
+    assert same.returncode == 0, same.stderr
+    other = tmp_path / "other.rrd"
+    write_rrd(folders[1], other)
+    assert rerun("compare", "--unordered", str(file), str(other)).returncode != 0
+
+
+def test_rate_thins_signals_and_poses(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path, seated: Recording
+) -> None:
+    write_rrd(folders[0], tmp_path / "thin.rrd", rate=50.0)
+    time, angle = read(tmp_path / "thin.rrd", "/angle/ankle", "Scalars:scalars")
+    assert np.array_equal(angle[:, 0], np.degrees(seated["ankle/angle"][::20]))
+    assert np.array_equal(time, np.arange(800) * 20_000_000)
+    poses, _ = read(tmp_path / "thin.rrd", "/world/bodies/foot", "Transform3D:translation")
+    assert np.array_equal(poses, time)
+
+
+def test_comparison_holds_every_run(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path, antagonist: Recording
+) -> None:
+    write_comparison(folders, tmp_path / "both.rrd")
+    _, angle = read(tmp_path / "both.rrd", "/angle/seated-antagonist", "Scalars:scalars")
+    assert np.array_equal(angle[:, 0], np.degrees(antagonist["ankle/angle"]))
+    for run in ("seated", "seated-antagonist"):
+        poses, _ = read(tmp_path / "both.rrd", f"/world/runs/{run}/bodies/foot", "Transform3D:quaternion")
+        assert len(poses) == 1600
+
+
+def test_same_names_are_told_apart(folders: list[pathlib.Path], tmp_path: pathlib.Path) -> None:
+    write_comparison([folders[0], folders[0]], tmp_path / "twice.rrd")
+    for label in ("seated_1", "seated_2"):
+        assert len(read(tmp_path / "twice.rrd", f"/angle/{label}", "Scalars:scalars")[0]) == 16_000
+
+
+def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
+    empty = dataclasses.replace(seated, columns={n: v[:0] for n, v in seated.columns.items()})
+    with pytest.raises(InputError, match="no rows"):
+        write_rrd(empty, tmp_path / "x.rrd")
+
+
+@pytest.fixture(scope="module")
+def ten_minutes(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """600 000 rows: the seated run over and over."""
+    columns = {name: np.tile(values, 38)[:600_000] for name, values in seated.columns.items()}
+    columns["time"] = np.arange(600_000) * 1e-3
+    folder = tmp_path_factory.mktemp("long")
+    write_parquet(dataclasses.replace(seated, columns=columns), folder / "recording.parquet")
+    return folder
+
+
+def test_ten_minutes_are_written_in_little_memory(ten_minutes: pathlib.Path) -> None:
+    """Under 300 MB for the whole process, libraries included."""
+    code = """
+import pathlib, sys
+from afo_sim.view import write_rrd
+folder = pathlib.Path(sys.argv[1])
+write_rrd(folder, folder / "recording.rrd")
+status = pathlib.Path("/proc/self/status").read_text()
+print(int(status.split("VmHWM:")[1].split()[0]) / 1024)
+"""
+    if not sys.platform.startswith("linux"):
+        pytest.skip("memory is told otherwise here")
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(ten_minutes)], capture_output=True, text=True, timeout=200
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) < 300.0
+    time, _ = read(ten_minutes / "recording.rrd", "/angle/ankle", "Scalars:scalars")
+    assert len(time) == 600_000
+
+
+@needs_vulkan
+def test_ten_minutes_open_in_the_headless_viewer(ten_minutes: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    if not (ten_minutes / "recording.rrd").exists():
+        write_rrd(ten_minutes, ten_minutes / "recording.rrd")
+    screenshot(ten_minutes / "recording.rrd", tmp_path / "long.png", 300.0)
+    assert (tmp_path / "long.png").read_bytes().startswith(b"\x89PNG")
+
+
+@needs_vulkan
+def test_screenshot_shows_the_leg_at_the_time_asked_for(file: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    from matplotlib import image
+
+    pictures = []
+    for at in (0.0, 3.5):
+        screenshot(file, tmp_path / f"{at}.png", at)
+        pictures.append(image.imread(tmp_path / f"{at}.png")[..., :3])
+    height, width, _ = pictures[0].shape
+    left = [p[: int(0.95 * height), : int(0.42 * width)] for p in pictures]
+    skin = np.array([0.87, 0.69, 0.56]) / 0.87
+    for scene in left:
+        bright = scene.max(axis=-1) > 0.3
+        tone = np.abs(scene / scene.max(axis=-1, keepdims=True).clip(1e-3) - skin).max(axis=-1) < 0.06
+        assert (bright & tone).mean() > 0.05  # a leg stands there
+    assert np.abs(left[0] - left[1]).max(axis=-1).mean() > 0.003  # and has moved
+
+
+@needs_vulkan
+def test_viewer_listens_on_this_machine_only() -> None:
+    with viewer_process(["--headless"]) as url:
+        port = int(url.split(":")[-1].split("/")[0])
+        with socket.create_connection(("127.0.0.1", port), timeout=2):
+            pass
+        if sys.platform.startswith("linux"):
+            sockets = pathlib.Path("/proc/net/tcp").read_text() + pathlib.Path("/proc/net/tcp6").read_text()
+            listening = [
+                line.split()[1] for line in sockets.splitlines() if f":{port:04X} " in line and " 0A " in line
+            ]
+            assert listening == [f"0100007F:{port:04X}"]
+
+
+def test_missing_driver_is_said_with_the_packages_name(
+    file: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("VK_DRIVER_FILES", str(tmp_path / "none.json"))
+    monkeypatch.setenv("VK_ICD_FILENAMES", str(tmp_path / "none.json"))
+    monkeypatch.setenv("WGPU_BACKEND", "vulkan")
+    with pytest.raises(InputError, match="mesa-vulkan-drivers"):
+        screenshot(file, tmp_path / "x.png")
+    assert not (tmp_path / "x.png").exists()
+
+
+@needs_vulkan
+def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
+    """Headless here; the rows watched, put together, are the run."""
+    from afo_sim.model import build
+    from afo_sim.simulate import run_built
+    from afo_sim.view.live import live_viewer
+
+    seen: list[Recording] = []
+    with live_viewer(headless=True) as watch:
+
+        def both(stretch: Recording) -> None:
+            seen.append(stretch)
+            watch(stretch)
+
+        whole = run_built(build(load("scenario", "seated", {"duration": "1.1 s"})), watch=both)
+    assert len(seen) == 5
+    for name in whole.columns:
+        assert np.array_equal(np.concatenate([s[name] for s in seen]), whole[name])
+
+
+def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
+    from afo_sim.model import build
+    from afo_sim.simulate import run_built
+
+    watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
+    for name, values in watched.columns.items():
+        assert np.array_equal(values, seated[name][:9000])
