@@ -232,7 +232,7 @@ def check_run_command(
     """Hold a run against a file of checks; exit code 1 when one fails."""
     with _progress("checking"):
         from afo_sim import assets
-        from afo_sim.checks import run_checks
+        from afo_sim.checks_file import run_checks
         from afo_sim.recording import read_recording
 
         recording = read_recording(folder)

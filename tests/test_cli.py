@@ -6,6 +6,7 @@ import pathlib
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from afo_sim import cli, schedule
@@ -171,6 +172,14 @@ def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.
         ("view", "nowhere"),
         ("list", "muscle"),
         ("check", "nowhere.toml"),
+        ("check-run", "nowhere"),
+        ("figure", "nowhere"),
+        ("video", "nowhere", "x.mp4"),
+        ("video", ".", "x.avi"),
+        ("view", ".", "--at", "1 s"),
+        ("view", ".", "--screenshot", "x.jpg"),
+        ("view", ".", "--colour", "red"),
+        ("view", ".", "--rate", "0 Hz"),
         ("check", "README.md"),
     ],
 )
@@ -234,3 +243,78 @@ def test_check_reads_a_urdf(tmp_path: pathlib.Path, capsys: pytest.CaptureFixtur
     code, _, complaint = call(capsys, "check", str(urdf))
     assert code == 2
     assert "URDF" in complaint
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory, seated, antagonist) -> list[pathlib.Path]:
+    base = tmp_path_factory.mktemp("runs")
+    return [run.save(base / run.scenario["name"], rrd=False) for run in (seated, antagonist)]
+
+
+def test_shipped_scenarios_keep_their_checks(
+    runs: list[pathlib.Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in runs:
+        code, printed, complaint = call(capsys, "check-run", str(folder))
+        assert code == 0, printed + complaint
+        assert "13 passed, 0 failed" in printed
+
+
+def test_failing_check_is_exit_1_and_says_where(
+    runs: list[pathlib.Path],
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    seated,
+) -> None:
+    checks = tmp_path / "checks.toml"
+    checks.write_text('[[check]]\ncolumn = "ankle/angle"\nbelow = "10 deg"\nafter = "1 s"\nwhy = "a stair"\n')
+    code, printed, _ = call(capsys, "check-run", str(runs[0]), str(checks))
+    assert code == 1
+    top = np.degrees(seated["ankle/angle"].max())
+    where = seated["time"][np.argmax(seated["ankle/angle"])]
+    assert f"FAILED  ankle/angle: {top:.4g} deg at {where:.6g} s is {top - 10:.4g} deg above" in printed
+    assert "the limit of 10 deg" in printed
+    assert "why: a stair" in printed
+    for broken, expected in (
+        ('column = "ankle/angel"\nbelow = "1 deg"', "did you mean 'ankle/angle'"),
+        ('column = "ankle/angle"\nbelow = "1 bar"', "does not convert to rad"),
+        ('column = "ankle/angle"\nbelow = 10', "has no unit"),
+        ('column = "ankle/angle"\nbelwo = "1 deg"', "did you mean 'below'"),
+    ):
+        checks.write_text(f"[[check]]\n{broken}\n")
+        code, _, complaint = call(capsys, "check-run", str(runs[0]), str(checks))
+        assert code == 2
+        assert expected in complaint
+        assert "check[1]" in complaint
+
+
+@pytest.mark.parametrize("command", ["view", "figure", "check-run"])
+def test_damaged_run_is_one_message(
+    command: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "recording.parquet").write_bytes((runs[0] / "recording.parquet").read_bytes()[:9000])
+    extra = ["--screenshot", str(tmp_path / "x.png")] if command == "view" else []
+    code, _, complaint = call(capsys, command, str(tmp_path), *extra)
+    assert code == 2
+    assert "recording.parquet: is not a recording of this program" in complaint
+    assert {p.name for p in tmp_path.iterdir()} == {"recording.parquet"}
+
+
+def test_run_without_checks_of_its_own_wants_a_file(
+    tmp_path: pathlib.Path, seated, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import dataclasses
+
+    other = dataclasses.replace(seated, scenario=seated.scenario | {"name": "mine"})
+    other.save(tmp_path, rrd=False)
+    code, _, complaint = call(capsys, "check-run", str(tmp_path))
+    assert (code, "carries no checks" in complaint) == (2, True)
+
+
+def test_live_needs_a_display(tmp_path: pathlib.Path) -> None:
+    if not sys.platform.startswith("linux"):
+        pytest.skip("displays are found otherwise here")
+    done = afo_sim("run", "--live", folder=tmp_path)
+    assert done.returncode == 2
+    assert "no display" in done.stderr
+    assert not (tmp_path / "runs").exists()

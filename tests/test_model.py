@@ -155,7 +155,7 @@ def test_dm_control_reads_the_model() -> None:
     assert physics.named.data.qpos["ankle"].size == 1
 
 
-def own_leg(tmp_path, change) -> dict[str, str]:  # noqa: ANN001
+def own_leg(tmp_path, change) -> dict[str, str]:
     """The shipped leg with its MJCF changed."""
     source = load("leg", "adult_75kg").file
     (tmp_path / "leg.xml").write_text(change(source.read_text()))
@@ -172,7 +172,7 @@ def own_leg(tmp_path, change) -> dict[str, str]:  # noqa: ANN001
         ('<inertial pos="0 0 0.2444"', '<freejoint/><inertial pos="0 0 0.2444"', "2 joints"),
     ],
 )
-def test_leg_put_together_otherwise_is_refused(old: str, new: str, problem: str, tmp_path) -> None:  # noqa: ANN001
+def test_leg_put_together_otherwise_is_refused(old: str, new: str, problem: str, tmp_path) -> None:
     with pytest.raises(InputError, match=problem):
         built(**own_leg(tmp_path, lambda text: text.replace(old, new)))
 
@@ -182,12 +182,12 @@ def test_shank_and_foot_must_be_the_ankles_bodies() -> None:
         built(**{"leg.shank": "foot"})
 
 
-def parts(tmp_path, cuff: str) -> dict[str, str]:  # noqa: ANN001
+def parts(tmp_path, cuff: str) -> dict[str, str]:
     (tmp_path / "cuff.xml").write_text(f"<mujoco><worldbody>{cuff}</worldbody></mujoco>")
     return {"orthosis.cuff": str(tmp_path / "cuff.xml")}
 
 
-def test_muscles_stay_where_described_wherever_the_cuff_is(tmp_path) -> None:  # noqa: ANN001
+def test_muscles_stay_where_described_wherever_the_cuff_is(tmp_path) -> None:
     geom = '<geom size=".05" mass="0.25" contype="0" conaffinity="0"/>'
     moved = built(**parts(tmp_path, f'<body pos="0 0 -0.01" euler="0 30 0">{geom}</body>'))
     angles = np.radians([-10.0, 10.0])
@@ -204,7 +204,7 @@ def test_muscles_stay_where_described_wherever_the_cuff_is(tmp_path) -> None:  #
         '<body><joint/><geom size=".1"/></body>',
     ],
 )
-def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None:  # noqa: ANN001
+def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None:
     with pytest.raises(InputError, match="one rigid part"):
         built(**parts(tmp_path, cuff))
 

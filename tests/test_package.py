@@ -27,7 +27,7 @@ def test_readmes_python_runs(tmp_path: pathlib.Path) -> None:
     assert blocks
     for block in blocks:
         done = run([sys.executable, "-c", block], tmp_path)
-        assert done.stdout.startswith("ok")
+        assert done.stdout.startswith("ok"), done.stdout
     assert (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
 
 

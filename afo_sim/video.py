@@ -1,0 +1,223 @@
+"""Recording → MP4: the run replayed in MuJoCo, in real time, encoded by ffmpeg."""
+
+import importlib
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import IO, Any
+
+import mujoco
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.recording import Recording, replacing
+
+FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
+SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
+LOOK_AT, DISTANCE, AZIMUTH, ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
+
+Progress = Callable[[int, int], None]
+
+
+def write_video(
+    recording: Recording,
+    path: pathlib.Path,
+    *,
+    rate: float = 30.0,
+    width: int = 1280,
+    height: int = 720,
+    progress: Progress | None = None,
+) -> None:
+    """Replay a run as an MP4 video, in real time.
+
+    Parameters
+    ----------
+    recording : a finished recording
+    path : file to write, whole or not at all
+    rate : frames per second [1/s]
+    width, height : of the picture, even numbers [pixel]
+    progress : called with (frames done, frames in all)
+
+    Raises
+    ------
+    InputError
+        The recording has no rows, a number is out of range, ffmpeg is missing or refuses, or there
+        is no OpenGL to draw with.
+    """
+    rows = _rows(recording, rate)
+    for field, pixels in (("width", width), ("height", height)):
+        if pixels < 2 or pixels % 2:
+            raise InputError("is no size of a picture", field=field, value=pixels, allowed="even, at least 2")
+    program = _ffmpeg()
+    with (
+        _Painter(recording, width, height) as painter,
+        replacing(path) as temporary,
+        _encoder(program, temporary, rate, width, height) as frames,
+    ):
+        for done, row in enumerate(rows, start=1):
+            frames.write(painter.picture(int(row)).tobytes())
+            if progress is not None:
+                progress(done, len(rows))
+
+
+def _rows(recording: Recording, rate: float) -> np.ndarray:
+    """The row that each frame shows."""
+    time = recording["time"]
+    if not len(time):
+        raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
+    if not 0.0 < rate <= 1000.0:
+        raise InputError("is no frame rate", field="rate", value=rate, allowed="above 0 to 1000")
+    count = int((time[-1] - time[0]) * rate + 1e-6) + 1
+    return np.minimum(np.searchsorted(time, time[0] + np.arange(count) / rate - 1e-9), len(time) - 1)
+
+
+def _ffmpeg() -> str:
+    program = shutil.which("ffmpeg")
+    if program is None:
+        raise InputError(
+            "videos are encoded by the program ffmpeg, which is not installed; install the package "
+            "ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)"
+        )
+    return program
+
+
+@contextmanager
+def _encoder(program: str, path: pathlib.Path, rate: float, width: int, height: int) -> Iterator[IO[bytes]]:
+    """Where to write raw RGB frames to; ffmpeg makes an MP4 of them."""
+    command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command += ["-s", f"{width}x{height}", "-r", repr(rate), "-i", "-"]
+    command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
+    command += ["-f", "mp4", f"file:{path}"]
+    with (
+        tempfile.TemporaryFile() as said,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said) as process,
+    ):
+        assert process.stdin is not None
+        try:
+            yield process.stdin
+        except BrokenPipeError:
+            pass  # ffmpeg ended early; its exit code and message say why
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            with suppress(BrokenPipeError):
+                process.stdin.close()
+        if process.wait() != 0:
+            said.seek(0)
+            raise InputError(f"ffmpeg failed: {said.read().decode(errors='replace').strip()[-500:]}")
+
+
+class _Painter:
+    """Pictures of a recording's rows. A context manager: OpenGL's memory is given back at its end."""
+
+    def __init__(self, recording: Recording, width: int, height: int):
+        self.recording = recording
+        self.model = model = _scenery(recording.model_xml, width, height)
+        self.data = mujoco.MjData(model)
+        self.coordinates = [
+            (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
+        ]
+        self.forces = [recording[f"muscle/{model.tendon(t).name}/force"] for t in range(model.ntendon)]
+        self.scene = mujoco.MjvScene(model, maxgeom=1000)
+        self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
+        self.options.sitegroup[:] = 0
+        self.camera.lookat, self.camera.distance = LOOK_AT, DISTANCE
+        self.camera.azimuth, self.camera.elevation = AZIMUTH, ELEVATION
+        self.viewport = mujoco.MjrRect(0, 0, width, height)
+        self.pixels = np.empty((height, width, 3), np.uint8)
+        self.opengl, self.context = _opengl(model, width, height)
+
+    def __enter__(self) -> "_Painter":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.context.free()
+        self.opengl.free()
+
+    def picture(self, row: int) -> np.ndarray:
+        """The leg, its muscles coloured by force, and the time and angle of a row (height, width, 3)."""
+        for address, values in self.coordinates:
+            self.data.qpos[address] = values[row]
+        for tendon, force in enumerate(self.forces):
+            share = np.clip(force[row] / FORCE_SCALE, 0.0, 1.0) ** 0.5
+            self.model.tendon_rgba[tendon] = SLACK + share * (PULLING - SLACK)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+        mujoco.mj_tendon(self.model, self.data)
+        mujoco.mjv_updateScene(
+            self.model, self.data, self.options, None, self.camera, mujoco.mjtCatBit.mjCAT_ALL, self.scene
+        )
+        mujoco.mjr_render(self.viewport, self.scene, self.context)
+        caption = self._caption(row)
+        mujoco.mjr_overlay(
+            mujoco.mjtFont.mjFONT_NORMAL,
+            mujoco.mjtGridPos.mjGRID_TOPLEFT,
+            self.viewport,
+            *caption,
+            self.context,
+        )
+        mujoco.mjr_readPixels(self.pixels, None, self.viewport, self.context)
+        return self.pixels[::-1]  # OpenGL counts rows from below
+
+    def _caption(self, row: int) -> tuple[str, str]:
+        recording = self.recording
+        lines = {
+            "time": f"{recording['time'][row]:.2f} s",
+            "ankle angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
+        }
+        for chamber in recording.scenario["orthosis"]["chamber"]:
+            lines[f"{chamber} pressure"] = f"{recording[f'chamber/{chamber}/pressure'][row] * 1e-5:.2f} bar"
+        return "\n".join(lines), "\n".join(lines.values())
+
+
+def _scenery(xml: str, width: int, height: int) -> mujoco.MjModel:
+    """The model of a run with a floor, a light and a background, for pictures of a size [pixel]."""
+    spec = mujoco.MjSpec.from_string(xml)
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.5] * 3, [0.25] * 3
+    spec.visual.headlight.specular = [0.1] * 3
+    spec.stat.center, spec.stat.extent = LOOK_AT, 1.0
+    spec.add_texture(
+        name="background",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.86, 0.90, 0.94],
+        rgb2=[0.97, 0.97, 0.97],
+        width=256,
+        height=1536,
+    )
+    plane, sun = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
+    spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
+    return spec.compile()
+
+
+def _opengl(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:
+    """An OpenGL context off the screen, and MuJoCo's drawing context in it.
+
+    MUJOCO_GL names the backend, whenever it was set; without it and without a display, EGL is taken.
+    """
+    headless = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
+    backend = os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")
+    try:
+        if backend in ("egl", "osmesa"):
+            opengl = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
+        else:
+            opengl = mujoco.GLContext(width, height)
+        opengl.make_current()
+        context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+    except Exception as error:  # each backend has errors of its own
+        raise InputError(
+            f"there is no OpenGL to draw with ({backend or 'default'} backend: {error}); "
+            "set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install its libraries "
+            "(Debian, Ubuntu: libegl1 libegl-mesa0 libgl1-mesa-dri, or libosmesa6)"
+        ) from error
+    return opengl, context

@@ -1,0 +1,291 @@
+"""Figures and videos: they show the data, appear whole or not at all, and say what is missing."""
+
+import copy
+import dataclasses
+import gc
+import pathlib
+import shutil
+import subprocess
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+import afo_sim
+from afo_sim import figure, video
+from afo_sim.errors import InputError
+from afo_sim.recording import Recording
+
+FILES = {
+    f"{name}.{suffix}"
+    for name in ("overview", "angle", "torque", "pressure", "force_contraction")
+    for suffix in ("png", "pdf")
+}
+
+
+def rows(recording: Recording, count: int) -> Recording:
+    """The first rows only, as a run that failed leaves them."""
+    columns = {name: values[:count] for name, values in recording.columns.items()}
+    return dataclasses.replace(recording, columns=columns, status="failed: for a test")
+
+
+def with_column(recording: Recording, name: str, values: np.ndarray) -> Recording:
+    return dataclasses.replace(recording, columns=recording.columns | {name: values})
+
+
+def panel(draw: Any, recording: Recording) -> Any:
+    axis = Figure().subplots()
+    draw(axis, recording)
+    return axis
+
+
+def lines(axis: Any) -> dict[str, np.ndarray]:
+    return {line.get_label(): line.get_ydata() for line in axis.lines}
+
+
+def has_colour(path: pathlib.Path, colour: str, least: int = 50) -> bool:
+    image = imread(path)[:, :, :3]
+    return int((np.abs(image - to_rgb(colour)).max(axis=2) < 0.01).sum()) >= least
+
+
+@pytest.fixture(scope="module")
+def folder(antagonist: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    target = tmp_path_factory.mktemp("figures") / "new"
+    written = figure.write_figures(antagonist, target)
+    assert {path.name for path in written} == FILES
+    return target
+
+
+def test_every_figure_is_there_in_both_formats_and_nothing_else(folder: pathlib.Path) -> None:
+    assert {path.name for path in folder.iterdir()} == FILES
+    for path in folder.glob("*.pdf"):
+        assert path.read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(
+    ("name", "colours"),
+    [
+        ("overview", ["black", *figure.MOMENTS.values(), *figure.COLOURS[:2]]),
+        ("angle", ["black"]),
+        ("torque", list(figure.MOMENTS.values())),
+        ("pressure", list(figure.COLOURS[:2])),
+    ],
+)
+def test_pictures_show_the_curves(folder: pathlib.Path, name: str, colours: list[str]) -> None:
+    for colour in colours:
+        assert has_colour(folder / f"{name}.png", colour)
+
+
+def test_force_over_contraction_is_coloured_by_pressure(folder: pathlib.Path) -> None:
+    viridis = matplotlib.colormaps["viridis"]
+    for share in (0.0, 0.4, 0.8):
+        assert has_colour(folder / "force_contraction.png", viridis(0.88 * share), least=5)
+
+
+def test_angle_panel_draws_the_angle_and_the_range_of_motion(antagonist: Recording) -> None:
+    axis = panel(figure._angle_panel, antagonist)
+    curve = axis.lines[-1]
+    assert np.array_equal(curve.get_xdata(), antagonist["time"])
+    assert np.array_equal(curve.get_ydata(), np.degrees(antagonist["ankle/angle"]))
+    band = axis.patches[0].get_extents().transformed(axis.transData.inverted())
+    assert [band.y0, band.y1] == pytest.approx([-20.0, 20.0])
+
+
+def test_moments_pressures_and_forces_are_the_columns(antagonist: Recording) -> None:
+    moments = lines(panel(figure._moment_panel, antagonist))
+    for name in ("orthosis", "passive", "gravity"):
+        assert np.array_equal(moments[name], antagonist[f"ankle/moment/{name}"])
+    pressures = lines(panel(figure._pressure_panel, antagonist))
+    assert set(pressures) == {"supply", "dorsiflexor", "plantarflexor"}
+    assert pressures["plantarflexor"] == pytest.approx(antagonist["chamber/plantarflexor/pressure"] / 1e5)
+    forces = lines(panel(figure._force_panel, antagonist))
+    assert set(forces) == {"dorsiflexor 1–3", "plantarflexor 1–2"}
+    assert np.array_equal(forces["dorsiflexor 1–3"], antagonist["muscle/dorsiflexor_1/force"])
+
+
+def test_valve_bars_cover_the_time_their_valves_are_open(antagonist: Recording) -> None:
+    axis = panel(figure._valve_panel, antagonist)
+    labels = [label.get_text() for label in axis.get_yticklabels()]
+    assert labels == [f"{c} {s}" for c in ("dorsiflexor", "plantarflexor") for s in ("inlet", "outlet")]
+    time = antagonist["time"]
+    for lane, (label, bar) in enumerate(zip(labels, axis.collections, strict=True)):
+        opening = antagonist[f"valve/{label.replace(' ', '_')}/opening"]
+        path = bar.get_paths()[0]
+        for at in (0.2, 2.0, 5.0, 7.0, 9.0, 13.0):
+            is_open = opening[np.searchsorted(time, at)] > 0.5
+            assert path.contains_point((at, lane)) == is_open, (label, at)
+
+
+def test_muscles_of_a_group_that_differ_are_drawn_apart(seated: Recording) -> None:
+    other = with_column(seated, "muscle/dorsiflexor_2/force", 1.1 * seated["muscle/dorsiflexor_2/force"])
+    forces = lines(panel(figure._force_panel, other))
+    assert set(forces) == {"dorsiflexor 1", "dorsiflexor 2", "dorsiflexor 3", "plantarflexor 1–2"}
+    assert np.array_equal(forces["dorsiflexor 2"], other["muscle/dorsiflexor_2/force"])
+
+
+def test_loop_runs_through_rows_of_the_recording(seated: Recording) -> None:
+    page = Figure()
+    figure._force_contraction(page, seated)
+    segments = np.array(page.axes[0].collections[0].get_segments())
+    contraction, force = (seated[f"muscle/dorsiflexor_1/{x}"] for x in ("contraction", "force"))
+    recorded = np.column_stack([100.0 * contraction, force])
+    assert np.array_equal(segments[0, 0], recorded[0])
+    assert np.isin(segments[:, 1, 1], force).all()
+    assert np.array_equal(segments.max(axis=(0, 1)), recorded.max(axis=0))
+
+
+@pytest.mark.parametrize("count", [1, 2, 30])
+def test_few_rows_of_a_failed_run_are_drawn(seated: Recording, tmp_path: pathlib.Path, count: int) -> None:
+    assert {path.name for path in figure.write_figures(rows(seated, count), tmp_path)} == FILES
+
+
+def test_one_chamber_with_one_muscle(seated: Recording, tmp_path: pathlib.Path) -> None:
+    scenario = copy.deepcopy(seated.scenario)
+    for part in ("muscle", "chamber"):
+        del scenario["orthosis"][part]["plantarflexor"]
+    scenario["orthosis"]["muscle"]["dorsiflexor"]["count"] = 1
+    one = dataclasses.replace(
+        seated, scenario=scenario, columns={n: v for n, v in seated.columns.items() if "plantar" not in n}
+    )
+    figure.write_figures(one, tmp_path)
+    assert set(lines(panel(figure._force_panel, one))) == {"dorsiflexor"}
+
+
+def test_nothing_to_draw_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
+    empty = rows(seated, 0)
+    for draw in (
+        lambda: figure.write_figures(empty, tmp_path / "new"),
+        lambda: figure.draw_run(empty, tmp_path / "a.png"),
+        lambda: video.write_video(empty, tmp_path / "a.mp4"),
+    ):
+        with pytest.raises(InputError, match="nothing to draw"):
+            draw()
+    assert not list(tmp_path.iterdir())
+
+
+def test_failure_leaves_the_old_file_and_no_half_of_a_new_one(
+    seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = tmp_path / "a.pdf"
+    old.write_text("old")
+
+    def full(self: Figure, path: pathlib.Path, **_: object) -> None:
+        path.write_text("half")
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", full)
+    with pytest.raises(OSError, match="no space"):
+        figure.draw_angle(seated, old)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.pdf"]
+    assert old.read_text() == "old"
+
+
+def test_unknown_format_names_the_known_ones(seated: Recording, tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match="png, pdf, svg"):
+        figure.draw_run(seated, tmp_path / "a.docx")
+
+
+def test_global_style_of_matplotlib_stays(seated: Recording, tmp_path: pathlib.Path) -> None:
+    names = sorted(matplotlib.rcParams.keys() - {"backend"})  # which is found out by asking for it
+    before = [matplotlib.rcParams[name] for name in names]
+    figure.draw_angle(seated, tmp_path / "a.svg")
+    assert [matplotlib.rcParams[name] for name in names] == before
+
+
+def opengl_missing() -> str:
+    """Why no picture can be drawn here, or nothing."""
+    xml = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
+    try:
+        opengl, context = video._opengl(video._scenery(xml, 16, 16), 16, 16)
+    except InputError as error:
+        reason = str(error)
+    else:
+        reason = ""
+        context.free()
+        opengl.free()
+    gc.collect()  # the half-made context of MuJoCo's GLFW backend complains when it goes
+    return reason
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_video_has_a_picture_for_every_time(tmp_path: pathlib.Path) -> None:
+    if shutil.which("ffmpeg") is None or shutil.which("ffprobe") is None:
+        pytest.skip("ffmpeg is not installed")
+    if reason := opengl_missing():
+        pytest.skip(reason)
+    run = afo_sim.run("seated", {"duration": "0.5 s"})
+    path, done = tmp_path / "a.mp4", []
+    video.write_video(run, path, width=320, height=240, progress=lambda *part: done.append(part))
+    assert done == [(k, 15) for k in range(1, 16)]
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
+    probe = ["ffprobe", "-v", "error", "-show_entries", "stream=width,height,nb_frames", "-of", "csv=p=0"]
+    found = subprocess.run([*probe, str(path)], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "320,240,15"
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_pictures_follow_the_ankle_and_the_force(seated: Recording) -> None:
+    if reason := opengl_missing():
+        pytest.skip(reason)
+    with video._Painter(seated, 320, 240) as painter:
+        rest, again, up = (painter.picture(row).astype(int) for row in (0, 1, 3900))
+    leg = np.s_[100:]  # below the caption
+
+    def red(picture: np.ndarray) -> int:
+        return int((picture[leg][..., 0] - picture[leg][..., 1:].max(axis=2) > 80).sum())
+
+    assert np.abs(rest - again)[leg].max() < 10
+    assert (np.abs(rest - up)[leg].max(axis=2) > 60).sum() > 200
+    assert red(rest) < 10 < 50 < red(up)
+
+
+def test_missing_ffmpeg_is_named(
+    seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    with pytest.raises(InputError, match=r"apt install ffmpeg.*brew install ffmpeg"):
+        video.write_video(seated, tmp_path / "a.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_missing_opengl_says_what_to_install(
+    seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(_: str) -> None:
+        raise ImportError("no libEGL")
+
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setattr(
+        shutil, "which", lambda _: shutil.__file__
+    )  # is not started before there is a picture
+    monkeypatch.setattr(video.importlib, "import_module", none)
+    with pytest.raises(InputError, match=r"no libEGL.*MUJOCO_GL=osmesa.*libegl1.*libosmesa6"):
+        video.write_video(seated, tmp_path / "a.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "field"), [({"rate": 0.0}, "rate"), ({"rate": np.nan}, "rate"), ({"width": 321}, "width")]
+)
+def test_wrong_numbers_are_named(
+    seated: Recording, tmp_path: pathlib.Path, wrong: dict[str, Any], field: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        video.write_video(seated, tmp_path / "a.mp4", **wrong)
+    assert caught.value.field == field
+
+
+def test_what_ffmpeg_says_is_told(tmp_path: pathlib.Path) -> None:
+    program = tmp_path / "ffmpeg"
+    program.write_text("#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 1\n")
+    program.chmod(0o755)
+    with (
+        pytest.raises(InputError, match="Unknown encoder libx264"),
+        video._encoder(str(program), tmp_path / "a.mp4", 30.0, 16, 16) as frames,
+    ):
+        for _ in range(1000):
+            frames.write(bytes(16 * 16 * 3))
