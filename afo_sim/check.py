@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import assets
+from afo_sim.checks_file import read_checks
 from afo_sim.errors import InputError
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle
@@ -51,13 +52,15 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
 
 def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
     table = assets.read_toml(path)
+    if "check" in table:
+        return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
     kind = next((TELLTALES[key] for key in TELLTALES if key in table), None)
     if kind is None:
         raise InputError(
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance) or leg (file)",
+            "(conductance), leg (file) or a list of checks ([[check]])",
         )
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]

@@ -422,8 +422,12 @@ def installed(mode: Mode = "native") -> Iterator[None]:
                 "replacing it would change that program's simulation. Remove it "
                 f"(mujoco.set_{name}(None)) and try again."
             )
+    loud = mujoco.get_mju_user_warning()
     mujoco.set_mjcb_act_bias(bias)
     mujoco.set_mjcb_act_dyn(dyn)
+    if loud is None:
+        # the counters say the same; MuJoCo would also write a log into the user's folder
+        mujoco.set_mju_user_warning(lambda text: None)
     try:
         yield
         if any(now is not mine for now, mine in zip(_current(), (bias, dyn), strict=True)):
@@ -431,6 +435,7 @@ def installed(mode: Mode = "native") -> Iterator[None]:
     finally:
         mujoco.set_mjcb_act_bias(before[0])
         mujoco.set_mjcb_act_dyn(before[1])
+        mujoco.set_mju_user_warning(loud)
 
 
 def assert_rows(model: mujoco.MjModel) -> None:

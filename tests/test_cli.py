@@ -142,12 +142,14 @@ def test_failed_simulation_is_exit_3_with_its_rows(
         return control
 
     monkeypatch.setattr(schedule, "controls", lost_supply)
+    monkeypatch.chdir(tmp_path)
     out = tmp_path / "a"
     code, _, complaint = call(capsys, "run", "--set", "duration=1 s", "--out", str(out))
     assert code == 3
     assert "simulation 0 stopped at t = 0.5" in complaint
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"].startswith("failed: simulation 0")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]  # no engine's log beside it
     assert 500 <= summary["timing"]["steps"] <= 503
 
 
@@ -216,6 +218,7 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
         "legs/adult_75kg/leg.toml",
         "legs/adult_75kg/leg.xml",
         "valves/mh1/valve.toml",
+        "checks/seated.toml",
     ],
 )
 def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[str]) -> None:
