@@ -1,16 +1,18 @@
 """Where everything stands in the viewer."""
 
 import rerun.blueprint as rrb
+from rerun.encodings import AbsoluteTimeRange
 
 TIMELINE = "sim_time"
 
 
-def blueprint(valves: int, *, compared: bool = False) -> rrb.Blueprint:
+def blueprint(valves: int, cycle: float, *, compared: bool = False) -> rrb.Blueprint:
     """The layout: leg on the left; plots, valve lanes and text on the right.
 
     Parameters
     ----------
     valves : number of valve lanes
+    cycle : the timer's period [s]; the first one is selected, and repeats when played
     compared : several runs side by side
     """
     legend = rrb.PlotLegend(corner="RightTop")
@@ -50,7 +52,13 @@ def blueprint(valves: int, *, compared: bool = False) -> rrb.Blueprint:
             ),
             column_shares=[3, 4],
         ),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=TIMELINE,
+            play_state="paused",
+            loop_mode="selection",
+            time_selection=AbsoluteTimeRange(min=0, max=round(cycle * 1e9)),
+        ),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,

@@ -41,7 +41,7 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
     def watch(stretch: Recording) -> None:
         source = from_recording(stretch)
         if not started:
-            stream.connect_grpc(url, default_blueprint=blueprint(len(source.named("valve"))))
+            stream.connect_grpc(url, default_blueprint=blueprint(len(source.named("valve")), source.cycle))
             stream.send_recording_name(source.name)
             started.append((scene.stage(source), signals.curves(source)))
             scene.log_floor(stream)

@@ -33,7 +33,7 @@ def write_rrd(
     """
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
-    stream = _stream(path, source.name, blueprint(len(source.named("valve"))))
+    stream = _stream(path, source.name, blueprint(len(source.named("valve")), source.cycle))
     scene.log_floor(stream)
     _write_run(stream, source, scene.stage(source, colour_by=colour_by), signals.curves(source), rate, "")
     signals.log_range(stream, source, (source.n_row - 1) / source.rate)
@@ -56,7 +56,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     for source in sources:
         require_rows(source)
     lanes = sum(len(source.named("valve")) for source in sources)
-    stream = _stream(path, " · ".join(labels), blueprint(min(lanes, 6), compared=True))
+    stream = _stream(path, " · ".join(labels), blueprint(min(lanes, 6), sources[0].cycle, compared=True))
     scene.log_floor(stream)
     for number, (label, source) in enumerate(zip(labels, sources, strict=True)):
         view = scene.stage(source, f"world/runs/{label}", 1.0 if number == 0 else GHOST)

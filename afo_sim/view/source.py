@@ -1,5 +1,6 @@
 """A run to look at, read in blocks: from memory, or from its Parquet file."""
 
+import functools
 import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -29,7 +30,7 @@ class Source:
     def name(self) -> str:
         return str(self.header.scenario["name"])
 
-    @property
+    @functools.cached_property
     def scenario(self) -> Scenario:
         """The resolved scenario as a description again."""
         scenario: Scenario = load("scenario", self.header.scenario)
@@ -40,6 +41,11 @@ class Source:
         """Rows per second [Hz]."""
         scenario = self.scenario
         return 1.0 / (scenario.timestep * scenario.record_stride)
+
+    @property
+    def cycle(self) -> float:
+        """The timer's period [s]."""
+        return float(self.scenario.timer.period)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""
