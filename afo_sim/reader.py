@@ -35,6 +35,25 @@ REFERENCES: dict[str, dict[Path, str]] = {
         ("chamber", "*", "outlet"): "valve",
     },
 }
+# pydantic's kinds of error in our words, and what lists look like
+PROBLEMS = {
+    "missing": "is missing",
+    "extra_forbidden": "is an unknown key",
+    "tuple_type": "is not a list",
+    "too_long": "has too many items",
+    "literal_error": "is no choice",
+    "int_type": "is not a whole number",
+    "int_parsing": "is not a whole number",
+    "int_from_float": "is not a whole number",
+    "string_type": "is not a text",
+}
+FORMS = {
+    "from_ankle": '["6 cm", "0 cm", "30 cm"]',
+    "range_of_motion": '["-20 deg", "20 deg"]',
+    "inlet": '[["0 s", "4 s"]]',
+    "outlet": '[["4 s", "8 s"]]',
+    "count": "1 to 20",
+}
 FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
 
 
@@ -176,15 +195,14 @@ def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputEr
     if any(dotted == key or dotted.startswith(key + ".") or key.startswith(dotted + ".") for key in sets):
         file, inner = None, path
     value = _value_at(tree.root, path)
-    problem = {"missing": "is missing", "extra_forbidden": "is an unknown key"}.get(
-        first["type"], first["msg"]
-    )
+    problem = PROBLEMS.get(first["type"], first["msg"])
+    name = next((part for part in reversed(path) if not part.isdigit()), "")
     return InputError(
         problem,
         file=file,
         field=".".join(inner),
         value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "")),
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")),
         nearest=facts.get("nearest") or None,
     )
 
