@@ -95,8 +95,9 @@ def torque_map_command(
     pressures = [_quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
         raise InputError("is no range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0")
-    if min(pressures) < 0.0:
-        raise InputError("is below ambient", field="--pressure", allowed="at least 0 bar")
+    for text, value in zip(pressure or [], pressures, strict=False):
+        if not 0.0 <= value <= 2e6:
+            raise InputError("is out of range", field="--pressure", value=text, allowed="0 bar to 20 bar")
     with _progress("computing torques"):
         import numpy as np
 
@@ -109,7 +110,9 @@ def torque_map_command(
         check_writable(out)
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
         supply = built.scenario.supply.pressure
+        tm.require_angles(built, angles)
         maps = tm.torque_map(built, angles, np.array(sorted({*pressures, supply})))
+        warnings = tm.limit_warnings(built, maps)
         title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
         with replacing(out / "torque_map.csv") as path:
             tm.write_csv(maps, path)
@@ -118,6 +121,8 @@ def torque_map_command(
                 tm.draw(maps, path, title, suffix)
         answers = tm.answer(maps, supply)
     _print_torque_maps(maps, answers, supply, out)
+    for warning in warnings:
+        print(f"warning: {warning}")
 
 
 @app.command()
@@ -147,6 +152,8 @@ def view(
         files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
         from afo_sim import view as viewer
 
+        if moment is not None and paths[0].is_dir():
+            viewer.require_time(paths, moment)
         if picture is None:
             viewer.open_recordings(files)
         else:
@@ -161,12 +168,12 @@ def _rerun_files(
     paths: list[pathlib.Path], scratch: pathlib.Path, rate: float | None, colour: str
 ) -> list[pathlib.Path]:
     """The Rerun files to show: those given, one made anew, or one made of several runs."""
-    for path in paths:
-        if not path.exists():
-            raise InputError("there is no such run", file=path)
     folders = [path for path in paths if path.is_dir()]
-    if len(folders) != len(paths):
+    if not folders and all(path.is_file() and path.suffix == ".rrd" for path in paths):
         return paths
+    for path in paths:
+        if path not in folders:
+            raise InputError("there is no run here", file=path, allowed="folders of runs, or only .rrd files")
     from afo_sim.recording import RERUN
 
     present = folders[0] / RERUN
@@ -261,7 +268,8 @@ def list_command(
     from afo_sim.catalogue import entries
 
     for kind in [what] if what else LISTS:
-        _print_table(kind, ["name", "what it is"], [list(row) for row in entries(kind)])
+        rows = [list(row) for row in entries(kind)]
+        _print_table(kind, ["name", "what it is"], rows or [["–", "none is shipped yet"]])
 
 
 @app.command()

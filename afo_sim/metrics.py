@@ -14,6 +14,9 @@ class Metric:
     value: float
     unit: str
 
+    def __str__(self) -> str:
+        return f"{self.value:.4g} {self.unit}"
+
 
 def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak.

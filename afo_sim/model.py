@@ -132,7 +132,8 @@ def _part(file: pathlib.Path, name: str) -> mujoco.MjsBody:
     try:
         part = mujoco.MjSpec.from_file(str(file))
     except ValueError as error:
-        raise InputError(f"MuJoCo cannot read it: {error}", file=file) from None
+        problem = "there is no such file" if not file.is_file() else f"MuJoCo cannot read it: {error}"
+        raise InputError(problem, field=f"orthosis.{name}", value=str(file)) from None
     world = part.worldbody
     if len(world.bodies) != 1 or world.geoms or part.joints:
         raise InputError(

@@ -137,20 +137,33 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
         least, angle = contraction[worst, column], np.degrees(angles[worst])
         lock = lock_contraction(group.type.braid_angle)
         role = name.rsplit("_", 1)[0]
+        allowed = group.type.limits
         if least <= lock:
-            missing = (lock - least) * group.type.nominal_length
+            missing = (allowed.contraction_min - least) * group.type.nominal_length
             raise InputError(
-                f"{name} is mounted so taut that its braid locks (contraction {lock:.3f}) within the "
-                f"range of motion: {least:.3f} at {angle:.0f} deg of ankle angle",
+                f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
+                f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %",
                 file=scenario.orthosis.name,
                 field=f"orthosis.muscle.{role}.slack",
                 value=f"{group.slack * 1000:g} mm",
-                allowed=f"at least {1000 * (group.slack + missing) + 1:.0f} mm, or a longer link",
+                allowed=f"at least {math.ceil(1000 * (group.slack + missing))} mm, or as much more "
+                "link_length, or a narrower range_of_motion",
             )
-        if least < group.type.limits.contraction_min and name.endswith("_1"):
+        if not name.endswith("_1"):
+            continue  # its neighbours say the same
+        if least < allowed.contraction_min:
             warnings.append(
                 f"{role} muscles are stretched to a contraction of {least:.3f} at {angle:.0f} deg, "
-                f"beyond their limit of {group.type.limits.contraction_min:g}"
+                f"beyond their limit of {allowed.contraction_min:g}"
+            )
+        most = float(contraction[:, column].max())
+        if most > allowed.contraction_max:
+            travel = 100.0 * (most - least) * group.type.nominal_length
+            gives = 100.0 * allowed.contraction_max * group.type.nominal_length
+            warnings.append(
+                f"{role} muscles cannot follow the whole range of motion: it takes up {travel:.1f} cm, "
+                f"they shorten by {gives:.1f} cm at most; a longer muscle, a shorter moment arm or a "
+                "narrower range_of_motion would do"
             )
     return warnings
 

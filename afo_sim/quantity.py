@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from afo_sim.errors import nearest_name
-from afo_sim.units import format_quantity, parse_quantity
+from afo_sim.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,12 @@ class Quantity:
     def allowed(self) -> str:
         """The bounds, in words."""
         words = (("more than", self.above), ("at least", self.at_least), ("at most", self.at_most))
-        said = [f"{word} {limit:g} {self.unit}".strip() for word, limit in words if limit is not None]
-        return " and ".join(said)
+        usual = EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")[2]
+        return " and ".join(
+            f"{word} {in_unit(limit, self.unit, usual) if usual else limit:.4g} {usual}".strip()
+            for word, limit in words
+            if limit is not None
+        )
 
     def read(self, value: object) -> float:
         """Text to SI; raises what pydantic reports as the field's error."""

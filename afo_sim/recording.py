@@ -69,7 +69,7 @@ def describe(column: str) -> tuple[str, str]:
     return COLUMNS[column.rsplit("/", 1)[1]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,)."""
 
@@ -82,6 +82,10 @@ class Recording:
     timing: dict[str, float]
     versions: dict[str, str]
     parameters: dict[str, list[float]]
+
+    def __repr__(self) -> str:
+        rows = len(self.columns.get("time", ()))
+        return f"<Recording of {self.scenario['name']!r}: {self.status}, {rows} rows>"
 
     def __getitem__(self, column: str) -> np.ndarray:
         try:

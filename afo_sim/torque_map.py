@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.errors import InputError
 from afo_sim.model import Built
 from afo_sim.mounting import sweep_ankle
 from afo_sim.simulate import fill_chambers
@@ -61,6 +62,32 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
             least = contraction[:, columns].min(axis=1)
             maps.append(TorqueMap(chamber, angles, pressures, torque, least))
     return maps
+
+
+def require_angles(built: Built, angles: np.ndarray) -> None:
+    """Refuse angles beyond the ankle's stops."""
+    lower, upper = np.degrees(built.model.joint("ankle").range)
+    if np.degrees(angles.min()) < lower - 1e-6 or np.degrees(angles.max()) > upper + 1e-6:
+        raise InputError(
+            "goes beyond the ankle's stops",
+            field="--angle",
+            value=f"{np.degrees(angles.min()):g} to {np.degrees(angles.max()):g} deg",
+            allowed=f"{lower:g} deg to {upper:g} deg",
+        )
+
+
+def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[str]:
+    """Where the map goes beyond what a muscle may be asked for."""
+    found = []
+    for entry in maps:
+        for name, group in built.scenario.orthosis.muscles_of(entry.chamber).items():
+            limit = group.type.limits.pressure
+            if entry.pressures.max() > limit:
+                found.append(
+                    f"{name}: {entry.pressures.max() * 1e-5:g} bar is beyond the muscle's limit of "
+                    f"{limit * 1e-5:g} bar"
+                )
+    return found
 
 
 def members_of(built: Built, chamber: str) -> list[int]:

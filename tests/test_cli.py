@@ -52,11 +52,11 @@ SETS = {
     "wrong unit": ("supply.pressure=3 kg", "does not convert"),
     "unknown unit": ("supply.pressure=3 barr", "unknown unit"),
     "bare number": ("supply.pressure=3", 'write it like "4 bar"'),
-    "negative pressure": ("supply.pressure=-3 bar", "more than 0 Pa"),
-    "supply below ambient": ("supply.pressure=-0.5 bar", "more than 0 Pa"),
+    "negative pressure": ("supply.pressure=-3 bar", "more than 0 bar"),
+    "supply below ambient": ("supply.pressure=-0.5 bar", "more than 0 bar"),
     "not a number": ("supply.pressure=nan bar", "not finite"),
     "shorter than its ends": ("orthosis.muscle.dorsiflexor.type.end_length=22 cm", "no braid is left"),
-    "taut": ("orthosis.muscle.dorsiflexor.link_length=9 cm", "braid locks"),
+    "taut": ("orthosis.muscle.dorsiflexor.link_length=9 cm", "too taut"),
     "event outside the period": ('timer.dorsiflexor.inlet=[["0 s", "9 s"]]', "not within the period"),
     "event backwards": ('timer.dorsiflexor.inlet=[["3 s", "2 s"]]', "not within the period"),
     "zero duration": ("duration=0 s", "more than 0 s"),
@@ -176,6 +176,10 @@ def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.
         ("torque-map", "--angle", "5 deg", "-5 deg", "1 deg"),
         ("torque-map", "--angle", "5", "6", "1"),
         ("torque-map", "--pressure", "-1 bar"),
+        ("torque-map", "--pressure", "50 bar"),
+        ("torque-map", "--angle", "-170 deg", "100 deg", "30 deg"),
+        ("view", "README.md", "--screenshot", "x.png"),
+        ("view", "models", "README.md", "--screenshot", "x.png"),
         ("view", "nowhere"),
         ("list", "muscle"),
         ("check", "nowhere.toml"),
@@ -294,6 +298,16 @@ def test_failing_check_is_exit_1_and_says_where(
         assert code == 2
         assert expected in complaint
         assert "check[1]" in complaint
+
+
+@pytest.mark.parametrize("at", ["-3 s", "99 s"])
+def test_time_outside_the_run_is_refused(
+    at: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = str(tmp_path / "x.png")
+    code, _, complaint = call(capsys, "view", str(runs[0]), "--screenshot", picture, "--at", at)
+    assert code == 2
+    assert "0 s to 15.999 s" in complaint
 
 
 @pytest.mark.parametrize("command", ["view", "figure", "check-run"])

@@ -78,14 +78,21 @@ def test_tendons_are_straight_lines_between_the_described_points() -> None:
 
 
 def test_too_taut_is_refused_with_the_slack_that_would_do() -> None:
-    with pytest.raises(InputError, match="braid locks") as refused:
+    with pytest.raises(InputError, match="too taut") as refused:
         built(**{f"{FORWARD}.link_length": "10 cm"})
     assert refused.value.field == f"{FORWARD}.slack"
     enough = refused.value.allowed.split(" mm")[0].removeprefix("at least ")
     cured = built(**{f"{FORWARD}.link_length": "10 cm", f"{FORWARD}.slack": f"{enough} mm"})
     contraction, _, _ = sweep_ankle(cured.model, cured.index, np.radians([-20.0]))
-    assert lock_contraction(np.radians(22.0)) < contraction[0, 0] < -0.06
-    assert any("stretched" in warning for warning in cured.warnings)
+    limit = cured.scenario.orthosis.muscle["dorsiflexor"].type.limits.contraction_min
+    assert limit <= contraction[0, 0] < limit + 0.01
+    assert not any("stretched" in warning for warning in cured.warnings)
+
+
+def test_muscle_too_short_for_its_arm_is_said() -> None:
+    far = {f"{FORWARD}.type": "s1_120mm", f"{FORWARD}.link_length": "21 cm"}
+    assert any("cannot follow the whole range of motion" in w for w in built(**far).warnings)
+    assert not any("cannot follow" in w for w in built().warnings)
 
 
 def test_lock_is_where_the_ideal_braid_encloses_nothing() -> None:

@@ -48,7 +48,7 @@ def blueprint(valves: int, cycle: float, *, compared: bool = False) -> rrb.Bluep
                 plot("/pressure", "gauge pressure [bar]"),
                 lanes,
                 rrb.Tabs(plot("/force", "muscle force [N]"), *texts, active_tab=0),
-                row_shares=[3, 3, 2.6, 1.0 + 0.55 * valves, 3],
+                row_shares=[3, 3, 2.6, 1.0 + 0.8 * valves, 3],
             ),
             column_shares=[3, 4],
         ),

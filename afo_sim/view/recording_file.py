@@ -56,7 +56,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     for source in sources:
         require_rows(source)
     lanes = sum(len(source.named("valve")) for source in sources)
-    stream = _stream(path, " · ".join(labels), blueprint(min(lanes, 6), sources[0].cycle, compared=True))
+    stream = _stream(path, " · ".join(labels), blueprint(min(lanes, 8), sources[0].cycle, compared=True))
     scene.log_floor(stream)
     for number, (label, source) in enumerate(zip(labels, sources, strict=True)):
         view = scene.stage(source, f"world/runs/{label}", 1.0 if number == 0 else GHOST)

@@ -97,3 +97,12 @@ def require_rows(source: Source) -> None:
     """Refuse a run that stopped before its first row."""
     if source.n_row == 0:
         raise InputError("the run has no rows to look at", field=source.name, value=source.header.status)
+
+
+def require_time(folders: Sequence[pathlib.Path], moment: float) -> None:
+    """Refuse a time [s] at which none of the runs is recorded."""
+    last = max((source.n_row - 1) / source.rate for source in map(from_folder, folders))
+    if not 0.0 <= moment <= last:
+        raise InputError(
+            "is outside the run", field="--at", value=f"{moment:g} s", allowed=f"0 s to {last:g} s"
+        )
