@@ -6,7 +6,7 @@
 (c) the same with Python callbacks
 (d) a cold `afo-sim run`, wall time
 
-    python scripts/benchmark.py [--simulations 64] [--steps 2000] [--repeats 15]
+    python scripts/benchmark.py [--simulations 256] [--steps 2000] [--repeats 9]
 """
 
 import argparse
@@ -147,9 +147,9 @@ def measure(simulations: int, steps: int, repeats: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--simulations", type=int, default=64)
+    parser.add_argument("--simulations", type=int, default=256)
     parser.add_argument("--steps", type=int, default=2000)
-    parser.add_argument("--repeats", type=int, default=15)
+    parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     print(json.dumps(measure(options.simulations, options.steps, options.repeats), indent=2))
 
