@@ -186,13 +186,15 @@ def _add_actuators(spec: mujoco.MjSpec, orthosis: Orthosis) -> None:
     blank = [0.0] * native.N_USER
     spec.nuser_actuator = native.N_USER
     spec.nuserdata = native.FLOWS_PER_CHAMBER * len(orthosis.chamber)
+    affine, fixed = mujoco.mjtGain.mjGAIN_AFFINE, mujoco.mjtGain.mjGAIN_FIXED
     for name in muscle_names(orthosis):
+        first = name.endswith("_1")  # of its group; it carries the damping's derivative for all
         spec.add_actuator(
             name=name,
             trntype=mujoco.mjtTrn.mjTRN_TENDON,
             target=name,
-            gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-            gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
+            gaintype=affine if first else fixed,
+            gainprm=[0.0, 0.0, -1.0 if first else 0.0] + [0.0] * 7,
             biastype=mujoco.mjtBias.mjBIAS_USER,
             userdata=blank,
         )
@@ -261,6 +263,7 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                     dead_volume=muscle.dead_volume,
                     chamber=actuator,
                     next_muscle=following[i],
+                    implicit_count=group.count if name.endswith("_1") else 0,
                 )
     passive = scenario.leg.passive
     user[index.passive] = native.passive_row(scale=passive.scale, offset=passive.offset)

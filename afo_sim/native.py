@@ -22,7 +22,8 @@ Two numerical matters:
   damper's coefficient in the muscle's own `ctrl`, where an affine gain of −1 × tendon velocity makes
   it the force's derivative for the integrator `implicitfast`; what that gain adds to the force (from a
   `ctrl` that the last step left) the bias takes away. The force is exactly the law's, and only its
-  dependence on velocity is integrated implicitly.
+  dependence on velocity is integrated implicitly. Parallel muscles are alike, so the first of a group
+  carries the derivative of all.
 * Pressure integrated with the volume rate of the *old* velocity feeds energy into the joint. The
   chamber therefore keeps the volume that its pressure has been integrated to, and makes up the
   difference in the next step (midpoint rule): the sum of the volume changes is the volume, and a
@@ -76,8 +77,9 @@ KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE = 1.0, 2.0, 3.0, 4.0
     MUSCLE_DAMPING,
     MUSCLE_BRAID_STIFFNESS,
     MUSCLE_DEAD_VOLUME,
+    MUSCLE_IMPLICIT_COUNT,
     MUSCLE_COEFFICIENTS,
-) = range(2, 13)
+) = range(2, 14)
 (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
@@ -101,8 +103,13 @@ def muscle_row(
     dead_volume: float,
     chamber: int,
     next_muscle: int,
+    implicit_count: int = 1,
 ) -> np.ndarray:
-    """`actuator_user` of a muscle; `series_length` is all of the tendon that does not contract."""
+    """`actuator_user` of a muscle.
+
+    `series_length` is all of the tendon that does not contract; `implicit_count` is the number of
+    parallel muscles whose damping this one's gain stands for: all for a group's first, else none.
+    """
     coefficients = LAWS[law].coefficients(braid, law_parameters)
     row = _row(
         KIND_MUSCLE,
@@ -116,6 +123,7 @@ def muscle_row(
         damping,
         braid_stiffness,
         dead_volume,
+        implicit_count,
     )
     row[MUSCLE_COEFFICIENTS : MUSCLE_COEFFICIENTS + len(coefficients)] = coefficients
     return row
@@ -204,7 +212,7 @@ def _define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             fail(0, i)
         ctrl = d.ctrl
         gained = velocity * ctrl[i]  # the affine gain takes this off
-        ctrl[i] = coefficient * per_length
+        ctrl[i] = coefficient * per_length * u[j + MUSCLE_IMPLICIT_COUNT]
         return gained - force
 
     @register_jitable
