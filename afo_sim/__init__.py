@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from afo_sim.model import build as build
     from afo_sim.reader import load as load
     from afo_sim.recording import Recording as Recording
-    from afo_sim.recording import read_recording as read_recording
+    from afo_sim.run_files import read_recording as read_recording
     from afo_sim.simulate import run as run
 
 _PUBLIC = {
@@ -25,7 +25,7 @@ _PUBLIC = {
     "load": "reader",
     "build": "model",
     "Recording": "recording",
-    "read_recording": "recording",
+    "read_recording": "run_files",
     "run": "simulate",
 }
 __all__ = list(_PUBLIC)

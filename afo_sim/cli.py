@@ -61,7 +61,7 @@ def run(
     with _watching(live) as watch, _progress("reading, compiling the muscles") as report:
         from afo_sim.model import build
         from afo_sim.reader import load
-        from afo_sim.recording import check_writable
+        from afo_sim.run_files import check_writable
         from afo_sim.simulate import run_built
 
         built = build(load("scenario", scenario, values))
@@ -104,7 +104,7 @@ def torque_map_command(
         from afo_sim import torque_map as tm
         from afo_sim.model import build
         from afo_sim.reader import load
-        from afo_sim.recording import check_writable, replacing
+        from afo_sim.run_files import check_writable, replacing
 
         built = build(load("scenario", scenario, values))
         check_writable(out)
@@ -147,7 +147,7 @@ def view(
             "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, _progress("reading the run"):
-        from afo_sim.recording import check_writable, replacing
+        from afo_sim.run_files import check_writable, replacing
 
         files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
         from afo_sim import view as viewer
@@ -174,7 +174,7 @@ def _rerun_files(
     for path in paths:
         if path not in folders:
             raise InputError("there is no run here", file=path, allowed="folders of runs, or only .rrd files")
-    from afo_sim.recording import RERUN
+    from afo_sim.run_files import RERUN
 
     present = folders[0] / RERUN
     if len(folders) == 1 and present.is_file() and rate is None and colour == "force":
@@ -199,7 +199,7 @@ def figure_command(
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with _progress("drawing"):
         from afo_sim.figure import write_figures
-        from afo_sim.recording import check_writable, read_recording
+        from afo_sim.run_files import check_writable, read_recording
 
         recording = read_recording(folder)
         target = out or folder
@@ -220,7 +220,7 @@ def video_command(
     if out.suffix.lower() != ".mp4":
         raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with _progress("filming") as report:
-        from afo_sim.recording import check_writable, read_recording
+        from afo_sim.run_files import check_writable, read_recording
         from afo_sim.video import write_video
 
         recording = read_recording(folder)
@@ -240,7 +240,7 @@ def check_run_command(
     with _progress("checking"):
         from afo_sim import assets
         from afo_sim.checks_file import run_checks
-        from afo_sim.recording import read_recording
+        from afo_sim.run_files import read_recording
 
         recording = read_recording(folder)
         results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))

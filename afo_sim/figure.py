@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.errors import InputError
-from afo_sim.recording import Recording, replacing
+from afo_sim.recording import Recording
+from afo_sim.run_files import replacing
 from afo_sim.units import parse_quantity
 
 FORMATS = ("png", "pdf", "svg")

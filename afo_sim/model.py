@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim import mounting, native
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.mounting import ANKLE, Index, muscle_names, valve_names
+from afo_sim.mounting import ANKLE, Index, chamber_of, muscle_names, valve_names
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
 
@@ -231,7 +231,7 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
     groups = muscle_names(orthosis)
     for number, (chamber, actuator) in enumerate(index.chambers.items()):
         description = orthosis.chamber[chamber]
-        members = [i for n, i in index.muscles.items() if _chamber_of(n, groups) == chamber]
+        members = [i for n, i in index.muscles.items() if chamber_of(n, groups[n]) == chamber]
         user[actuator] = native.chamber_row(
             first_muscle=members[0],
             inlet=index.valves[f"{chamber}_inlet"],
@@ -267,7 +267,3 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                 )
     passive = scenario.leg.passive
     user[index.passive] = native.passive_row(scale=passive.scale, offset=passive.offset)
-
-
-def _chamber_of(muscle: str, groups: dict[str, MuscleGroup]) -> str:
-    return groups[muscle].chamber or muscle.rsplit("_", 1)[0]

@@ -45,6 +45,11 @@ def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:
     }
 
 
+def chamber_of(muscle: str, group: MuscleGroup) -> str:
+    """The chamber that a single muscle ("dorsiflexor_1") of a group hangs on."""
+    return group.chamber or muscle.rsplit("_", 1)[0]
+
+
 def valve_names(orthosis: Orthosis) -> list[str]:
     """Every valve by name ("dorsiflexor_inlet", …)."""
     return [f"{name}_{side}" for name in orthosis.chamber for side in ("inlet", "outlet")]

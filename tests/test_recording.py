@@ -10,7 +10,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.errors import InputError
-from afo_sim.recording import Recording, read_recording, replacing
+from afo_sim.recording import Recording
+from afo_sim.run_files import read_recording, replacing
 
 
 @pytest.fixture(scope="module")

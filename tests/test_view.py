@@ -16,7 +16,8 @@ import rerun_cli
 
 from afo_sim.errors import InputError
 from afo_sim.reader import load
-from afo_sim.recording import Recording, write_parquet
+from afo_sim.recording import Recording
+from afo_sim.run_files import write_parquet
 from afo_sim.view import screenshot, write_comparison, write_rrd
 from afo_sim.view.scene import tube_radius
 from afo_sim.view.viewer import viewer_process

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.mounting import ANKLE, muscle_names
+from afo_sim.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.spec import MuscleGroup
 from afo_sim.view.layout import TIMELINE
 from afo_sim.view.source import Columns, Source
@@ -44,7 +44,7 @@ class Stage:
         """The columns that poses and muscles are made of."""
         joints = [f"qpos/{self.model.joint(j).name}" for j in range(self.model.njnt)]
         muscles = [f"muscle/{m}/{x}" for m in self.groups for x in ("length", "contraction", "force")]
-        chambers = [f"chamber/{g.chamber or m.rsplit('_', 1)[0]}/pressure" for m, g in self.groups.items()]
+        chambers = [f"chamber/{chamber_of(m, g)}/pressure" for m, g in self.groups.items()]
         return ["time", *joints, *muscles, *dict.fromkeys(chambers)]
 
 
@@ -149,9 +149,8 @@ def _log_muscle(
     direction = span / path[:, None]
     radius = tube_radius(block[f"muscle/{name}/contraction"], group)
     length = np.clip(block[f"muscle/{name}/length"] + group.type.end_length, 0.02, path)
-    chamber = group.chamber or name.rsplit("_", 1)[0]
     if view.colour_by == "pressure":
-        share = block[f"chamber/{chamber}/pressure"] / PRESSURE_SCALE
+        share = block[f"chamber/{chamber_of(name, group)}/pressure"] / PRESSURE_SCALE
     else:
         share = np.sqrt(np.clip(block[f"muscle/{name}/force"], 0.0, None) / FORCE_SCALE)
     colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)

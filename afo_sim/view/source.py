@@ -9,7 +9,8 @@ import numpy as np
 
 from afo_sim.errors import InputError
 from afo_sim.reader import load
-from afo_sim.recording import Recording, open_parquet, recording_header
+from afo_sim.recording import Recording
+from afo_sim.run_files import open_parquet, recording_header
 from afo_sim.spec import Scenario
 
 BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece

@@ -1,0 +1,172 @@
+"""The files of a run: written whole or not at all, read whole or in blocks."""
+
+import dataclasses
+import json
+import os
+import pathlib
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.metrics import Metric
+from afo_sim.recording import Recording, describe
+
+PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
+ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
+
+
+@contextmanager
+def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A temporary path beside `path` that takes its place when the block ends well."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    os.close(handle)
+    temporary = pathlib.Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o644)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def check_writable(folder: pathlib.Path) -> None:
+    """Say so if an output folder cannot be made or written to; nothing is left behind."""
+    try:
+        existing = folder.absolute()
+        while not existing.exists():
+            existing = existing.parent
+        with tempfile.TemporaryDirectory(dir=existing):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"cannot be written to: {error.strerror or error}", field="--out", value=str(folder)
+        ) from None
+
+
+def save(
+    recording: Recording, folder: pathlib.Path, *, rrd: bool = True, rate: float | None = None
+) -> pathlib.Path:
+    """Write the files of a run; each appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : what to write
+    folder : made if need be
+    rrd : also write recording.rrd
+    rate : samples a second in it [Hz]; the run's own by default
+
+    Returns
+    -------
+    the folder
+    """
+    check_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    writers: dict[str, Callable[[pathlib.Path], object]] = {
+        PARQUET: lambda path: write_parquet(recording, path),
+        MODEL: lambda path: path.write_text(recording.model_xml, encoding="utf-8"),
+        SUMMARY: lambda path: path.write_text(
+            json.dumps(_json_numbers(recording.summary()), indent=2, ensure_ascii=False) + "\n",
+            encoding="utf-8",
+        ),
+    }
+    if rrd and len(recording["time"]):
+        from afo_sim.view import write_rrd
+
+        writers[RERUN] = lambda path: write_rrd(recording, path, rate=rate)
+    else:
+        (folder / RERUN).unlink(missing_ok=True)  # not another run's
+    for name, write in writers.items():
+        with replacing(folder / name) as path:
+            write(path)
+    return folder
+
+
+def _json_numbers(value: Any) -> Any:
+    """NaN is no JSON: null instead."""
+    if isinstance(value, dict):
+        return {key: _json_numbers(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_json_numbers(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def write_parquet(recording: Recording, path: pathlib.Path) -> None:
+    """One row per sample; unit and sign in each column's metadata, the run in the schema's."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    fields = []
+    for name in recording.columns:
+        unit, sign = describe(name)
+        fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
+    run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
+    schema = pa.schema(fields, metadata={"afo_sim": json.dumps(_json_numbers(run))})
+    table = pa.table([pa.array(v) for v in recording.columns.values()], schema=schema)
+    pq.write_table(table, path, row_group_size=ROW_GROUP)
+
+
+def open_parquet(folder: str | os.PathLike[str]) -> Any:
+    """The Parquet file of a run's folder (or itself), opened but not read.
+
+    Raises
+    ------
+    InputError
+        No run is there, or the file is damaged.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = pathlib.Path(folder)
+    path = path / PARQUET if path.is_dir() else path
+    if not path.is_file():
+        raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
+    try:
+        return pq.ParquetFile(path, pre_buffer=False)
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"is not a recording of this program: {error}", file=path) from None
+
+
+def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
+    """A run's Recording without its rows, from its opened Parquet file."""
+    try:
+        run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
+        return Recording(
+            columns={},
+            metrics={
+                n: Metric(m["value"] if m["value"] is not None else float("nan"), m["unit"])
+                for n, m in run["metrics"].items()
+            },
+            scenario=run["scenario"],
+            model_xml=run["model_xml"],
+            status=run["status"],
+            warnings=tuple(run["warnings"]),
+            timing=run["timing"],
+            versions=run["versions"],
+            parameters=run["parameters"],
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+
+
+def read_recording(folder: str | os.PathLike[str]) -> Recording:
+    """The recording in a run's folder (or of a Parquet file).
+
+    Raises
+    ------
+    InputError
+        No run is there, or the file is damaged.
+    """
+    import pyarrow as pa
+
+    file = open_parquet(folder)
+    header = recording_header(file, folder)
+    try:
+        table = file.read()
+    except (pa.ArrowException, OSError) as error:
+        raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+    return dataclasses.replace(header, columns={name: table[name].to_numpy() for name in table.column_names})
