@@ -12,7 +12,7 @@ from afo_sim.view.source import Source, from_folder, from_recording, require_row
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second unless told otherwise [Hz]; signals keep the run's own rate
-GHOST = 0.28  # opacity of every run after the first
+GHOST = 0.55  # opacity of every run after the first
 
 
 def write_rrd(
