@@ -1,5 +1,7 @@
 """What is shipped, one line each."""
 
+from typing import Any
+
 from afo_sim import assets
 from afo_sim.physics.static_force import LAWS
 
@@ -19,7 +21,12 @@ def entries(kind: str) -> list[tuple[str, str]]:
     if kind == "gaits":
         return [(path.stem, path.name) for path in sorted(assets.folder("gait_data").glob("*.csv"))]
     singular = PLURALS[kind]
-    return [
-        (name, assets.read_toml(assets.find(singular, name)).get("description", ""))
-        for name in assets.names(singular)
-    ]
+    tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
+    return [(name, _line(table)) for name, table in tables.items()]
+
+
+def _line(table: dict[str, Any]) -> str:
+    line = str(table.get("description", ""))
+    if "laws" in table:
+        line += f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})"
+    return line

@@ -255,7 +255,8 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                 muscle = group.type
                 user[i] = native.muscle_row(
                     law=muscle.law,
-                    law_parameters=muscle.law_parameters,
+                    coefficients=muscle.coefficients,
+                    lowest_pressure=muscle.law_set.pressure_range[0],
                     braid=muscle.braid,
                     series_length=muscle.end_length + group.link_length + group.slack,
                     damping=muscle.damping,

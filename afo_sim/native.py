@@ -44,19 +44,13 @@ from numba.extending import register_jitable
 
 from afo_sim.errors import CallbackError
 from afo_sim.physics.hill import hill_force
+from afo_sim.physics.law import Braid
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
-from afo_sim.physics.static_force import (
-    LAWS,
-    Braid,
-    chou_hannaford_1996,
-    tondu_lopez_2000,
-    tondu_lopez_2000_bladder,
-)
+from afo_sim.physics.static_force import LAWS, MAX_COEFFICIENTS, muscle_static_force
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
-N_USER = 24  # slots per actuator
 FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 Mode = Literal["native", "python"]
@@ -78,8 +72,9 @@ KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE = 1.0, 2.0, 3.0, 4.0
     MUSCLE_BRAID_STIFFNESS,
     MUSCLE_DEAD_VOLUME,
     MUSCLE_IMPLICIT_COUNT,
+    MUSCLE_LOWEST_PRESSURE,
     MUSCLE_COEFFICIENTS,
-) = range(2, 14)
+) = range(2, 15)
 (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
@@ -90,12 +85,14 @@ KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE = 1.0, 2.0, 3.0, 4.0
 ) = range(2, 8)
 VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELAY = range(2, 6)
 PASSIVE_SCALE, PASSIVE_OFFSET = range(2, 4)
+N_USER = MUSCLE_COEFFICIENTS + MAX_COEFFICIENTS  # slots per actuator
 
 
 def muscle_row(
     *,
     law: str,
-    law_parameters: dict[str, float],
+    coefficients: Sequence[float],
+    lowest_pressure: float,
     braid: Braid,
     series_length: float,
     damping: float,
@@ -110,7 +107,6 @@ def muscle_row(
     `series_length` is all of the tendon that does not contract; `implicit_count` is the number of
     parallel muscles whose damping this one's gain stands for: all for a group's first, else none.
     """
-    coefficients = LAWS[law].coefficients(braid, law_parameters)
     row = _row(
         KIND_MUSCLE,
         LAWS[law].native_id,
@@ -124,6 +120,7 @@ def muscle_row(
         braid_stiffness,
         dead_volume,
         implicit_count,
+        lowest_pressure,
     )
     row[MUSCLE_COEFFICIENTS : MUSCLE_COEFFICIENTS + len(coefficients)] = coefficients
     return row
@@ -160,24 +157,6 @@ def _row(kind: float, *values: float) -> np.ndarray:
     return row
 
 
-@register_jitable
-def _static_force(m: Any, j: int, contraction: float, pressure: float) -> float:
-    """The law of the muscle whose row starts at j, at κ ≥ 0: below it, the braid carries."""
-    u = m.actuator_user
-    kappa = 0.0 if contraction < 0.0 else contraction
-    if pressure < 0.0:  # a bladder below ambient leaves the braid: the laws would turn over
-        pressure = 0.0
-    law = u[j + MUSCLE_LAW]
-    c = j + MUSCLE_COEFFICIENTS
-    if law == 0.0:
-        return chou_hannaford_1996(kappa, pressure, u[c], u[c + 1], u[c + 2])
-    if law == 1.0:
-        return tondu_lopez_2000(kappa, pressure, u[c], u[c + 1], u[c + 2])
-    if law == 2.0:
-        return tondu_lopez_2000_bladder(kappa, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4])
-    return np.nan
-
-
 # What a callback can object to; the text that MuJoCo reports is "<complaint> <actuator id>".
 COMPLAINTS = (
     "the force is not a number in actuator",
@@ -199,7 +178,14 @@ def _define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         velocity = d.actuator_velocity[i]
         contraction = 1.0 - (d.actuator_length[i] - u[j + MUSCLE_SERIES_LENGTH]) * per_length
         absolute = act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + 2]
-        static = _static_force(m, j, contraction, absolute - AMBIENT_PRESSURE)
+        static = muscle_static_force(
+            u[j + MUSCLE_LAW],
+            contraction,
+            absolute - AMBIENT_PRESSURE,
+            u[j + MUSCLE_LOWEST_PRESSURE],
+            u,
+            j + MUSCLE_COEFFICIENTS,
+        )
         force, coefficient = hill_force(
             static,
             contraction,
@@ -488,14 +474,15 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     CallbackError
         A muscle is limp or carries another force than its law's.
     """
-    user = SimpleNamespace(actuator_user=model.actuator_user.reshape(-1))
     for i in muscles:
-        j = model.nuser_actuator * i
         row = model.actuator_user[i]
         length = row[MUSCLE_NOMINAL_LENGTH]
         kappa = (length + row[MUSCLE_SERIES_LENGTH] - data.actuator_length[i]) / length
         absolute = data.act[model.actuator_actadr[int(row[MUSCLE_CHAMBER])] + 2]
-        static = _static_force(user, j, kappa, absolute - AMBIENT_PRESSURE)
+        gauge = absolute - AMBIENT_PRESSURE
+        static = muscle_static_force(
+            row[MUSCLE_LAW], kappa, gauge, row[MUSCLE_LOWEST_PRESSURE], row, MUSCLE_COEFFICIENTS
+        )
         rate = -data.actuator_velocity[i] / length
         expected, _ = hill_force(
             static, kappa, rate, absolute, row[MUSCLE_DAMPING], row[MUSCLE_BRAID_STIFFNESS]

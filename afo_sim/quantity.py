@@ -102,20 +102,17 @@ class Described(BaseModel):
         return self.model_copy(update=values)
 
 
-def split_sources(table: Mapping[str, Any], prefix: str = "") -> tuple[dict[str, Any], dict[str, Any]]:
+def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Separate { value, source, kind } tables into plain values and a map of provenance."""
     values: dict[str, Any] = {}
     told = table.get("provenance", {})
     if not isinstance(told, Mapping):
         raise refusal("is not a table", "a table of { source, kind } by field", "provenance")
-    sources: dict[str, Any] = dict(told) if not prefix else {}
+    sources: dict[str, Any] = dict(told)
     for key, value in table.items():
         if isinstance(value, Mapping) and "value" in value:
             values[key] = value["value"]
-            sources[prefix + key] = {k: v for k, v in value.items() if k != "value"}
-        elif isinstance(value, Mapping) and key == "law_parameters":
-            values[key], nested = split_sources(value, f"{key}.")
-            sources |= nested
+            sources[key] = {k: v for k, v in value.items() if k != "value"}
         else:
             values[key] = value
     return values, sources

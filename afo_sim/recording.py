@@ -16,12 +16,15 @@ from afo_sim.errors import InputError, nearest_name
 from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
+from afo_sim.muscle import Muscle
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 
 if TYPE_CHECKING:
     import pandas
 
     from afo_sim.simulate import Rollout
+
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 
 # Unit and sign of every column, by the last parts of its path.
 COLUMNS = {
@@ -258,6 +261,7 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
                     f"{name}: {word} reaches {values[worst]:.3g}{unit} at {time[worst]:.3f} s, "
                     f"beyond its limit of {limit:.3g}{unit}"
                 )
+        yield from _law_warnings(name, group.type, time, pressure, contraction, force)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
             yield (
@@ -268,6 +272,31 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
         yield "the ankle reaches a stop of the joint"
+
+
+def _law_warnings(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    contraction: np.ndarray,
+    force: np.ndarray,
+) -> Iterator[str]:
+    """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
+    law = muscle.law_set
+    pulling = force > NEGLIGIBLE * muscle.limits.force
+    # stretched, the braid carries; the law is asked at zero contraction
+    for word, values, (lower, upper), unit in (
+        ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
+        ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
+    ):
+        beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > 1e-9:
+            yield (
+                f"{name}: the law {muscle.law} was asked at a {word} of {values[worst]:.3g}{unit} at "
+                f"{time[worst]:.3f} s, outside its range of {lower:g} to {upper:g}{unit}"
+            )
 
 
 def _versions() -> dict[str, str]:

@@ -8,21 +8,17 @@ import pathlib
 import re
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, field_serializer, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.errors import nearest_name
-from afo_sim.physics.static_force import LAWS, Braid
+from afo_sim.muscle import Distance, Muscle, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
-from afo_sim.units import format_quantity, parse_quantity
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
-PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
-Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
 Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
-Pressure = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
 Coordinates = tuple[Length, Length, Length]
 
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
@@ -37,102 +33,6 @@ class Valve(Described):
     critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
     opening_delay: Delay
     closing_delay: Delay
-
-
-class Limits(Described):
-    """What a muscle may be asked for; beyond it a run warns."""
-
-    pressure: Pressure
-    force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
-    contraction_min: Annotated[float, Quantity("", at_least=-0.5, at_most=0.0)]
-    contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
-
-
-class Muscle(Described):
-    """A pneumatic artificial muscle: braid, law, damper, limits."""
-
-    name: str = ""
-    description: str = ""
-    law: str
-    law_parameters: dict[str, float] = Field(default_factory=dict)
-    total_length: PositiveLength
-    end_length: Distance
-    bore: Annotated[float, Quantity("m", above=0.0, at_most=0.2)]
-    braid_angle: Annotated[float, Quantity("rad", at_least=0.0873, at_most=0.872)]
-    damping: Annotated[float, Quantity("m^2*s", at_least=0.0, at_most=1.0)]
-    braid_stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e7)]
-    dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
-    mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
-    limits: Limits
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_law(cls, table: Any) -> Any:
-        if not isinstance(table, dict) or not isinstance(table.get("law"), str):
-            return table
-        if table["law"] not in LAWS:
-            raise refusal(
-                f"{table['law']!r} is an unknown law",
-                ", ".join(LAWS),
-                "law",
-                nearest_name(table["law"], LAWS) or "",
-            )
-        law = LAWS[table["law"]]
-        given = table.get("law_parameters", {})
-        if not isinstance(given, dict):
-            wanted = ", ".join(parameter.name for parameter in law.parameters)
-            raise refusal("is not a table", f"a table with {wanted or 'nothing'}", "law_parameters")
-        given = dict(given)
-        read = {}
-        for parameter in law.parameters:
-            key = f"law_parameters.{parameter.name}"
-            if parameter.name not in given:
-                raise refusal(f"is missing; {law.name} needs it", parameter.meaning, key)
-            text = given.pop(parameter.name)
-            inner = text["value"] if isinstance(text, dict) and "value" in text else text
-            try:
-                number = parse_quantity(inner, parameter.unit)
-            except ValueError as error:
-                raise refusal(str(error), "", key) from None
-            if not parameter.lower <= number <= parameter.upper:
-                allowed = f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip()
-                raise refusal(f"{inner!r} is out of range", allowed, key)
-            read[parameter.name] = text | {"value": number} if isinstance(text, dict) else number
-        if given:
-            key = next(iter(given))
-            names = [parameter.name for parameter in law.parameters]
-            raise refusal(
-                f"is no parameter of {law.name}",
-                ", ".join(names) or "none",
-                f"law_parameters.{key}",
-                nearest_name(key, names) or "",
-            )
-        return table | {"law_parameters": read}
-
-    @field_serializer("law_parameters")
-    def _write_law(self, values: dict[str, float]) -> dict[str, str | float]:
-        units = {parameter.name: parameter.unit for parameter in LAWS[self.law].parameters}
-        return {name: format_quantity(value, units[name]) for name, value in values.items()}
-
-    @model_validator(mode="after")
-    def _has_a_braid(self) -> Self:
-        if self.end_length >= self.total_length:
-            raise refusal(
-                f"the ends ({self.end_length * 100:g} cm) are not shorter than the whole muscle "
-                f"({self.total_length * 100:g} cm): no braid is left",
-                f"less than the total length, {self.total_length * 100:g} cm",
-                "end_length",
-            )
-        return self
-
-    @property
-    def nominal_length(self) -> float:
-        """L0: the active braid, unpressurised [m]."""
-        return self.total_length - self.end_length
-
-    @property
-    def braid(self) -> Braid:
-        return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
 
 
 class Anchor(Described):

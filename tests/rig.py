@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.physics.static_force import Braid
+from afo_sim.physics.law import Braid
+from afo_sim.physics.static_force import LAWS
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 BRAID = Braid(nominal_length=0.1631, nominal_radius=0.00575, braid_angle=np.radians(22.0))
@@ -44,7 +45,8 @@ def hanging_mass(
     model = mujoco.MjModel.from_xml_string(xml)
     model.actuator_user[0] = native.muscle_row(
         law=law,
-        law_parameters=LAW if law_parameters is None else law_parameters,
+        coefficients=LAWS[law].coefficients(BRAID, LAW if law_parameters is None else law_parameters),
+        lowest_pressure=0.0,
         braid=BRAID,
         series_length=0.0,
         damping=damping,

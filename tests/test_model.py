@@ -233,7 +233,7 @@ def test_coarse_air_is_said() -> None:
     ("key", "value", "problem"),
     [
         ("orthosis.muscle.dorsiflexor.insertion.segment", "shank", "same segment"),
-        ("orthosis.muscle.dorsiflexor.type.law_parameters", 3, "not a table"),
+        ("orthosis.muscle.dorsiflexor.type.laws", 3, "not a table"),
         ("provenance", 3, "not a table"),
         ("orthosis.muscle", {}, "no muscle"),
         ("name", "../esc", "no name for a folder"),

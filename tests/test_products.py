@@ -37,21 +37,24 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
         "law",
         "limits",
         "provenance",
-        "law_parameters",
+        "laws",
+        "grade",
     }
-    numbers |= {f"law_parameters.{key}" for key in muscle.law_parameters}
     assert numbers == set(muscle.provenance)
+    for law_set in muscle.laws.values():
+        assert set(law_set.parameters) - set(law_set.provenance) == set()
     assert set(muscle.limits.provenance) == set(type(muscle.limits).model_fields) - {"provenance"}
     assert (MODELS / "muscles" / name / "README.md").is_file()
 
 
 def test_fitted_numbers_are_never_called_published() -> None:
-    provenance = load("muscle", "s1_215mm").provenance
+    muscle = load("muscle", "s1_215mm")
+    provenance = muscle.provenance | muscle.law_set.provenance
     for name in (
         "end_length",
         "braid_angle",
-        "law_parameters.bladder_force",
-        "law_parameters.bladder_stiffness",
+        "bladder_force",
+        "bladder_stiffness",
     ):
         assert provenance[name].kind == "fitted"
         assert (

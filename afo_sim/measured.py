@@ -1,0 +1,247 @@
+"""Measured characteristics of a muscle: a CSV of pressure, contraction or length, and force or load."""
+
+import csv
+import math
+import pathlib
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.units import AMBIENT_PRESSURE, GRAVITY, parse_quantity
+
+# Column → the SI units that it may be given in.
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "pressure": ("Pa",),
+    "absolute pressure": ("Pa",),
+    "contraction": ("",),
+    "length": ("m",),
+    "change of length": ("m",),
+    "force": ("N",),
+    "load": ("kg", "N"),
+    "curve": (),
+}
+EXAMPLE = "pressure [bar], contraction [-], force [N]; or pressure [bar], load [kg], change of length [cm]"
+# Header line "# key: value" → SI unit; text where there is none.
+HEADER = {
+    "total_length": "m",
+    "end_length": "m",
+    "bore": "m",
+    "braid_angle": "rad",
+    "hanger": "kg",
+    "source": None,
+    "licence": None,
+    "note": None,
+}
+_TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Points of a static characteristic, SI.
+
+    Either `contraction` [-] or `change` of length [m] is given. `force` [N] is the muscle's; when it
+    was set by a load, `loaded` is true, and the length is what was measured. `curve` tells the curves
+    apart, by default the pressures.
+    """
+
+    file: pathlib.Path
+    pressure: np.ndarray
+    force: np.ndarray
+    contraction: np.ndarray | None
+    change: np.ndarray | None
+    curve: np.ndarray
+    loaded: bool
+    facts: dict[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.pressure)
+
+    @property
+    def name(self) -> str:
+        return f"{self.file.parent.name}/{self.file.stem}"
+
+
+def read_measured(file: pathlib.Path) -> Measured:
+    """Read a CSV of measured points.
+
+    Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
+    to each load), source, licence; then one line of column titles with units, then the points.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    InputError
+        A column or unit is missing or unknown, a value is no finite number, or too few points.
+    """
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read: {error}", file=file) from None
+    facts = _facts(file, [line for line in lines if line.lstrip().startswith("#")])
+    numbered = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not numbered:
+        raise InputError("holds no points", file=file, allowed=EXAMPLE)
+    titles = next(csv.reader([numbered[0][1]], skipinitialspace=True))
+    columns = [_column(file, title) for title in titles]
+    names = [name for name, _ in columns]
+    _require(file, names)
+    values: dict[str, list[Any]] = {name: [] for name in names}
+    for number, line in numbered[1:]:
+        cells = next(csv.reader([line], skipinitialspace=True))
+        if len(cells) != len(columns):
+            raise InputError(
+                f"line {number} has {len(cells)} values where the header names {len(columns)}", file=file
+            )
+        for (name, scale), cell in zip(columns, cells, strict=True):
+            values[name].append(cell.strip() if name == "curve" else _value(file, number, name, cell) * scale)
+    return _measured(file, values, dict(columns), titles, facts)
+
+
+def _measured(
+    file: pathlib.Path,
+    values: dict[str, list[Any]],
+    scales: dict[str, float],
+    titles: list[str],
+    facts: dict[str, Any],
+) -> Measured:
+    arrays = {name: np.array(v) for name, v in values.items()}
+    pressure = arrays.get("pressure")
+    if pressure is None:
+        pressure = arrays["absolute pressure"] - AMBIENT_PRESSURE
+    if len(pressure) < 3:
+        raise InputError(f"holds {len(pressure)} points", file=file, allowed="at least 3")
+    if pressure.min() < -1.0 or pressure.max() > 2e6:
+        raise InputError(
+            "is out of range",
+            file=file,
+            field="pressure",
+            value=f"{pressure.min() * 1e-5:g} to {pressure.max() * 1e-5:g} bar",
+            allowed="gauge, 0 to 20 bar",
+        )
+    contraction = arrays.get("contraction")
+    change = arrays.get("change of length")
+    if "length" in arrays:
+        if "total_length" not in facts:
+            raise InputError(
+                "is measured, so the muscle's length at rest must be told",
+                file=file,
+                field="length",
+                allowed='a header line "# total_length: 21.5 cm"',
+            )
+        change = facts["total_length"] - arrays["length"]
+    if (
+        change is not None
+        and "total_length" in facts
+        and np.any(np.abs(change) > 0.6 * facts["total_length"])
+    ):
+        raise InputError(
+            "is more than 60 % of the muscle's length; is the unit right?",
+            file=file,
+            field="change of length",
+            value=f"{100 * np.abs(change).max():.3g} cm",
+        )
+    if contraction is not None and np.any(np.abs(contraction) > 0.6):
+        raise InputError(
+            "is beyond any muscle; is it in per cent?",
+            file=file,
+            field="contraction",
+            value=f"{np.abs(contraction).max():g}",
+            allowed="-0.6 to 0.6, or the title contraction [%]",
+        )
+    loaded = "load" in arrays
+    force = arrays["load"] if loaded else arrays["force"]
+    if loaded:
+        title = next(t for t in titles if t.strip().startswith("load"))
+        if _unit(title) not in ("N", "kN"):
+            force = (force + facts.get("hanger", 0.0)) * GRAVITY
+    curve = arrays.get("curve", np.round(pressure, -1))
+    return Measured(file, pressure, force, contraction, change, curve, loaded, facts)
+
+
+def _require(file: pathlib.Path, names: list[str]) -> None:
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("stands there twice", file=file, field=name)
+    for needed, one_of in (
+        ("a pressure", ("pressure", "absolute pressure")),
+        ("a contraction or a length", ("contraction", "length", "change of length")),
+        ("a force or a load", ("force", "load")),
+    ):
+        found = [name for name in one_of if name in names]
+        if len(found) != 1:
+            problem = f"lacks {needed}" if not found else f"has {' and '.join(found)}, where one is needed"
+            raise InputError(problem, file=file, field="header", value=", ".join(names), allowed=EXAMPLE)
+
+
+def _unit(title: str) -> str:
+    found = _TITLE.match(title)
+    return (found[2] or "") if found else ""
+
+
+def _column(file: pathlib.Path, title: str) -> tuple[str, float]:
+    """Name of a column and the factor that takes its values to SI."""
+    found = _TITLE.match(title)
+    name = re.sub(r"[\s_]+", " ", found[1].strip().lower()) if found else title
+    if name not in COLUMNS:
+        raise InputError(
+            "is an unknown column",
+            file=file,
+            field="header",
+            value=title,
+            allowed=", ".join(COLUMNS),
+            nearest=nearest_name(name, COLUMNS),
+        )
+    if not COLUMNS[name]:
+        return name, 1.0
+    unit = found[2] if found else None
+    if not unit:
+        raise InputError("has no unit", file=file, field=name, value=title, allowed=f"as in: {EXAMPLE}")
+    if name == "contraction":
+        scales = {"-": 1.0, "1": 1.0, "%": 0.01}
+        if unit not in scales:
+            raise InputError("has an unknown unit", file=file, field=name, value=title, allowed="[-] or [%]")
+        return name, scales[unit]
+    problem = ""
+    for si in COLUMNS[name]:
+        try:
+            return name, parse_quantity(f"1 {unit}", si)
+        except ValueError as error:
+            problem = str(error)
+    raise InputError(problem, file=file, field=name, value=title, allowed=f"as in: {EXAMPLE}")
+
+
+def _value(file: pathlib.Path, line: int, name: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"line {line}: is not a finite number", file=file, field=name, value=cell.strip())
+    return value
+
+
+def _facts(file: pathlib.Path, lines: list[str]) -> dict[str, Any]:
+    facts: dict[str, Any] = {}
+    for line in lines:
+        key, colon, text = line.lstrip()[1:].partition(":")
+        key = key.strip().lower()
+        if not colon or key not in HEADER:
+            continue  # a comment
+        unit = HEADER[key]
+        try:
+            facts[key] = text.strip() if unit is None else parse_quantity(text.strip(), unit)
+        except ValueError as error:
+            raise InputError(str(error), file=file, field=key, value=text.strip()) from None
+    return facts
