@@ -126,6 +126,54 @@ def torque_map_command(
 
 
 @app.command()
+def fit(
+    files: Annotated[list[pathlib.Path], typer.Argument(help="CSV of measured points, one per muscle")],
+    law: Annotated[str, typer.Option(help="a law's name, or all")],
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit"),
+    hold_out: Annotated[
+        str, typer.Option(help="what is left out in turn: all|none|pressure|load|curve|muscle")
+    ] = "all",
+    test: Annotated[
+        list[pathlib.Path] | None, typer.Option(help="further CSV that is predicted, not fitted")
+    ] = None,
+    free: Annotated[list[str] | None, typer.Option(help="a parameter to fit as well")] = None,
+    fix: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="a parameter to hold")] = None,
+    tell: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help='what the CSV does not say, for example bore="20 mm"'),
+    ] = None,
+    loss: Annotated[
+        str, typer.Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")
+    ] = "linear",
+    like: Annotated[str, typer.Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
+) -> None:
+    """Fit a muscle's law to measured points; say what the data do not tell."""
+    with _progress("reading") as report:
+        from afo_sim import fit_command
+        from afo_sim.run_files import check_writable
+
+        check_writable(out)
+        asked = fit_command.Request(
+            tuple(files),
+            tuple(test or ()),
+            law,
+            hold_out,
+            tuple(free or ()),
+            read_sets(fix, "--fix", "k=1"),
+            read_sets(tell, "--tell", 'bore="20 mm"'),
+            loss,
+            like,
+        )
+        answer = fit_command.answer(asked, report=lambda text: report(0, 0, text))
+        fit_command.write(answer, out, like)
+    for title, header, rows in fit_command.tables(answer):
+        _print_table(title, header, rows)
+    for line in fit_command.remarks(answer):
+        print(line)
+    print(f"written to {out}")
+
+
+@app.command()
 def view(
     paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders, or .rrd files")],
     picture: Annotated[
@@ -285,13 +333,15 @@ def check(
     print("good")
 
 
-def read_sets(sets: list[str] | None) -> dict[str, Any]:
+def read_sets(
+    sets: list[str] | None, field: str = "--set", example: str = 'supply.pressure="3 bar"'
+) -> dict[str, Any]:
     """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
     values: dict[str, Any] = {}
     for text in sets or []:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
-            raise InputError("is not KEY=VALUE", field="--set", value=text, allowed='supply.pressure="3 bar"')
+            raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
         try:
             values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
         except tomllib.TOMLDecodeError:
@@ -328,7 +378,7 @@ def _quantity(field: str, text: str, unit: str) -> float:
 
 
 @contextmanager
-def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
+def _progress(title: str) -> Iterator[Callable[..., None]]:
     """A line on the terminal that moves while something takes time, and then goes away."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -338,8 +388,8 @@ def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(title, total=None)
 
-        def report(done: int, total: int) -> None:
-            progress.update(task, description="simulating", completed=done, total=total)
+        def report(done: int, total: int, what: str = "simulating") -> None:
+            progress.update(task, description=what, completed=done, total=total or None)
 
         yield report
 

@@ -259,7 +259,7 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
     """
     found = _search(problem, problem.data, _starts(problem, starts, seed))
     best = min(found, key=lambda f: f.cost)
-    agreeing = sum(f.cost <= best.cost * 1.001 + 1e-300 for f in found)
+    agreeing = int(sum(f.cost <= best.cost * 1.001 + 1e-300 for f in found))
     scale = _scales(problem)
     values = dict(zip(problem.free, best.x * scale, strict=True))
     residuals = errors(problem, values, problem.data)
@@ -369,7 +369,9 @@ def _verdict(
             yield f"{name}: not identifiable: {values[i]:.4g} ± {half[i]:.3g}"
 
 
-def held_out(result: Fit, test: Sequence[Measured] = (), report: Progress | None = None) -> Fit:
+def held_out(
+    result: Fit, test: Sequence[Measured] = (), report: Progress | None = None, *, groups: bool = True
+) -> Fit:
     """Errors on points that the fit did not see: curves, pressures, loads, muscles, other files.
 
     Parameters
@@ -377,16 +379,17 @@ def held_out(result: Fit, test: Sequence[Measured] = (), report: Progress | None
     result : a fit
     test : further data, only predicted
     report : called with what is being left out
+    groups : leave groups out in turn; without, only `test` is predicted
 
     Returns
     -------
     Fit, with `held_out` filled: the errors of each group when it was left out
     """
     found: dict[str, dict[str, np.ndarray]] = {}
-    for kind, groups in _groups(result.problem):
+    for kind, members in _groups(result.problem) if groups else ():
         if report is not None:
             report(f"{result.problem.law.name}: leaving out one {kind} after another")
-        missed = {label: _leave_out(result, masks) for label, masks in groups}
+        missed = {label: _leave_out(result, masks) for label, masks in members}
         if all(m is not None for m in missed.values()):
             found[kind] = {label: m for label, m in missed.items() if m is not None}
     if test:

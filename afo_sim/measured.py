@@ -4,6 +4,7 @@ import csv
 import math
 import pathlib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,7 +65,7 @@ class Measured:
         return f"{self.file.parent.name}/{self.file.stem}"
 
 
-def read_measured(file: pathlib.Path) -> Measured:
+def read_measured(file: pathlib.Path, told: Mapping[str, float] | None = None) -> Measured:
     """Read a CSV of measured points.
 
     Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
@@ -73,6 +74,7 @@ def read_measured(file: pathlib.Path) -> Measured:
     Parameters
     ----------
     file : path
+    told : what the header does not say of the muscle, SI; the header has precedence
 
     Returns
     -------
@@ -87,7 +89,7 @@ def read_measured(file: pathlib.Path) -> Measured:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read: {error}", file=file) from None
-    facts = _facts(file, [line for line in lines if line.lstrip().startswith("#")])
+    facts = dict(told or {}) | _facts(file, [line for line in lines if line.lstrip().startswith("#")])
     numbered = [
         (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
     ]

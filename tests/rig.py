@@ -17,6 +17,7 @@ def hanging_mass(
     *,
     law: str = "tondu_lopez_2000_bladder",
     law_parameters: dict[str, float] | None = None,
+    lowest_pressure: float = 0.0,
     damper: float = 200.0,
     damping: float = 2e-4,
     timestep: float = 1e-3,
@@ -46,7 +47,7 @@ def hanging_mass(
     model.actuator_user[0] = native.muscle_row(
         law=law,
         coefficients=LAWS[law].coefficients(BRAID, LAW if law_parameters is None else law_parameters),
-        lowest_pressure=0.0,
+        lowest_pressure=lowest_pressure,
         braid=BRAID,
         series_length=0.0,
         damping=damping,

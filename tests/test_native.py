@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from rig import charged, hanging_mass
 
-from afo_sim import native, struct_layout
+from afo_sim import assets, native, struct_layout
 from afo_sim.errors import CallbackError
 from afo_sim.model import build
+from afo_sim.muscle import LawSet
 from afo_sim.reader import load
 from afo_sim.units import AMBIENT_PRESSURE
 
@@ -114,10 +115,20 @@ def test_bad_states_are_raised(mode: native.Mode, spoil: object, message: str) -
             mujoco.mj_step(model, data)
 
 
-def test_native_equals_python_in_every_regime() -> None:
+SETS = {
+    f"{law_set.law}-{name}": law_set
+    for name in assets.names("muscle")
+    for law_set in load("muscle", name).laws.values()
+}
+
+
+@pytest.mark.parametrize("law_set", SETS.values(), ids=SETS)
+def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
     """Forces and rates over stretched, taut and slack muscles, both directions of flow and motion."""
     rng = np.random.default_rng(1)
-    model = hanging_mass(3.0)
+    model = hanging_mass(
+        3.0, law=law_set.law, law_parameters=law_set.parameters, lowest_pressure=law_set.pressure_range[0]
+    )
     rows = [
         (
             rng.uniform(-0.02, 0.06),
@@ -126,7 +137,7 @@ def test_native_equals_python_in_every_regime() -> None:
             rng.uniform(0, 1, 4),
             rng.uniform(0, 1, 2),
         )
-        for _ in range(300)
+        for _ in range(100)
     ]
 
     def evaluate(mode: native.Mode) -> np.ndarray:

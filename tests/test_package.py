@@ -60,6 +60,19 @@ def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
     assert found["cold_run_wall_seconds"] > 0.0
 
 
+@pytest.mark.parametrize(
+    ("script", "says", "leaves"),
+    [
+        ("compare_laws.py", "sarosi_2012", ["compare_laws.png"]),
+        ("fit_a_muscle.py", "worn, it moves the foot by 19.5 deg", ["fit_a_muscle/table_1/muscle.toml"]),
+    ],
+)
+def test_stories_run(script: str, says: str, leaves: list[str], tmp_path: pathlib.Path) -> None:
+    assert says in run([sys.executable, str(ROOT / "scripts" / script)], tmp_path).stdout
+    for name in leaves:
+        assert (tmp_path / "runs" / name).stat().st_size > 1000
+
+
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)

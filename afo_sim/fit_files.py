@@ -1,0 +1,322 @@
+"""What a fit leaves behind: a muscle that runs at once, its numbers, a figure of the residuals."""
+
+import json
+import math
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim import assets, reader
+from afo_sim.errors import InputError
+from afo_sim.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.fit import Fit, predict, rms, take
+from afo_sim.measured import Measured
+from afo_sim.run_files import replacing
+from afo_sim.units import EXAMPLES, format_quantity, in_unit
+
+LIKE = "s1_215mm"  # whose damping, masses and stiffness a fitted muscle takes over, unless told
+
+
+def usual(value: float, si: str) -> tuple[float, str]:
+    """A value in the unit that people use for it."""
+    unit = EXAMPLES[si].partition(" ")[2] if si else ""
+    return (in_unit(value, si, unit), unit) if unit else (value, "")
+
+
+def residual_unit(fit: Fit) -> tuple[float, str]:
+    """Factor and unit in which residuals are shown: newtons, or centimetres of length."""
+    if not fit.problem.loaded:
+        return 1.0, "N"
+    return (100.0, "cm") if fit.problem.data[0].contraction is None else (1.0, "-")
+
+
+def parameter_rows(fit: Fit) -> list[list[str]]:
+    """Name, value, half the 95 % interval, unit of every free parameter, for a table."""
+    rows = []
+    for name, value in fit.values.items():
+        shown, unit = usual(value, fit.problem.describe(name).unit)
+        width = fit.half_width[name]
+        interval = "refused" if math.isinf(width) else f"± {width * shown / value if value else width:.3g}"
+        rows.append([name, f"{shown:.5g}", interval, unit])
+    return rows
+
+
+def ranking_rows(fits: Sequence[Fit], skipped: dict[str, str]) -> list[list[str]]:
+    """The laws by their error on pressures that they did not see, for a table."""
+    rows = []
+    for fit in fits:
+        factor, _ = residual_unit(fit)
+        held = [f"{factor * fit.held_out_rms(k):.3g}" if k in fit.held_out else "-" for k in kinds(fits)]
+        refused = sum(math.isinf(w) for w in fit.half_width.values())
+        rows.append(
+            [
+                fit.problem.law.name,
+                str(len(fit.values)),
+                f"{factor * fit.rms:.3g}",
+                *held,
+                "all" if not refused else f"{len(fit.values) - refused} of {len(fit.values)}",
+            ]
+        )
+    return rows + [[law, "", "", *[""] * len(kinds(fits)), reason] for law, reason in skipped.items()]
+
+
+def kinds(fits: Sequence[Fit]) -> list[str]:
+    """What was left out in turn, over several fits."""
+    return list(dict.fromkeys(kind for fit in fits for kind in fit.held_out))
+
+
+def rank(fits: Sequence[Fit]) -> list[Fit]:
+    """Best first: by the error on pressures left out, or on the data where that was not asked."""
+
+    def error(fit: Fit) -> float:
+        return fit.held_out_rms("pressure") if "pressure" in fit.held_out else math.inf
+
+    return sorted(fits, key=lambda fit: (error(fit), fit.rms))
+
+
+def write_fit(fits: Sequence[Fit], skipped: dict[str, str], folder: pathlib.Path, like: str = LIKE) -> None:
+    """Write muscle.toml, fit.json and fit.png/.pdf of the best of several fits.
+
+    Parameters
+    ----------
+    fits : best first
+    skipped : laws that could not be fitted, and why
+    folder : made if need be; with data of several muscles, a folder for each is made in it
+    like : muscle from which comes what the data do not tell
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to, or there is no such muscle.
+    """
+    best = fits[0]
+    several = len(best.problem.data) > 1
+    told = {"fits": [_as_json(fit) for fit in fits], "skipped": skipped}
+    texts = {folder / "fit.json": json.dumps(told, indent=2, ensure_ascii=False) + "\n"}
+    for data in best.problem.data:
+        place = folder / data.file.stem if several else folder
+        texts[place / "muscle.toml"] = muscle_toml(best, data, like)
+    for file, text in texts.items():
+        with replacing(file) as path:
+            path.write_text(text, encoding="utf-8")
+            if file.suffix == ".toml":
+                reader.load("muscle", path)  # it must be a muscle
+    for suffix in ("png", "pdf"):
+        with replacing(folder / f"fit.{suffix}") as path:
+            draw(fits, path, suffix)
+
+
+def _as_json(fit: Fit) -> dict[str, Any]:
+    factor, unit = residual_unit(fit)
+    finite = {name: None if math.isinf(w) else w for name, w in fit.half_width.items()}
+    return {
+        "law": fit.problem.law.name,
+        "values": fit.values,
+        "fixed": dict(fit.problem.fixed),
+        "half_width_95": finite,
+        "correlation": fit.correlation.tolist(),
+        "verdict": list(fit.verdict),
+        "points": len(fit.residuals),
+        "residual_unit": unit,
+        "rms": factor * fit.rms,
+        "worst": factor * fit.worst,
+        "agreeing_starts": fit.agreeing_starts,
+        "held_out": {
+            kind: {"rms": factor * fit.held_out_rms(kind)}
+            | {label: factor * rms(errors) for label, errors in groups.items()}
+            for kind, groups in fit.held_out.items()
+        },
+    }
+
+
+def muscle_toml(fit: Fit, data: Measured, like: str = LIKE) -> str:
+    """A muscle of one data set, every number with its source; what was not measured comes from `like`."""
+    law, values = fit.problem.law, {**fit.problem.fixed, **fit.values}
+    factor, unit = residual_unit(fit)
+    files = ", ".join(d.file.name for d in fit.problem.data)
+    summary = f"fitted with {law.name} to {files}, {factor * fit.rms:.3g} {unit} RMS"
+    taken = assets.read_toml(assets.find("muscle", like))
+
+    def number(name: str, si: str) -> str:
+        value = format_quantity(values[name], si)
+        if name not in fit.values:
+            return _entry(value, "assumed", "held during the fit")
+        width = fit.half_width[name]
+        shown, shown_unit = usual(width, si) if math.isfinite(width) else (0.0, "")
+        belief = (
+            f"95 % interval ± {shown:.3g} {shown_unit}".rstrip()
+            if math.isfinite(width)
+            else "no interval: the data do not tell it alone"
+        )
+        return _entry(value, "fitted", f"{summary}; {belief}")
+
+    def over(key: str) -> str:
+        value = taken[key]["value"] if isinstance(taken[key], dict) else taken[key]
+        return _entry(value, "assumed", f"taken over from {like}, not measured on this muscle")
+
+    told, active = data.facts, data.contraction is not None
+    length = over("total_length")
+    if "total_length" in told:
+        length = _entry(format_quantity(told["total_length"], "m"), "user", f"told with {data.file.name}")
+    bore = _entry(format_quantity(told["bore"], "m"), "user", f"told with {data.file.name}")
+    end = _entry("0 m", "assumed", "contractions were given: braid only") if active else None
+    lines = [
+        f"description = {_text(f'{data.file.stem}: {law.name} fitted to {files}')}",
+        'grade = "A"',
+        f'law = "{law.name}"',
+        f"total_length = {length}",
+        f"end_length = {end or number('end_length', 'm')}",
+        f"bore = {bore}",
+        f"braid_angle = {number('braid_angle', 'rad')}",
+        *(f"{key} = {over(key)}" for key in ("damping", "braid_stiffness", "dead_volume", "mass")),
+        "",
+        f"[laws.{law.name}]",
+        *(f"{p.name} = {number(p.name, p.unit)}" for p in law.parameters),
+        *_ranges(fit, data),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _ranges(fit: Fit, data: Measured) -> list[str]:
+    """The range of the law and the muscle's limits: what was measured, no more."""
+    low, high = (format_quantity(x, "Pa") for x in (data.pressure.min(), data.pressure.max()))
+    active = data.facts.get("total_length", 1.0) - fit.values.get("end_length", 0.0)
+    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    most = max(float(kappa.max()), 0.01)
+    strongest = format_quantity(max(float(data.force.max()), 1.0), "N")
+    measured = f"the highest of {data.file.name}"
+    return [
+        f'pressure_range = ["{low}", "{high}"]',
+        f"contraction_range = [0.0, {most!r}]",
+        "",
+        "[limits]",
+        f"pressure = {_entry(high, 'derived', measured)}",
+        f"force = {_entry(strongest, 'derived', measured)}",
+        f"contraction_min = {_entry(-0.03, 'assumed', 'as comparable fluidic muscles')}",
+        f"contraction_max = {_entry(most, 'derived', measured)}",
+    ]
+
+
+def _entry(value: str | float, kind: str, source: str) -> str:
+    return f"{{ value = {_text(value)}, kind = {_text(kind)}, source = {_text(source)} }}"
+
+
+def _text(value: str | float) -> str:
+    """A TOML string or number: JSON's are TOML's."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def draw(fits: Sequence[Fit], path: pathlib.Path, suffix: str = "png") -> None:
+    """Draw the best fit over the data, its residuals, and the laws' errors where there are several.
+
+    Parameters
+    ----------
+    fits : best first
+    path, suffix : file and format
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    best = fits[0]
+    count = len(best.problem.data) + 1 + (len(fits) > 1)
+    with pyplot.rc_context(STYLE):
+        figure, axes = pyplot.subplots(1, count, figsize=(3.6 * count, 3.3), layout="constrained")
+        for axis, data in zip(axes, best.problem.data, strict=False):
+            _draw_curves(axis, best, data)
+        _draw_residuals(axes[len(best.problem.data)], best)
+        if len(fits) > 1:
+            _draw_ranking(axes[-1], fits)
+        figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
+        figure.savefig(path, dpi=RESOLUTION, format=suffix)
+        pyplot.close(figure)
+
+
+def _draw_curves(axis: Any, fit: Fit, data: Measured) -> None:
+    """Points, and the law's line through them at each pressure."""
+    factor, unit = residual_unit(fit)
+    for pressure in np.unique(np.round(data.pressure, -2)):
+        colour = _colour(data, pressure)
+        points = take(data, np.round(data.pressure, -2) == pressure)
+        label = f"{pressure * 1e-5:g} bar"
+        if data.loaded:
+            line = _line(points, force=np.linspace(0.7 * points.force.min(), 1.1 * points.force.max(), 60))
+            measured = points.change if points.change is not None else points.contraction
+            axis.plot(line.force, factor * predict(fit.problem, fit.values, line), color=colour)
+            axis.plot(points.force, factor * np.asarray(measured), "o", ms=4, color=colour, label=label)
+        else:
+            x = points.contraction if points.contraction is not None else points.change
+            grid = np.linspace(0.0, float(np.max(x)) * 1.05 + 0.005, 80)  # type: ignore[arg-type]
+            name = "contraction" if points.contraction is not None else "change"
+            line = _line(points, **{name: grid})
+            axis.plot(grid, predict(fit.problem, fit.values, line), color=colour)
+            axis.plot(x, points.force, "o", ms=4, color=colour, label=label)
+    axis.set_title(data.name)
+    axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
+    axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
+    if data.loaded and data.contraction is not None:
+        axis.set_ylabel("contraction ratio κ [-]")
+    if not data.loaded and data.contraction is None:
+        axis.set_xlabel("change of length [m]")
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if data.loaded else 0.0)
+    axis.legend()
+
+
+def _colour(data: Measured, pressure: float) -> Any:
+    from matplotlib import colormaps
+
+    return colormaps["viridis"](0.9 * (pressure - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
+
+
+def _line(points: Measured, **columns: np.ndarray) -> Measured:
+    """A data set to predict a smooth curve at: the first point's pressure, other columns replaced."""
+    import dataclasses
+
+    size = len(next(iter(columns.values())))
+    blank = {"force": np.zeros(size)} | columns
+    return dataclasses.replace(
+        points, pressure=np.full(size, points.pressure[0]), curve=np.zeros(size), **blank
+    )
+
+
+def _draw_residuals(axis: Any, fit: Fit) -> None:
+    """Errors over pressure: seen by the fit, and when their pressure was left out."""
+    factor, unit = residual_unit(fit)
+    pressure = np.concatenate([d.pressure for d in fit.problem.data]) * 1e-5
+    axis.axhline(0.0, color="0.6", lw=0.8)
+    axis.plot(pressure - 0.04, factor * fit.residuals, "o", ms=3, color=COLOURS[1], label="fitted")
+    for k, (label, errors) in enumerate(fit.held_out.get("pressure", {}).items()):
+        at = np.full(len(errors), float(label.split()[0]) + 0.04)
+        axis.plot(at, factor * errors, "x", ms=4, color=COLOURS[0], label="left out" if k == 0 else None)
+    axis.margins(x=0.08)
+    axis.set_xlabel("gauge pressure [bar]")
+    axis.set_ylabel(f"prediction − measurement [{unit}]")
+    axis.set_title(f"{factor * fit.rms:.3g} {unit} RMS")
+    axis.legend()
+
+
+def _draw_ranking(axis: Any, fits: Sequence[Fit]) -> None:
+    factor, unit = residual_unit(fits[0])
+    places = np.arange(len(fits))[::-1]
+    axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=COLOURS[1], label="fitted")
+    for kind, colour in zip(kinds(fits)[:1], COLOURS, strict=False):
+        values = [factor * f.held_out_rms(kind) if kind in f.held_out else np.nan for f in fits]
+        axis.barh(places - 0.2, values, 0.38, color=colour, label=f"{kind} left out")
+    axis.set_yticks(places, [f.problem.law.name for f in fits])
+    axis.set_xscale("log")
+    axis.set_xlim(left=0.7 * factor * min(f.rms for f in fits))
+    axis.set_xlabel(f"RMS error [{unit}]")
+    axis.legend()
+
+
+def require_like(like: str) -> None:
+    """Refuse a muscle that is not there, before anything is computed."""
+    try:
+        assets.find("muscle", like)
+    except InputError as error:
+        raise InputError(
+            error.problem, field="--like", value=like, allowed=error.allowed, nearest=error.nearest
+        ) from None

@@ -1,0 +1,287 @@
+"""Fits: published and planted numbers come back, and what the data do not tell is refused."""
+
+import json
+import math
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import afo_sim
+from afo_sim import assets
+from afo_sim.characteristic import contractions, forces
+from afo_sim.errors import InputError
+from afo_sim.fit import Fit, errors, fit, held_out, pose, rms, select
+from afo_sim.measured import Measured, read_measured
+from afo_sim.physics.law import Braid
+from afo_sim.physics.static_force import LAWS
+from afo_sim.reader import load
+
+MUSCLES = assets.folder("models") / "muscles"
+
+
+@pytest.fixture(scope="module")
+def characteristic() -> dict[int, Measured]:
+    found = {}
+    for diameter in (10, 20):
+        found[diameter], _ = select(read_measured(MUSCLES / f"dmsp_{diameter}/characteristic.csv"))
+    return found
+
+
+@pytest.fixture(scope="module")
+def s1() -> list[Measured]:
+    return [read_measured(MUSCLES / name) for name in ("s1_215mm/table_1.csv", "s1_120mm/table_2.csv")]
+
+
+def test_the_selection_is_stated(characteristic: dict[int, Measured]) -> None:
+    assert len(characteristic[20]) == 33
+    assert len(characteristic[10]) == 94
+    for data in characteristic.values():
+        assert data.pressure.min() == 1e5
+        assert data.force.min() >= 0.0
+
+
+# Limits from independent fits of the same points.
+@pytest.mark.parametrize(
+    ("law", "diameter", "limit"),
+    [
+        ("sarosi_2012", 20, 2.1),
+        ("sarosi_2012", 10, 1.9),
+        ("maximum_force", 20, 3.7),
+        ("maximum_force", 10, 2.4),
+        ("kerscher_2006", 20, 21.5),
+        ("kerscher_2006", 10, 9.6),
+        ("polynomial", 10, 0.6),
+    ],
+)
+def test_the_makers_characteristic_is_met(
+    law: str, diameter: int, limit: float, characteristic: dict[int, Measured]
+) -> None:
+    found = fit(pose(law, [characteristic[diameter]]))
+    assert found.rms <= limit
+    assert found.agreeing_starts >= 3
+
+
+@pytest.mark.parametrize("name", ["dmsp_10", "dmsp_20"])
+def test_the_shipped_sets_are_these_fits(name: str, characteristic: dict[int, Measured]) -> None:
+    muscle, data = load("muscle", name), characteristic[int(name[-2:])]
+    for law_name, law_set in muscle.laws.items():
+        kinds = {origin.kind for origin in law_set.provenance.values()}
+        if "fitted" not in kinds:
+            continue
+        best = fit(pose(law_name, [data], fixed={"braid_angle": muscle.braid_angle})).rms
+        law = LAWS[law_name]
+        coefficients = law.coefficients(muscle.braid, law_set.parameters)
+        assert data.contraction is not None
+        shipped = rms(forces(law.native_id, coefficients, data.contraction, data.pressure) - data.force)
+        assert best <= shipped <= 1.001 * best, law_name
+        assert f"{shipped:.1f} N RMS" in str(law_set.provenance) or f"{shipped:.2f} N RMS" in str(
+            law_set.provenance
+        )
+
+
+def test_c_kappa_is_not_identifiable(characteristic: dict[int, Measured]) -> None:
+    found = fit(pose("kerscher_2006", [characteristic[20]]))
+    assert math.isinf(found.half_width["c_kappa"])
+    assert any(line.startswith("c_kappa") and "not identifiable" in line for line in found.verdict)
+    # indeed: 40 does as well as the best, by the F test at 95 %
+    other = fit(pose("kerscher_2006", [characteristic[20]], fixed={"c_kappa": 40.0}))
+    assert (other.rms / found.rms) ** 2 < 1.0 + scipy.stats.f.ppf(0.95, 1, 33 - 5) / (33 - 5)
+    assert math.isfinite(found.half_width["b_epsilon"])
+
+
+def test_21_coefficients_are_not_told_by_33_points(characteristic: dict[int, Measured]) -> None:
+    found = held_out(fit(pose("polynomial", [characteristic[20]])))
+    assert all(math.isinf(width) for width in found.half_width.values())
+    assert "33 points for 21 parameters" in found.verdict[0]
+    # the fit looks better than the exponential's, on points it has not seen it is worse
+    exponential = held_out(fit(pose("sarosi_2012", [characteristic[20]])))
+    assert found.rms < exponential.rms
+    assert found.held_out_rms("pressure") > 2.0 * exponential.held_out_rms("pressure")
+
+
+@pytest.fixture(scope="module")
+def s1_fit(s1: list[Measured]) -> Fit:
+    return held_out(fit(pose("tondu_lopez_2000_bladder", s1)))
+
+
+def test_s1_tables_i_and_ii(s1_fit: Fit) -> None:
+    assert set(s1_fit.values) == {"braid_angle", "bladder_force", "bladder_stiffness", "end_length"}
+    assert s1_fit.rms * 100 <= 0.15
+    assert math.degrees(s1_fit.values["braid_angle"]) == pytest.approx(22.0, abs=0.1)
+
+
+def test_s1_does_not_tell_the_braid_angle_from_the_bladder(s1_fit: Fit) -> None:
+    assert any("braid_angle, bladder_force" in line for line in s1_fit.verdict)
+    assert any(line.startswith("bladder_stiffness") for line in s1_fit.verdict)
+    for name in ("braid_angle", "bladder_force", "bladder_stiffness"):
+        assert math.isinf(s1_fit.half_width[name])
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("load", [0.19, 0.15, 0.17, 0.14]), ("pressure", [0.22, 0.09, 0.23]), ("muscle", [0.25, 0.46])],
+)
+def test_s1_held_out_errors(s1_fit: Fit, kind: str, expected: list[float]) -> None:
+    found = [100 * rms(e) for e in s1_fit.held_out[kind].values()]
+    assert found == pytest.approx(expected, abs=0.01)
+
+
+def test_leaving_a_muscle_out_is_a_fit_to_the_other(s1: list[Measured], s1_fit: Fit) -> None:
+    alone = fit(pose("tondu_lopez_2000_bladder", [s1[0]]))
+    predicted = rms(errors(alone.problem, alone.values, [s1[1]]))
+    assert rms(s1_fit.held_out["muscle"][s1[1].name]) == pytest.approx(predicted, rel=1e-3)
+
+
+def test_s1_tables_iii_and_iv_are_one_braid() -> None:
+    tables = [read_measured(MUSCLES / name) for name in ("s1_215mm/table_3.csv", "s1_120mm/table_4.csv")]
+    held = {"braid_angle": math.radians(37.0), "end_length": 0.0, "k": 1.0}
+    problem = pose("tondu_lopez_2000", tables, free=["end_length"], fixed={"k": 1.0})
+    missed = 100 * np.abs(errors(problem, held, tables))
+    misprint = int(np.argmax(missed))
+    assert sorted(missed)[-2] <= 0.08
+    assert len(missed) == 24
+    both = np.concatenate([t.change for t in tables if t.change is not None])
+    assert both[misprint] * 100 == pytest.approx(4.3)
+    assert both[misprint] * 100 - missed[misprint] == pytest.approx(2.39, abs=0.005)
+
+
+def synthetic(characteristic: Measured, noise: float, seed: int) -> tuple[Measured, dict[str, float]]:
+    """The exponential law's own forces at the maker's points, with noise."""
+    import dataclasses
+
+    muscle = load("muscle", "dmsp_10")
+    planted = muscle.laws["sarosi_2012"].parameters
+    law = LAWS["sarosi_2012"]
+    assert characteristic.contraction is not None
+    exact = forces(
+        law.native_id,
+        law.coefficients(muscle.braid, planted),
+        characteristic.contraction,
+        characteristic.pressure,
+    )
+    noisy = exact + noise * np.random.default_rng(seed).standard_normal(len(exact))
+    return dataclasses.replace(characteristic, force=noisy), planted
+
+
+def test_planted_parameters_lie_within_their_intervals(characteristic: dict[int, Measured]) -> None:
+    hits, trials = 0, 60
+    for seed in range(trials):
+        data, planted = synthetic(characteristic[10], 1.0, seed)
+        found = fit(pose("sarosi_2012", [data]), starts=1)
+        assert found.identifiable
+        hits += sum(abs(found.values[n] - planted[n]) <= found.half_width[n] for n in planted)
+    # 95 % of 360, parameters of one fit being correlated: three standard deviations of 60 trials
+    assert 0.90 <= hits / (trials * 6) <= 0.99
+
+
+def planted_lengths(total: float) -> Measured:
+    """What a muscle of 24°, k = 1.2 and 4 cm of ends does under loads."""
+    braid = Braid(total - 0.04, 6e-3, math.radians(24.0))
+    law = LAWS["tondu_lopez_2000"]
+    load_n, pressure = (x.ravel() for x in np.meshgrid([10.0, 40.0, 80.0, 120.0], [2e5, 3e5, 4e5, 5e5]))
+    kappa = contractions(law.native_id, law.coefficients(braid, {"k": 1.2}), load_n, pressure)
+    change, facts = kappa * braid.nominal_length, {"total_length": total, "bore": 12e-3}
+    return Measured(pathlib.Path(f"x/{total}.csv"), pressure, load_n, None, change, pressure, True, facts)
+
+
+def test_planted_parameters_come_back_from_two_lengths() -> None:
+    found = fit(pose("tondu_lopez_2000", [planted_lengths(0.2), planted_lengths(0.12)]))
+    assert found.values["k"] == pytest.approx(1.2, rel=1e-6)
+    assert math.degrees(found.values["braid_angle"]) == pytest.approx(24.0, rel=1e-6)
+    assert found.values["end_length"] == pytest.approx(0.04, rel=1e-5)
+
+
+def test_one_length_does_not_tell_the_ends_from_k() -> None:
+    # ΔL = (L − d)/k × a function of load and pressure: only the ratio acts.
+    found = fit(pose("tondu_lopez_2000", [planted_lengths(0.2)]))
+    assert math.isinf(found.half_width["k"])
+    assert math.isinf(found.half_width["end_length"])
+    ratio = (0.2 - found.values["end_length"]) / found.values["k"]
+    assert ratio == pytest.approx(0.16 / 1.2, rel=1e-6)
+
+
+def test_an_outlier_matters_less_to_a_robust_loss(characteristic: dict[int, Measured]) -> None:
+    data, planted = synthetic(characteristic[10], 0.5, 1)
+    data.force[40] += 200.0
+    plain, robust = (fit(pose("sarosi_2012", [data], loss=loss)) for loss in ("linear", "soft_l1"))  # type: ignore[arg-type]
+    off = [sum(abs(f.values[n] / planted[n] - 1.0) for n in planted) for f in (plain, robust)]
+    assert off[1] < 0.3 * off[0]
+
+
+def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -> None:
+    from afo_sim.fit import take
+
+    one_pressure = take(characteristic[10], characteristic[10].pressure == 6e5)
+    with pytest.raises(InputError, match="one pressure only"):
+        pose("sarosi_2012", [one_pressure])
+    few = take(characteristic[10], np.arange(94) % 20 == 0)
+    with pytest.raises(InputError, match="5 usable points for the 6 parameters"):
+        pose("sarosi_2012", [few])
+    with pytest.raises(InputError, match="did you mean 'sarosi_2012'"):
+        pose("sarosi_2021", [characteristic[10]])
+    with pytest.raises(InputError, match="no parameter of sarosi_2012"):
+        pose("sarosi_2012", [characteristic[10]], fixed={"k": 1.0})
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "afo_sim", "fit", *arguments], capture_output=True, text=True, check=False
+    )
+
+
+def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path) -> None:
+    data = MUSCLES / "s1_215mm/table_1.csv"
+    done = run(str(data), "--law", "tondu_lopez_2000_bladder", "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert "refused" in done.stdout
+    assert {p.name for p in tmp_path.iterdir()} == {"muscle.toml", "fit.json", "fit.png", "fit.pdf"}
+    told = json.loads((tmp_path / "fit.json").read_text())
+    muscle = load("muscle", tmp_path / "muscle.toml")
+    assert told["fits"][0]["values"]["braid_angle"] == muscle.braid_angle
+    assert muscle.provenance["damping"].kind == "assumed"
+    assert muscle.provenance["braid_angle"].kind == "fitted"
+    sets = {"orthosis.muscle.dorsiflexor.type": str(tmp_path / "muscle.toml"), "duration": "4 s"}
+    lifted = afo_sim.run("seated", sets)
+    assert lifted.ok
+    assert lifted["ankle/angle"].max() > 0.0
+    # fitted between 2 and 4 bar, it is asked below
+    assert any("outside its range of 2 to 4 bar" in w for w in lifted.warnings)
+
+
+def test_every_law_is_ranked(tmp_path: pathlib.Path) -> None:
+    done = run(str(MUSCLES / "dmsp_10/characteristic.csv"), "--law", "all", "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "fit.json").read_text())
+    assert {f["law"] for f in told["fits"]} == set(LAWS)
+    missed = [f["held_out"]["pressure"]["rms"] for f in told["fits"]]
+    assert missed == sorted(missed)
+    assert load("muscle", tmp_path / "muscle.toml").law == told["fits"][0]["law"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nothing.csv", "--law", "all"), "cannot be read"),
+        (("DATA", "--law", "sarosi"), "sarosi_2012"),
+        (("DATA", "--law", "all", "--hold-out", "sex"), "--hold-out"),
+        (("DATA", "--law", "all", "--loss", "cubic"), "--loss"),
+        (("DATA", "--law", "tondu_lopez_2000", "--fix", "kk=1"), "did you mean 'k'"),
+        (("DATA", "--law", "tondu_lopez_2000", "--fix", "braid_angle=25"), "has no unit"),
+        (("DATA", "--law", "tondu_lopez_2000", "--tell", "boar=2 cm"), "did you mean 'bore'"),
+        (("DATA", "--law", "tondu_lopez_2000", "--like", "s1_215"), "s1_215mm"),
+        (("DATA", "--law", "tondu_lopez_2000", "--hold-out", "load"), "cannot be left out"),
+    ],
+)
+def test_bad_requests_are_one_message(tmp_path: pathlib.Path, arguments: tuple[str, ...], said: str) -> None:
+    data = str(MUSCLES / "dmsp_20/characteristic.csv")
+    out = tmp_path / "out"
+    done = run(*(data if a == "DATA" else a for a in arguments), "--out", str(out))
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not out.exists()
