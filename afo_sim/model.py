@@ -8,7 +8,8 @@ import numpy as np
 
 from afo_sim import mounting, native
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.mounting import ANKLE, Index, chamber_of, muscle_names, valve_names
+from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
 
@@ -211,6 +212,8 @@ def _add_actuators(spec: mujoco.MjSpec, orthosis: Orthosis) -> None:
         spec.add_actuator(name=f"chamber_{name}", actdim=3, userdata=blank, **user_dynamics)
     for name in valve_names(orthosis):
         spec.add_actuator(name=f"valve_{name}", actdim=2, userdata=blank, **user_dynamics)
+    for name, states in friction_states(orthosis).items():
+        spec.add_actuator(name=f"friction_{name}", actdim=states, userdata=blank, **user_dynamics)
 
 
 def _index(model: mujoco.MjModel, orthosis: Orthosis) -> Index:
@@ -219,6 +222,7 @@ def _index(model: mujoco.MjModel, orthosis: Orthosis) -> Index:
         muscles={name: model.actuator(name).id for name in muscle_names(orthosis)},
         chambers={name: model.actuator(f"chamber_{name}").id for name in orthosis.chamber},
         valves={name: model.actuator(f"valve_{name}").id for name in valve_names(orthosis)},
+        frictions={name: model.actuator(f"friction_{name}").id for name in friction_states(orthosis)},
         passive=model.actuator(PASSIVE).id,
         ankle_qpos=int(joint.qposadr[0]),
         ankle_dof=int(joint.dofadr[0]),
@@ -253,6 +257,9 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
             if i in following:
                 group = groups[name]
                 muscle = group.type
+                holder = index.frictions.get(name, -1)
+                if holder >= 0:
+                    user[holder] = native.friction_row(muscle=i)
                 user[i] = native.muscle_row(
                     law=muscle.law,
                     coefficients=muscle.coefficients,
@@ -265,6 +272,10 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                     chamber=actuator,
                     next_muscle=following[i],
                     implicit_count=group.count if name.endswith("_1") else 0,
+                    damper=() if muscle.damper is None else muscle.damper.coefficients,
+                    friction=0 if muscle.friction == "none" else FRICTIONS[muscle.friction].native_id,
+                    friction_coefficients=muscle.friction_coefficients,
+                    friction_states=holder,
                 )
     passive = scenario.leg.passive
     user[index.passive] = native.passive_row(scale=passive.scale, offset=passive.offset)

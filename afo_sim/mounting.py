@@ -8,6 +8,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.errors import InputError
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 from afo_sim.physics.pneumatics import LAMINAR_RATIO
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
@@ -33,6 +34,7 @@ class Index:
     muscles: dict[str, int]
     chambers: dict[str, int]
     valves: dict[str, int]
+    frictions: dict[str, int]
     passive: int
     ankle_qpos: int
     ankle_dof: int
@@ -53,6 +55,12 @@ def chamber_of(muscle: str, group: MuscleGroup) -> str:
 def valve_names(orthosis: Orthosis) -> list[str]:
     """Every valve by name ("dorsiflexor_inlet", …)."""
     return [f"{name}_{side}" for name in orthosis.chamber for side in ("inlet", "outlet")]
+
+
+def friction_states(orthosis: Orthosis) -> dict[str, int]:
+    """The muscles whose friction has a memory, with the number of its states."""
+    names = {name: group.type.friction for name, group in muscle_names(orthosis).items()}
+    return {n: FRICTIONS[f].n_state for n, f in names.items() if f != "none" and FRICTIONS[f].n_state}
 
 
 def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:

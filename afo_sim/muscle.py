@@ -1,10 +1,13 @@
-"""A muscle as it is described: braid, laws with their parameters, damper, limits."""
+"""A muscle as it is described: braid, laws and frictions with their parameters, damper, limits."""
 
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_serializer, model_validator
+from pydantic import Field, model_serializer, model_validator
+from pydantic_core import PydanticCustomError
 
 from afo_sim.errors import nearest_name
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.static_force import LAWS
 from afo_sim.quantity import Described, Quantity, refusal, split_sources
@@ -15,6 +18,8 @@ Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
 Pressure = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
 GaugePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
 Contraction = Annotated[float, Quantity("", at_least=-0.5, at_most=0.9)]
+Damping = Annotated[float, Quantity("N*s/m", at_least=-1e6, at_most=1e6)]
+DampingSlope = Annotated[float, Quantity("N*s/(m*Pa)", at_least=-1.0, at_most=1.0)]
 
 
 class Limits(Described):
@@ -36,32 +41,16 @@ class LawSet(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_parameters(cls, table: Any) -> Any:
+    def _read_flat(cls, table: Any) -> Any:
         """A flat table of parameters and ranges, as it stands under [laws.NAME], to fields."""
         if not isinstance(table, dict) or "parameters" in table:
             return table
         values, sources = split_sources(table)
         law = LAWS[values["law"]]
-        read = {}
-        for parameter in law.parameters:
-            if parameter.name in values:
-                read[parameter.name] = _read_parameter(parameter, values.pop(parameter.name))
-            elif parameter.default is not None:
-                read[parameter.name] = parameter.default
-            else:
-                raise refusal(f"is missing; {law.name} needs it", parameter.meaning, parameter.name)
-        names = [parameter.name for parameter in law.parameters]
-        for key in values:
-            if key not in ("law", "pressure_range", "contraction_range", "provenance"):
-                raise refusal(
-                    f"is no parameter of {law.name}",
-                    ", ".join(names) or "none",
-                    key,
-                    nearest_name(key, names) or "",
-                )
-        ranges = {"pressure_range": law.pressure_range, "contraction_range": law.contraction_range}
-        for key, default in ranges.items():
-            values.setdefault(key, [f"{x!r} Pa" if key == "pressure_range" else x for x in default])
+        kept = ("law", "pressure_range", "contraction_range")
+        read = _take_parameters(law.name, law.parameters, values, kept)
+        values.setdefault("pressure_range", [f"{p!r} Pa" for p in law.pressure_range])
+        values.setdefault("contraction_range", list(law.contraction_range))
         return values | {"parameters": read, "provenance": sources}
 
     @model_validator(mode="after")
@@ -74,28 +63,54 @@ class LawSet(Described):
 
     @model_serializer(mode="wrap")
     def _write(self, handler: Any) -> dict[str, Any]:
-        written = handler(self)
-        units = {parameter.name: parameter.unit for parameter in LAWS[self.law].parameters}
-        values = {name: format_quantity(value, units[name]) for name, value in self.parameters.items()}
-        kept = ("pressure_range", "contraction_range", "provenance")
-        return values | {key: written[key] for key in kept}
+        kept = handler(self)
+        written = _written(LAWS[self.law].parameters, self.parameters)
+        return written | {key: kept[key] for key in ("pressure_range", "contraction_range", "provenance")}
 
 
-def _read_parameter(parameter: LawParameter, text: Any) -> float:
-    try:
-        number = parse_quantity(text, parameter.unit)
-    except ValueError as error:
-        raise refusal(str(error), "", parameter.name) from None
-    if not parameter.lower <= number <= parameter.upper:
-        allowed = f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip()
-        raise refusal(f"{text!r} is out of range", allowed, parameter.name)
-    return number
+class FrictionSet(Described):
+    """One friction's parameters for one muscle, SI."""
+
+    friction: str
+    parameters: dict[str, float]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_flat(cls, table: Any) -> Any:
+        """A flat table of parameters, as it stands under [frictions.NAME], to fields."""
+        if not isinstance(table, dict) or "parameters" in table:
+            return table
+        values, sources = split_sources(table)
+        friction = FRICTIONS[values["friction"]]
+        read = _take_parameters(friction.name, friction.parameters, values, ("friction",))
+        return values | {"parameters": read, "provenance": sources}
+
+    @model_serializer(mode="wrap")
+    def _write(self, handler: Any) -> dict[str, Any]:
+        written = _written(FRICTIONS[self.friction].parameters, self.parameters)
+        return written | {"provenance": handler(self)["provenance"]}
+
+
+class ThreeElementDamper(Described):
+    """Damping of the three-element model, B = b0 + b1 p, another while contracting than while relaxing."""
+
+    contracting: tuple[Damping, DampingSlope]
+    relaxing: tuple[Damping, DampingSlope]
+    switch_pressure: GaugePressure = 0.0
+    relaxing_above: tuple[Damping, DampingSlope] | None = None
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """What the kernel takes after pressure and contraction rate."""
+        above = self.relaxing if self.relaxing_above is None else self.relaxing_above
+        return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
 class Muscle(Described):
-    """A pneumatic artificial muscle: braid, law, damper, limits.
+    """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
-    `laws` holds the parameters of every law that is known for it; `law` says which one is used.
+    `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
+    `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up.
     """
 
     name: str = ""
@@ -103,6 +118,9 @@ class Muscle(Described):
     grade: Literal["A", "B", "C", "D"] = "D"
     law: str
     laws: dict[str, LawSet]
+    friction: str = "none"
+    frictions: dict[str, FrictionSet] = Field(default_factory=dict)
+    damper: ThreeElementDamper | None = None
     total_length: PositiveLength
     end_length: Distance
     bore: Annotated[float, Quantity("m", above=0.0, at_most=0.2)]
@@ -115,51 +133,14 @@ class Muscle(Described):
 
     @model_validator(mode="before")
     @classmethod
-    def _read_laws(cls, table: Any) -> Any:
-        if not isinstance(table, dict) or not isinstance(table.get("law"), str):
+    def _read_sets(cls, table: Any) -> Any:
+        if not isinstance(table, dict):
             return table
-        given = table.get("laws", {})
-        if not isinstance(given, dict):
-            raise refusal("is not a table", "a table [laws.NAME] for each law", "laws")
-        read = {}
-        for name, parameters in given.items():
-            if name not in LAWS:
-                raise refusal(
-                    f"{name!r} is an unknown law",
-                    ", ".join(LAWS),
-                    f"laws.{name}",
-                    nearest_name(name, LAWS) or "",
-                )
-            if not isinstance(parameters, dict):
-                wanted = ", ".join(parameter.name for parameter in LAWS[name].parameters)
-                raise refusal("is not a table", f"a table with {wanted}", f"laws.{name}")
-            read[name] = parameters | {"law": name}
-        name = table["law"]
-        if name not in LAWS:
-            raise refusal(
-                f"{name!r} is an unknown law", ", ".join(LAWS), "law", nearest_name(name, LAWS) or ""
-            )
-        if name not in read:
-            missing = [p.name for p in LAWS[name].parameters if p.default is None]
-            if missing:
-                raise refusal(
-                    f"this muscle has no parameters for {name!r}: [laws.{name}] with {', '.join(missing)}",
-                    f"one of the laws it has: {', '.join(read) or 'none'}",
-                    "law",
-                    nearest_name(name, read) or "",
-                )
-            read[name] = {"law": name}
-        return table | {"laws": read}
-
-    @property
-    def law_set(self) -> LawSet:
-        """The parameters and ranges of the law in use."""
-        return self.laws[self.law]
-
-    @property
-    def coefficients(self) -> tuple[float, ...]:
-        """What the kernel of the law in use takes after contraction and pressure."""
-        return LAWS[self.law].coefficients(self.braid, self.law_set.parameters)
+        if isinstance(table.get("law"), str):
+            table = table | {"laws": _read_tables(table, "law", LAWS)}
+        if isinstance(table.get("friction", "none"), str):
+            table = table | {"frictions": _read_tables(table, "friction", FRICTIONS)}
+        return table
 
     @model_validator(mode="after")
     def _has_a_braid(self) -> Self:
@@ -173,6 +154,23 @@ class Muscle(Described):
         return self
 
     @property
+    def law_set(self) -> LawSet:
+        """The parameters and ranges of the law in use."""
+        return self.laws[self.law]
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """What the kernel of the law in use takes after contraction and pressure."""
+        return LAWS[self.law].coefficients(self.braid, self.law_set.parameters)
+
+    @property
+    def friction_coefficients(self) -> tuple[float, ...]:
+        """What the kernel of the friction in use takes; nothing without friction."""
+        if self.friction == "none":
+            return ()
+        return FRICTIONS[self.friction].coefficients(self.braid, self.frictions[self.friction].parameters)
+
+    @property
     def nominal_length(self) -> float:
         """L0: the active braid, unpressurised [m]."""
         return self.total_length - self.end_length
@@ -180,3 +178,76 @@ class Muscle(Described):
     @property
     def braid(self) -> Braid:
         return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
+
+
+def _read_tables(table: dict[str, Any], kind: str, known: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables [laws.NAME] or [frictions.NAME], each told its name; the one in use must be there."""
+    plural, chosen = f"{kind}s", table.get(kind, "none")
+    none = ["none"] if kind == "friction" else []
+    given = table.get(plural, {})
+    if not isinstance(given, dict):
+        raise refusal("is not a table", f"a table [{plural}.NAME] for each {kind}", plural)
+    read = {}
+    for name, parameters in given.items():
+        if name not in known:
+            raise _unknown(name, kind, known, f"{plural}.{name}")
+        if not isinstance(parameters, dict):
+            wanted = ", ".join(parameter.name for parameter in known[name].parameters)
+            raise refusal("is not a table", f"a table with {wanted}", f"{plural}.{name}")
+        read[name] = parameters | {kind: name}
+    if chosen in read or chosen in none:
+        return read
+    if chosen not in known:
+        raise _unknown(chosen, kind, [*known, *none], kind)
+    missing = [p.name for p in known[chosen].parameters if p.default is None]
+    if missing:
+        raise refusal(
+            f"this muscle has no parameters for {chosen!r}: [{plural}.{chosen}] with {', '.join(missing)}",
+            f"one of those it has: {', '.join([*read, *none]) or 'none'}",
+            kind,
+            nearest_name(chosen, read) or "",
+        )
+    return read | {chosen: {kind: chosen}}
+
+
+def _unknown(name: str, kind: str, known: Iterable[str], key: str) -> PydanticCustomError:
+    names = list(known)
+    nearest = nearest_name(name, names) or ""
+    return refusal(f"{name!r} is an unknown {kind}", ", ".join(names), key, nearest)
+
+
+def _take_parameters(
+    owner: str, parameters: Sequence[LawParameter], values: dict[str, Any], others: Sequence[str]
+) -> dict[str, float]:
+    """Read a law's or friction's parameters out of `values`; refuse what is missing or unknown."""
+    read = {}
+    for parameter in parameters:
+        if parameter.name in values:
+            read[parameter.name] = _read_parameter(parameter, values.pop(parameter.name))
+        elif parameter.default is not None:
+            read[parameter.name] = parameter.default
+        else:
+            raise refusal(f"is missing; {owner} needs it", parameter.meaning, parameter.name)
+    names = [parameter.name for parameter in parameters]
+    for key in values:
+        if key not in (*others, "provenance"):
+            allowed = ", ".join(names) or "none"
+            raise refusal(f"is no parameter of {owner}", allowed, key, nearest_name(key, names) or "")
+    return read
+
+
+def _read_parameter(parameter: LawParameter, text: Any) -> float:
+    try:
+        number = parse_quantity(text, parameter.unit)
+    except ValueError as error:
+        raise refusal(str(error), "", parameter.name) from None
+    if not parameter.lower <= number <= parameter.upper:
+        allowed = f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip()
+        raise refusal(f"{text!r} is out of range", allowed, parameter.name)
+    return number
+
+
+def _written(parameters: Sequence[LawParameter], values: dict[str, float]) -> dict[str, Any]:
+    """SI values as text that reads again."""
+    units = {parameter.name: parameter.unit for parameter in parameters}
+    return {name: format_quantity(value, units[name]) for name, value in values.items()}

@@ -5,11 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.physics.hill import BRAID_BLEND, FORCE_BLEND, braid_force, hill_force, tension
+from afo_sim.physics.hill import (
+    BRAID_BLEND,
+    FORCE_BLEND,
+    braid_force,
+    hill_force,
+    tension,
+    three_element_damping,
+)
 
 R = 2e-4  # damping of the S1 muscle [m²·s]
 ABSOLUTE = 5e5  # [Pa]
 BRAID = 20e3  # [N]
+
+
+def plain(static, contraction, rate, absolute, damping, stiffness):
+    """Hill's muscle without friction, with S2's damping R × absolute pressure."""
+    return hill_force(static, contraction, rate, damping * absolute, 0.0, 0.0, stiffness)
 
 
 def _slope(function, x, step):
@@ -41,15 +53,15 @@ def test_nan_comes_out():
     assert math.isnan(tension(math.nan, FORCE_BLEND)[0])
     assert math.isnan(braid_force(math.nan, BRAID))
     arguments = (50.0, 0.1, 0.2, ABSOLUTE, R, BRAID)
-    assert all(map(math.isfinite, hill_force(*arguments)))
+    assert all(map(math.isfinite, plain(*arguments)))
     for i in range(5):  # the braid's stiffness has no say in a muscle that is not stretched
-        assert math.isnan(hill_force(*arguments[:i], math.nan, *arguments[i + 1 :])[0]), i
-    assert math.isnan(hill_force(50.0, -0.02, 0.2, ABSOLUTE, R, math.nan)[0])
+        assert math.isnan(plain(*arguments[:i], math.nan, *arguments[i + 1 :])[0]), i
+    assert math.isnan(plain(50.0, -0.02, 0.2, ABSOLUTE, R, math.nan)[0])
     # a slack muscle hides no NaN either
     for i in range(4):
         slack = [-50.0, 0.3, 0.2, ABSOLUTE, R, BRAID]
         slack[i] = math.nan
-        assert math.isnan(hill_force(*slack)[0]), i
+        assert math.isnan(plain(*slack)[0]), i
 
 
 def test_braid_stiffness_starts_smoothly_and_ends_linear():
@@ -68,23 +80,23 @@ def test_braid_stiffness_starts_smoothly_and_ends_linear():
 
 def test_muscle_force_is_spring_less_damper():
     # S2: F = F_s − R P κ̇ with absolute pressure. 50 N − 2e-4 · 5e5 · 0.2 = 30 N; contracting lowers it.
-    assert hill_force(50.0, 0.1, 0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(30.0, rel=1e-12)
-    assert hill_force(50.0, 0.1, -0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(70.0, rel=1e-12)
+    assert plain(50.0, 0.1, 0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(30.0, rel=1e-12)
+    assert plain(50.0, 0.1, -0.2, ABSOLUTE, R, BRAID)[0] == pytest.approx(70.0, rel=1e-12)
     # 2 % of stretch: half a blend less than 20 kN · 0.02 = 400 N, on top of the static force
-    assert hill_force(50.0, -0.02, 0.0, ABSOLUTE, R, BRAID)[0] == pytest.approx(400.0, rel=1e-12)
+    assert plain(50.0, -0.02, 0.0, ABSOLUTE, R, BRAID)[0] == pytest.approx(400.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("static", [-100.0, -1.0, 0.0])
 @pytest.mark.parametrize("rate", [-50.0, -1.0, 0.0, 50.0])
 def test_a_slack_muscle_carries_nothing(static, rate):
     # Lengthening fast (rate < 0), a damper alone would pull with hundreds of newtons.
-    assert hill_force(static, 0.2, rate, ABSOLUTE, R, BRAID) == (0.0, 0.0)
+    assert plain(static, 0.2, rate, ABSOLUTE, R, BRAID) == (0.0, 0.0)
 
 
 def test_a_muscle_never_pushes():
     for static in np.linspace(-5.0, 200.0, 42):
         for rate in np.linspace(-20.0, 20.0, 41):
-            force, coefficient = hill_force(static, 0.1, rate, ABSOLUTE, R, BRAID)
+            force, coefficient = plain(static, 0.1, rate, ABSOLUTE, R, BRAID)
             assert force >= 0.0
             assert coefficient >= 0.0  # a damper takes energy, it never gives any
 
@@ -92,17 +104,17 @@ def test_a_muscle_never_pushes():
 def test_the_damper_is_never_more_than_fully_engaged():
     # Well taut the coefficient is R p_abs; half taut, it adds no more than that to the spring.
     full = R * ABSOLUTE
-    assert hill_force(50.0, 0.1, 0.0, ABSOLUTE, R, BRAID)[1] == pytest.approx(full, rel=1e-12)
+    assert plain(50.0, 0.1, 0.0, ABSOLUTE, R, BRAID)[1] == pytest.approx(full, rel=1e-12)
     for static in np.linspace(0.0, 3.0, 61):
-        assert hill_force(static, 0.1, -1.0, ABSOLUTE, R, BRAID)[0] <= static + full * (1.0 + 1e-12)
+        assert plain(static, 0.1, -1.0, ABSOLUTE, R, BRAID)[0] <= static + full * (1.0 + 1e-12)
 
 
 def test_coefficient_is_the_slope_by_contraction_rate():
     # In the blends, in full tension, and where the damper takes all of it.
     for static in (0.05, 0.3, 0.61, 0.97, 5.3, 80.0):
         for rate in np.linspace(-0.9, 0.9, 77):
-            _, coefficient = hill_force(static, 0.1, rate, ABSOLUTE, R, BRAID)
-            slope = _slope(lambda v, s=static: hill_force(s, 0.1, v, ABSOLUTE, R, BRAID)[0], rate, 1e-7)
+            _, coefficient = plain(static, 0.1, rate, ABSOLUTE, R, BRAID)
+            slope = _slope(lambda v, s=static: plain(s, 0.1, v, ABSOLUTE, R, BRAID)[0], rate, 1e-7)
             assert coefficient == pytest.approx(-slope, abs=2e-3)
 
 
@@ -110,10 +122,10 @@ def test_force_and_damping_are_continuous_through_the_nominal_length_and_through
     # Where the grid is twice as fine, the largest jump of a continuous curve is half as large.
     def largest_jump(n):
         curves = (
-            [hill_force(20.0, k, 0.1, ABSOLUTE, R, BRAID)[0] for k in np.linspace(-0.03, 0.03, n)],
-            [hill_force(f, 0.1, -0.5, ABSOLUTE, R, BRAID)[0] for f in np.linspace(-3.0, 3.0, n)],
+            [plain(20.0, k, 0.1, ABSOLUTE, R, BRAID)[0] for k in np.linspace(-0.03, 0.03, n)],
+            [plain(f, 0.1, -0.5, ABSOLUTE, R, BRAID)[0] for f in np.linspace(-3.0, 3.0, n)],
             # the damping fades as a shortening damper takes the last newton off a spring of 20 N
-            [hill_force(20.0, 0.1, v, ABSOLUTE, R, BRAID)[1] for v in np.linspace(0.1, 0.3, n)],
+            [plain(20.0, 0.1, v, ABSOLUTE, R, BRAID)[1] for v in np.linspace(0.1, 0.3, n)],
         )
         return np.array([np.max(np.abs(np.diff(curve))) for curve in curves])
 
@@ -122,9 +134,50 @@ def test_force_and_damping_are_continuous_through_the_nominal_length_and_through
 
 def test_bladder_does_not_hold_the_stretched_braid_back():
     """At ambient pressure S1's muscle is −136 N by its law; the braid still carries its own stretch."""
-    force, _ = hill_force(-136.0, -0.01, 0.0, 101_325.0, 2e-4, 2e4)
+    force, _ = plain(-136.0, -0.01, 0.0, 101_325.0, 2e-4, 2e4)
     assert force == pytest.approx(2e4 * (0.01 - 0.0025), rel=1e-12)
 
 
 def test_at_rest_the_clamp_acts_once():
-    assert hill_force(0.5, 0.1, 0.0, 4e5, 2e-4, 2e4)[0] == tension(0.5, 1.0)[0]
+    assert plain(0.5, 0.1, 0.0, 4e5, 2e-4, 2e4)[0] == tension(0.5, 1.0)[0]
+
+
+def test_friction_is_taken_off_while_taut():
+    assert hill_force(50.0, 0.1, 0.2, 0.0, 12.0, 300.0, BRAID) == (38.0, 300.0)
+    assert hill_force(50.0, 0.1, -0.2, 0.0, -12.0, 300.0, BRAID) == (62.0, 300.0)
+    # a slack muscle has none, and friction never makes a muscle push
+    assert hill_force(-5.0, 0.1, -0.2, 0.0, -12.0, 300.0, BRAID) == (0.0, 0.0)
+    assert hill_force(50.0, 0.1, 0.2, 0.0, 80.0, 300.0, BRAID) == (0.0, 0.0)
+    for i in range(7):
+        arguments = [50.0, -0.01, 0.2, 10.0, 5.0, 300.0, BRAID]
+        arguments[i] = math.nan
+        assert any(map(math.isnan, hill_force(*arguments))), i
+
+
+# Reynolds 2003 and Serres 2009 as published: p in kPa, B in N·s/mm.
+REYNOLDS = (1010.0, 6.91e-3, 0.0, 600.0, -8.03e-4, 600.0, -8.03e-4)
+SERRES = (2900.0, 0.0, 372e3, 1570.0, 0.0, 311.0, 3.38e-3)
+
+
+@pytest.mark.parametrize(
+    ("set_", "pressure", "contracting", "relaxing"),
+    [
+        (REYNOLDS, 206.8e3, 1.01 + 0.00691 * 206.8, 0.6 - 0.000803 * 206.8),
+        (REYNOLDS, 620.5e3, 1.01 + 0.00691 * 620.5, 0.6 - 0.000803 * 620.5),
+        (SERRES, 200e3, 2.90, 1.57),
+        (SERRES, 500e3, 2.90, 0.311 + 0.00338 * 500),
+    ],
+)
+def test_three_element_damping_as_published(set_, pressure, contracting, relaxing):
+    assert three_element_damping(pressure, 0.1, *set_) == pytest.approx(1000.0 * contracting, rel=1e-12)
+    assert three_element_damping(pressure, -0.1, *set_) == pytest.approx(1000.0 * relaxing, rel=1e-12)
+    # the sign error in circulation would give more than 1 N·s/mm while relaxing at 6 bar
+    assert three_element_damping(6e5, -0.1, *REYNOLDS) < 200.0
+
+
+def test_three_element_damping_never_feeds_energy():
+    for pressure in np.linspace(0.0, 2e6, 41):
+        for rate in (-1.0, 0.0, 1.0):
+            assert three_element_damping(pressure, rate, *REYNOLDS) >= 0.0
+    assert math.isnan(three_element_damping(math.nan, 1.0, *REYNOLDS))
+    assert math.isnan(three_element_damping(1e5, math.nan, *REYNOLDS))

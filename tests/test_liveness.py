@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import afo_sim
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.units import EXAMPLES, parse_quantity
@@ -53,6 +54,9 @@ NOT_PHYSICAL = (
     "*.plate",
     "*.law",
     "*.grade",
+    "*.friction",
+    "*.damper",
+    "*.frictions.*",
     "*_range",
     "*.chamber",
     "callback",
@@ -131,6 +135,51 @@ def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Reco
     after = afo_sim.run(SCENARIO, sets | {key: changed})[column]
     moved = np.abs(after - before).max()
     assert moved > 1e-7 * max(np.abs(before).max(), 1e-12), f"{key} does not move {column}"
+
+
+LOSSES = {
+    "tondu_lopez_2000_stribeck": ["0.015", "0.105", "0.15 m/s", "1 mm/s"],
+    "vo_minh_2011": ["0.2 bar", "0.02"],
+    "hunt_2017": ["0.2 bar", "0.01 s^-1"],
+    "bouc_wen_1976": ["0.2 bar", "0.02"],
+}
+DAMPER = {
+    "contracting": ["500 N*s/m", "1e-3 N*s/(m*Pa)"],
+    "relaxing": ["200 N*s/m", "1e-3 N*s/(m*Pa)"],
+    "switch_pressure": "2.5 bar",
+    "relaxing_above": ["300 N*s/m", "1e-3 N*s/(m*Pa)"],
+}
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_friction_and_each_of_its_parameters_act(friction: str) -> None:
+    muscle, force = "orthosis.muscle.dorsiflexor.type", "muscle/dorsiflexor_1/force"
+    names = [p.name for p in FRICTIONS[friction].parameters]
+    table = dict(zip(names, LOSSES[friction], strict=True))
+    sets = {"duration": "6 s", f"{muscle}.friction": friction, f"{muscle}.frictions.{friction}": table}
+    with_friction = afo_sim.run("seated", sets)[force]
+    without = afo_sim.run("seated", {"duration": "6 s"})[force]
+    assert np.abs(with_friction - without).max() > 1.0
+    for name in names:
+        changed = nudged(table[name] if " " in table[name] else float(table[name]), 0.3)
+        moved = afo_sim.run("seated", sets | {f"{muscle}.frictions.{friction}": table | {name: changed}})[
+            force
+        ]
+        assert np.abs(moved - with_friction).max() > 1e-3, name
+
+
+@pytest.mark.parametrize("key", DAMPER)
+def test_three_element_damper_acts(key: str) -> None:
+    damper, force = "orthosis.muscle.dorsiflexor.type.damper", "muscle/dorsiflexor_1/force"
+    before = afo_sim.run("seated", {"duration": "6 s", damper: DAMPER})[force]
+    for k in range(2 if isinstance(DAMPER[key], list) else 1):
+        value = DAMPER[key]
+        if isinstance(value, list):
+            changed: Any = [nudged(x, 0.5) if i == k else x for i, x in enumerate(value)]
+        else:
+            changed = nudged(value, 0.5)
+        after = afo_sim.run("seated", {"duration": "6 s", damper: DAMPER | {key: changed}})[force]
+        assert np.abs(after - before).max() > 1e-3, (key, k)
 
 
 def test_every_parameter_is_found() -> None:

@@ -11,6 +11,7 @@ from afo_sim import assets, native, struct_layout
 from afo_sim.errors import CallbackError
 from afo_sim.model import build
 from afo_sim.muscle import LawSet
+from afo_sim.native import slots
 from afo_sim.reader import load
 from afo_sim.units import AMBIENT_PRESSURE
 
@@ -93,14 +94,14 @@ def test_limp_muscle_is_noticed() -> None:
     ("spoil", "message"),
     [
         (
-            lambda m, d: m.actuator_user.__setitem__((0, native.MUSCLE_COEFFICIENTS), np.nan),
+            lambda m, d: m.actuator_user.__setitem__((0, slots.MUSCLE_COEFFICIENTS), np.nan),
             "force is not a number in actuator 0",
         ),
         (lambda m, d: d.act.__setitem__(2, -1.0), "absolute pressure is not positive in actuator 1"),
         (lambda m, d: d.act.__setitem__(2, np.nan), "absolute pressure is not positive in actuator 1"),
         (lambda m, d: d.act.__setitem__(0, 0.0), "air mass is not positive in actuator 1"),
         (
-            lambda m, d: m.actuator_user.__setitem__((1, native.CHAMBER_TUBE_VOLUME), -1.0),
+            lambda m, d: m.actuator_user.__setitem__((1, slots.CHAMBER_TUBE_VOLUME), -1.0),
             "volume is not positive in actuator 1",
         ),
     ],
@@ -180,5 +181,5 @@ def test_parameters_reach_the_model_exactly() -> None:
     built = build(load("scenario", "seated", {"supply.pressure": "3 bar"}))
     row = built.model.actuator_user[built.index.muscles["dorsiflexor_2"]]
     muscle = built.scenario.orthosis.muscle["dorsiflexor"].type
-    assert row[native.MUSCLE_B] == 1.0 / np.sin(muscle.braid_angle) ** 2
-    assert row[native.MUSCLE_NOMINAL_LENGTH] == muscle.total_length - muscle.end_length
+    assert row[slots.MUSCLE_B] == 1.0 / np.sin(muscle.braid_angle) ** 2
+    assert row[slots.MUSCLE_NOMINAL_LENGTH] == muscle.total_length - muscle.end_length

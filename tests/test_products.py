@@ -38,11 +38,16 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
         "limits",
         "provenance",
         "laws",
+        "friction",
+        "frictions",
+        "damper",
         "grade",
     }
     assert numbers == set(muscle.provenance)
-    for law_set in muscle.laws.values():
-        assert set(law_set.parameters) - set(law_set.provenance) == set()
+    for told in (*muscle.laws.values(), *muscle.frictions.values()):
+        assert set(told.parameters) - set(told.provenance) == set()
+    if muscle.damper is not None:
+        assert muscle.damper.model_fields_set - {"provenance"} == set(muscle.damper.provenance)
     assert set(muscle.limits.provenance) == set(type(muscle.limits).model_fields) - {"provenance"}
     assert (MODELS / "muscles" / name / "README.md").is_file()
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim import native, schedule
+from afo_sim import schedule
 from afo_sim.errors import CallbackError, InputError
 from afo_sim.model import build
+from afo_sim.native import slots
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
@@ -121,7 +122,7 @@ def test_failed_run_keeps_its_rows_and_says_why(mode: str) -> None:
 def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> None:
     built = build(load("scenario", "seated", {"duration": "1 s", "callback": mode}))
     muscle = built.index.muscles["plantarflexor_2"]
-    built.model.actuator_user[muscle, native.MUSCLE_COEFFICIENTS] = np.nan
+    built.model.actuator_user[muscle, slots.MUSCLE_COEFFICIENTS] = np.nan
     run = make_recording(built, schedule.controls(built), simulate(built, schedule.controls(built)))
     assert "the force is not a number in 'plantarflexor_2'" in run.status
     assert len(run["time"]) == 0

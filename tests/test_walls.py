@@ -2,6 +2,7 @@
 
 import ast
 import pathlib
+import re
 
 import pytest
 
@@ -49,8 +50,17 @@ def test_one_module_knows(package: str, allowed: set[str]) -> None:
 
 def test_only_native_knows_a_callback() -> None:
     users = {path.name for path in SOURCES if "set_mjcb_" in path.read_text(encoding="utf-8")}
-    assert users <= {"native.py", "struct_layout.py"}
-    assert "native.py" in users
+    assert users <= {"install.py", "struct_layout.py"}
+    assert "install.py" in users
+
+
+def test_only_native_knows_a_slot() -> None:
+    readable = {"MUSCLE_CHAMBER", "MUSCLE_NOMINAL_LENGTH", "MUSCLE_SERIES_LENGTH"}  # by name, for reading
+    for path in SOURCES:
+        if path.parent.name != "native":
+            assert not any(name.startswith("afo_sim.native.slots") for name in imported(path)), path
+            used = set(re.findall(r"native\.((?:MUSCLE|CHAMBER|VALVE|PASSIVE)_\w+)", path.read_text("utf-8")))
+            assert used <= readable, path
 
 
 def test_command_line_imports_nothing_heavy() -> None:

@@ -22,9 +22,10 @@ from dataclasses import dataclass
 
 from numba.extending import register_jitable
 
-from afo_sim.physics.static_force import Braid, LawParameter
+from afo_sim.physics.law import Braid, LawParameter
 
 SURFACE_LIMIT = 2.0  # largest contact surface, over that at rest [-]: beyond what a muscle can reach
+MAX_FRICTION_COEFFICIENTS = 7
 ELEMENT_SHARES = (0.1, 0.2, 0.3, 0.4)  # of the dead band, for each element of the Maxwell-slip model
 
 
@@ -358,7 +359,7 @@ _FS = LawParameter("static_coefficient", "f_s", "", 0.0, 1.0, "friction coeffici
 _FK = LawParameter("kinetic_coefficient", "f_k", "", 0.0, 1.0, "the same at high speed; 0.105 published")
 _VS = LawParameter("stribeck_velocity", "v_s", "m/s", 1e-3, 10.0, "from rest to speed; 0.15 published")
 _VR = LawParameter("creep_velocity", "v_r", "m/s", 1e-7, 0.1, "speed at which friction is 76 % there")
-_RR = LawParameter("creep_rate", "κ̇_r", "1/s", 1e-6, 1.0, "contraction rate at which friction is 76 % there")
+_RR = LawParameter("creep_rate", "κ̇_r", "s^-1", 1e-6, 1.0, "contraction rate at which friction is 76 % there")
 _Q = LawParameter("dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure")
 _S4 = LawParameter("presliding_contraction", "s", "", 1e-5, 0.3, "contraction from rest to full friction")
 _S63 = LawParameter("presliding_contraction", "s", "", 1e-5, 0.3, "contraction from rest to 63 % of friction")

@@ -1,6 +1,6 @@
 """Hill's muscle: a static spring beside a damper, in tension only.
 
-    F = F_static(κ, p) − R p_abs κ̇
+    F = F_static(κ, p) − R p_abs κ̇ − F_friction
 
 The damper pulls or lets go only while the braid is taut, so that a slack muscle carries nothing.
 """
@@ -57,23 +57,72 @@ def braid_force(contraction: float, braid_stiffness: float) -> float:
 
 
 @register_jitable
+def three_element_damping(
+    pressure: float,
+    contraction_rate: float,
+    b0: float,
+    b1: float,
+    switch_pressure: float,
+    r0: float,
+    r1: float,
+    r2: float,
+    r3: float,
+) -> float:
+    """Damping of the three-element model, another while contracting than while relaxing.
+
+    B = b0 + b1 p contracting; relaxing r0 + r1 p below the switch pressure, r2 + r3 p from there. Never
+    negative: Reynolds' line for deflation would be, beyond 747 kPa.
+
+    Parameters
+    ----------
+    pressure : p, gauge [Pa]
+    contraction_rate : κ̇ [1/s], shortening positive
+    b0, b1, r0, r1, r2, r3 : [N·s/m] and [N·s/(m·Pa)] in turn
+    switch_pressure : [Pa]
+
+    Returns
+    -------
+    float : B [N·s/m], force per shortening velocity of the muscle
+
+    Source
+    ------
+    Reynolds et al. 2003, doi 10.1114/1.1554921 (as quoted by Lilly & Quesada 2004); Serres et al. 2009; S0.
+    Code in circulation has + where Reynolds' line for deflation falls with pressure.
+    """
+    if contraction_rate > 0.0:
+        damping = b0 + b1 * pressure
+    elif pressure < switch_pressure:
+        damping = r0 + r1 * pressure
+    else:
+        damping = r2 + r3 * pressure
+    if damping < 0.0:
+        return 0.0
+    return damping + 0.0 * contraction_rate  # a NaN stays one
+
+
+DAMPER_COEFFICIENTS = 7
+
+
+@register_jitable
 def hill_force(
     static_force: float,
     contraction: float,
     contraction_rate: float,
-    absolute_pressure: float,
     damping: float,
+    friction: float,
+    friction_slope: float,
     braid_stiffness: float,
 ) -> tuple[float, float]:
-    """Total muscle force, F = F_static − R p_abs κ̇, in tension only.
+    """Total muscle force, F = F_static − c κ̇ − F_friction, in tension only.
 
     Parameters
     ----------
     static_force : signed static force at max(κ, 0) [N]
     contraction : κ [-]
     contraction_rate : κ̇, shortening positive [1/s]
-    absolute_pressure : p_abs [Pa]
-    damping : R [m²·s]
+    damping : c [N·s], the Hill damper's R p_abs and what else is in proportion to κ̇
+    friction : F_friction, positive while shortening [N]
+    friction_slope : its derivative by κ̇ [N·s], also of friction that `static_force` already holds
     braid_stiffness : [N] per unit of stretch
 
     Returns
@@ -85,11 +134,11 @@ def hill_force(
     Piteľ & Tóthová 2016 (S2), F_d = R P κ̇ with absolute P; S1, F = F_s + F_D.
     """
     braid = braid_force(contraction, braid_stiffness)
-    # the damper is engaged as far as spring or braid is taut; the blend's slope exceeds 1 in places
+    # damper and friction are engaged as far as spring or braid is taut; the blend's slope exceeds 1 in places
     taut = tension(static_force, FORCE_BLEND)[1] + tension(braid, FORCE_BLEND)[1]
     if taut > 1.0:
         taut = 1.0
-    coefficient = taut * damping * absolute_pressure
     spring = 0.0 if static_force < 0.0 else static_force  # the bladder does not hold the braid back
-    force, slope = tension(spring + braid - coefficient * contraction_rate, FORCE_BLEND)
-    return force, slope * coefficient
+    loss = taut * (damping * contraction_rate + friction)
+    force, slope = tension(spring + braid - loss, FORCE_BLEND)
+    return force, slope * taut * (damping + friction_slope)

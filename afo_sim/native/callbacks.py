@@ -1,0 +1,312 @@
+"""Muscles, chambers, valves and the passive ankle as MuJoCo actuator callbacks.
+
+Every actuator of this project carries its parameters in `actuator_user`, behind a mark and a kind;
+its states are in `act`, its input in `ctrl`:
+
+    kind     transmission   ctrl                    act
+    muscle   tendon           none (see below)        –
+    chamber  ankle, no force  supply pressure, gauge  air mass, volume, absolute pressure
+    valve    ankle, no force  coil                    armature, opening
+    passive  ankle            knee angle              –
+    friction ankle, no force  –                       states of a muscle's friction
+
+Per chamber, `userdata` receives what MuJoCo has no field for: inlet flow, outlet flow [kg/s],
+volume [m³] of the same step.
+
+The callbacks are process-global in MuJoCo. They act only on marked actuators, are installed and
+restored by `installed`, and never displace somebody else's. The same two functions run compiled
+(function pointers, which `mujoco.batch` requires) or as plain Python.
+
+Two numerical matters:
+
+* The Hill damper is stiff, friction more so, and MuJoCo integrates user forces explicitly. The bias
+  therefore leaves the damping coefficient in the muscle's own `ctrl`, where an affine gain of
+  −1 × tendon velocity makes it the force's derivative for the integrator `implicitfast`; what that
+  gain adds to the force (from a `ctrl` that the last step left) the bias takes away. The force is
+  exactly the law's, and only its dependence on velocity is integrated implicitly. Parallel muscles
+  are alike, so the first of a group carries the derivative of all.
+* Pressure integrated with the volume rate of the *old* velocity feeds energy into the joint. The
+  chamber therefore keeps the volume that its pressure has been integrated to, and makes up the
+  difference in the next step (midpoint rule): the sum of the volume changes is the volume, and a
+  sealed chamber is nearly as good a spring as a metal one.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import register_jitable
+
+from afo_sim.native.slots import (
+    CHAMBER_FIRST_MUSCLE,
+    CHAMBER_INLET,
+    CHAMBER_OUTLET,
+    CHAMBER_TUBE_VOLUME,
+    CHAMBER_USERDATA,
+    CHAMBER_WALL_CONDUCTANCE,
+    FRICTION_MUSCLE,
+    KIND_CHAMBER,
+    KIND_FRICTION,
+    KIND_MUSCLE,
+    KIND_PASSIVE,
+    KIND_VALVE,
+    MARK,
+    MUSCLE_B,
+    MUSCLE_BRAID_STIFFNESS,
+    MUSCLE_CHAMBER,
+    MUSCLE_COEFFICIENTS,
+    MUSCLE_DAMPER,
+    MUSCLE_DAMPING,
+    MUSCLE_DEAD_VOLUME,
+    MUSCLE_FRICTION,
+    MUSCLE_FRICTION_COEFFICIENTS,
+    MUSCLE_FRICTION_STATES,
+    MUSCLE_IMPLICIT_COUNT,
+    MUSCLE_LAW,
+    MUSCLE_LOWEST_PRESSURE,
+    MUSCLE_NEXT,
+    MUSCLE_NOMINAL_LENGTH,
+    MUSCLE_NOMINAL_RADIUS,
+    MUSCLE_SERIES_LENGTH,
+    N_USER,
+    PASSIVE_OFFSET,
+    PASSIVE_SCALE,
+    VALVE_CLOSING_DELAY,
+    VALVE_CONDUCTANCE,
+    VALVE_CRITICAL_RATIO,
+    VALVE_OPENING_DELAY,
+)
+from afo_sim.physics.friction import (
+    FRICTIONS,
+    bouc_wen_pressure,
+    bouc_wen_rate,
+    hunt_dead_band,
+    maxwell_slip_pressure,
+    maxwell_slip_rates,
+    tondu_lopez_friction,
+)
+from afo_sim.physics.hill import hill_force, three_element_damping
+from afo_sim.physics.passive_ankle import passive_moment
+from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
+from afo_sim.physics.static_force import muscle_static_force
+from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+
+STRIBECK, MAXWELL_SLIP, HUNT = (
+    float(FRICTIONS[name].native_id) for name in ("tondu_lopez_2000_stribeck", "vo_minh_2011", "hunt_2017")
+)
+PRESSURE_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]
+
+# What a callback can object to; the text that MuJoCo reports is "<complaint> <actuator id>".
+COMPLAINTS = (
+    "the force is not a number in actuator",
+    "the absolute pressure is not positive in actuator",
+    "the volume is not positive in actuator",
+    "the air mass is not positive in actuator",
+    "the supply's absolute pressure is not positive in actuator",
+)
+
+
+@register_jitable
+def friction_pressure(m: Any, d: Any, j: int, rate: float) -> tuple[float, float]:
+    """Friction pressure of a muscle at the end of the step [Pa], and its derivative by κ̇ [Pa·s]."""
+    u, act = m.actuator_user, d.act
+    model, c, step = u[j + MUSCLE_FRICTION], j + MUSCLE_FRICTION_COEFFICIENTS, m.opt.timestep
+    if model == HUNT:
+        return hunt_dead_band(rate, u[c], u[c + 1])
+    a = m.actuator_actadr[int(u[j + MUSCLE_FRICTION_STATES])]
+    if model == MAXWELL_SLIP:
+        return maxwell_slip_pressure(rate, act[a], act[a + 1], act[a + 2], act[a + 3], u[c], u[c + 1], step)
+    return bouc_wen_pressure(rate, act[a], u[c], u[c + 1], step)
+
+
+@register_jitable
+def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
+    """Tension of the muscle actuator i whose row starts at j [N], and its damping −dF/dκ̇ [N·s]."""
+    u = m.actuator_user
+    length = u[j + MUSCLE_NOMINAL_LENGTH]
+    contraction = 1.0 - (d.actuator_length[i] - u[j + MUSCLE_SERIES_LENGTH]) / length
+    rate = -d.actuator_velocity[i] / length
+    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + 2]
+    pressure = absolute - AMBIENT_PRESSURE
+    law, lowest, c = u[j + MUSCLE_LAW], u[j + MUSCLE_LOWEST_PRESSURE], j + MUSCLE_COEFFICIENTS
+    friction, slope = 0.0, 0.0
+    model = u[j + MUSCLE_FRICTION]
+    if model == 0.0:
+        static = muscle_static_force(law, contraction, pressure, lowest, u, c)
+    elif model == STRIBECK:
+        static = muscle_static_force(law, contraction, pressure, lowest, u, c)
+        f = j + MUSCLE_FRICTION_COEFFICIENTS
+        friction, slope = tondu_lopez_friction(
+            contraction, rate, pressure, u[f], u[f + 1], u[f + 2], u[f + 3], u[f + 4], u[f + 5], u[f + 6]
+        )
+    else:
+        # the muscle pulls as if at p − q; friction cannot be more than what presses
+        q, q_slope = friction_pressure(m, d, j, rate)
+        bound = 0.0 if pressure < 0.0 else pressure
+        if q > bound:
+            q, q_slope = bound, 0.0
+        elif q < -bound:
+            q, q_slope = -bound, 0.0
+        felt = pressure - q
+        static = muscle_static_force(law, contraction, felt, lowest, u, c)
+        more = muscle_static_force(law, contraction, felt + PRESSURE_STEP, lowest, u, c)
+        if more > static:
+            slope = (more - static) / PRESSURE_STEP * q_slope
+    k = j + MUSCLE_DAMPER
+    damping = u[j + MUSCLE_DAMPING] * absolute + length * three_element_damping(
+        pressure, rate, u[k], u[k + 1], u[k + 2], u[k + 3], u[k + 4], u[k + 5], u[k + 6]
+    )
+    return hill_force(static, contraction, rate, damping, friction, slope, u[j + MUSCLE_BRAID_STIFFNESS])
+
+
+def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
+    """The two callbacks, over a `fail(complaint, actuator)` that does not return."""
+
+    @register_jitable
+    def muscle_bias(m: Any, d: Any, i: int, j: int) -> float:
+        u = m.actuator_user
+        force, coefficient = muscle_force(m, d, i, j)
+        if force != force:
+            fail(0, i)
+        ctrl = d.ctrl
+        gained = d.actuator_velocity[i] * ctrl[i]  # the affine gain takes this off
+        ctrl[i] = coefficient / u[j + MUSCLE_NOMINAL_LENGTH] * u[j + MUSCLE_IMPLICIT_COUNT]
+        return gained - force
+
+    @register_jitable
+    def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
+        u, act, act_dot = m.actuator_user, d.act, d.act_dot
+        muscle = int(u[j + FRICTION_MUSCLE])
+        q = m.nuser_actuator * muscle
+        rate = -d.actuator_velocity[muscle] / u[q + MUSCLE_NOMINAL_LENGTH]
+        c, a, step = q + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i], m.opt.timestep
+        if u[q + MUSCLE_FRICTION] == MAXWELL_SLIP:
+            rates = maxwell_slip_rates(rate, act[a], act[a + 1], act[a + 2], act[a + 3], u[c], u[c + 1], step)
+            act_dot[a], act_dot[a + 1], act_dot[a + 2], act_dot[a + 3] = rates
+            return 0.0
+        # of an actuator with one state MuJoCo takes what the callback returns
+        return bouc_wen_rate(rate, act[a], u[c], u[c + 1], step)
+
+    @register_jitable
+    def chamber_dyn(m: Any, d: Any, i: int, j: int) -> None:
+        u, act, act_dot = m.actuator_user, d.act, d.act_dot
+        lengths, velocities = d.actuator_length, d.actuator_velocity
+        addresses, width = m.actuator_actadr, m.nuser_actuator
+        adr = addresses[i]
+        mass, integrated_volume, pressure = act[adr], act[adr + 1], act[adr + 2]
+        if not pressure > 0.0:
+            fail(1, i)
+        if not mass > 0.0:
+            fail(3, i)
+        volume, volume_rate = u[j + CHAMBER_TUBE_VOLUME], 0.0
+        k = int(u[j + CHAMBER_FIRST_MUSCLE])
+        while k >= 0:
+            q = width * k
+            length = u[q + MUSCLE_NOMINAL_LENGTH]
+            per_length = 1.0 / length
+            contraction = 1.0 - (lengths[k] - u[q + MUSCLE_SERIES_LENGTH]) * per_length
+            part, slope = muscle_volume(
+                contraction, length, u[q + MUSCLE_NOMINAL_RADIUS], u[q + MUSCLE_B], u[q + MUSCLE_DEAD_VOLUME]
+            )
+            volume += part
+            volume_rate -= slope * velocities[k] * per_length
+            k = int(u[q + MUSCLE_NEXT])
+        if not volume > 0.0:
+            fail(2, i)
+        step = m.opt.timestep
+        # from the volume that the pressure belongs to, to the one at the end of this step
+        volume_rate += (volume - integrated_volume) / step
+        temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
+        inlet, outlet = int(u[j + CHAMBER_INLET]), int(u[j + CHAMBER_OUTLET])
+        q = width * inlet
+        supply = d.ctrl[i] + AMBIENT_PRESSURE
+        if not supply > 0.0:
+            fail(4, i)
+        inlet_flow = valve_flow(
+            supply,
+            AMBIENT_TEMPERATURE,
+            pressure,
+            temperature,
+            act[addresses[inlet] + 1],
+            u[q + VALVE_CONDUCTANCE],
+            u[q + VALVE_CRITICAL_RATIO],
+        )
+        q = width * outlet
+        outlet_flow = valve_flow(
+            pressure,
+            temperature,
+            AMBIENT_PRESSURE,
+            AMBIENT_TEMPERATURE,
+            act[addresses[outlet] + 1],
+            u[q + VALVE_CONDUCTANCE],
+            u[q + VALVE_CRITICAL_RATIO],
+        )
+        flow_in, flow_out = 0.0, 0.0
+        if inlet_flow < 0.0:
+            flow_out -= inlet_flow
+        else:
+            flow_in += inlet_flow
+        if outlet_flow < 0.0:
+            flow_in -= outlet_flow
+        else:
+            flow_out += outlet_flow
+        act_dot[adr] = flow_in - flow_out
+        act_dot[adr + 1] = volume_rate
+        # midpoint rule: the explicit one loses pressure whichever way the volume moves
+        wall = u[j + CHAMBER_WALL_CONDUCTANCE]
+        half = 0.5 * step
+        rate = pressure_rate(pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall)
+        pressure += half * rate
+        integrated_volume += half * volume_rate
+        mass += half * (flow_in - flow_out)
+        temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
+        act_dot[adr + 2] = pressure_rate(
+            pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall
+        )
+        row = int(u[j + CHAMBER_USERDATA])
+        userdata = d.userdata
+        userdata[row], userdata[row + 1], userdata[row + 2] = inlet_flow, outlet_flow, volume
+
+    @register_jitable
+    def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
+        u = m.actuator_user
+        adr = m.actuator_actadr[i]
+        d.act_dot[adr], d.act_dot[adr + 1] = valve_rates(
+            d.ctrl[i],
+            d.act[adr],
+            d.act[adr + 1],
+            u[j + VALVE_OPENING_DELAY],
+            u[j + VALVE_CLOSING_DELAY],
+            m.opt.timestep,
+        )
+
+    def bias(m: Any, d: Any, i: int) -> float:
+        j = m.nuser_actuator * i
+        if m.nuser_actuator < N_USER or m.actuator_user[j] != MARK:
+            return 0.0
+        u = m.actuator_user
+        kind = u[j + 1]
+        if kind == KIND_MUSCLE:
+            return muscle_bias(m, d, i, j)
+        if kind == KIND_PASSIVE:
+            moment = passive_moment(
+                d.actuator_length[i], d.ctrl[i], u[j + PASSIVE_SCALE], u[j + PASSIVE_OFFSET]
+            )
+            if moment != moment:
+                fail(0, i)
+            return moment
+        return 0.0
+
+    def dyn(m: Any, d: Any, i: int) -> float:
+        j = m.nuser_actuator * i
+        if m.nuser_actuator < N_USER or m.actuator_user[j] != MARK:
+            return 0.0
+        kind = m.actuator_user[j + 1]
+        if kind == KIND_CHAMBER:
+            chamber_dyn(m, d, i, j)
+        elif kind == KIND_VALVE:
+            valve_dyn(m, d, i, j)
+        elif kind == KIND_FRICTION:
+            return friction_dyn(m, d, i, j)
+        return 0.0
+
+    return bias, dyn
