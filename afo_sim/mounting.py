@@ -8,7 +8,8 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.errors import InputError
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.muscle import Muscle
+from afo_sim.physics.friction import FRICTIONS, contact_surface
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 from afo_sim.physics.pneumatics import LAMINAR_RATIO
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
@@ -24,6 +25,7 @@ from afo_sim.units import (
 ANKLE = "ankle"
 AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2
 AIR_ACCURATE = 0.3  # above it a run warns
+FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
 BRAID_LIMIT = 1.0  # of (rate × time step)² of the braids' stiffness; it is unstable at 4
 
 
@@ -189,11 +191,12 @@ def check_stability(
     The damper's number h R p_abs Σr²/(L0 I) would have to stay below 2 for an explicit integrator;
     here it is integrated implicitly and the number is only reported. The air is explicit: laminar
     flow through open valves, and heat to the wall, must be slow against the step. So is the braid's
-    stiffness, whose number is h² K Σr²/(L0 I).
+    stiffness, whose number is h² K Σr²/(L0 I), and friction where it falls with speed; where it rises
+    it is implicit like the damper.
 
     Returns
     -------
-    ({"damper", "air", "braid": number}, warnings)
+    ({"damper", "air", "braid", "friction": number}, warnings)
     """
     step, orthosis = scenario.timestep, scenario.orthosis
     absolute = scenario.supply.pressure + AMBIENT_PRESSURE
@@ -205,6 +208,11 @@ def check_stability(
     braid = float(np.max(step**2 * (arm**2 @ stiffness) / inertia))
     if braid > BRAID_LIMIT:
         raise _too_long("the braids are too stiff", step, step * math.sqrt(BRAID_LIMIT / braid))
+    falling = np.array([_falling_friction(g.type, scenario.supply.pressure) for g in groups])
+    friction = float(np.max(step * (arm**2 @ falling) / inertia))
+    if friction > FRICTION_LIMIT:
+        enough = step * FRICTION_LIMIT / friction
+        raise _too_long("friction falls too fast with speed", step, enough)
     air, warnings = 0.0, []
     for name in orthosis.chamber:
         rate = _air_rate(orthosis, name)
@@ -217,7 +225,17 @@ def check_stability(
                 f"{step * rate:.2f}): pressures and torques may be off by several per cent; "
                 f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
             )
-    return {"damper": damper, "air": air, "braid": braid}, warnings
+    return {"damper": damper, "air": air, "braid": braid, "friction": friction}, warnings
+
+
+def _falling_friction(muscle: Muscle, pressure: float) -> float:
+    """The steepest fall of a muscle's friction with its speed [N·s/m]: damping of the wrong sign."""
+    if muscle.friction != "tondu_lopez_2000_stribeck":
+        return 0.0
+    q = muscle.frictions[muscle.friction].parameters
+    surface = contact_surface(0.0, muscle.nominal_length, muscle.braid.nominal_radius, muscle.braid.b)
+    fall = (q["static_coefficient"] - q["kinetic_coefficient"]) / q["stribeck_velocity"]
+    return max(fall, 0.0) * surface * pressure
 
 
 def _too_long(reason: str, step: float, enough: float) -> InputError:

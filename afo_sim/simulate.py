@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from afo_sim import native, schedule
 from afo_sim.errors import InputError, SimulationError
 from afo_sim.model import Built, build
+from afo_sim.mounting import ANKLE
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.spec import Scenario
@@ -36,6 +37,7 @@ DERIVED = (
     "userdata",
 )
 # How a kernel's objection arrives: through mju_error, or in Python mode as itself.
+PLAY = 0.5  # beyond a stop [rad]
 FAILURES = (mujoco.FatalError, native.KernelFailure)
 BLOCK = 10_000  # steps between two reports of progress
 
@@ -139,8 +141,18 @@ def simulate(
         start = time.perf_counter()
         rows, done, reason = roll(built, control, state, progress, see)
         wall = time.perf_counter() - start
+    beyond = _beyond_stops(built, rows["qpos"][:done, built.index.ankle_qpos])
+    if beyond is not None:
+        done, reason = beyond, "the ankle has gone through its stops"
     failure = None if reason is None else _failure(built, reason, done)
     return Rollout(_aligned(built.model, rows, state, 0, done), failure, wall)
+
+
+def _beyond_stops(built: Built, angle: np.ndarray) -> int | None:
+    """The first step after which the ankle is far beyond its stops: no stop gives way by that much."""
+    lower, upper = built.model.joint(ANKLE).range
+    outside = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
+    return int(outside[0]) if len(outside) else None
 
 
 def _failure(built: Built, reason: str, step: int) -> SimulationError:

@@ -168,3 +168,34 @@ def test_actuator_that_lost_its_parameters_does_not_run(kind: str) -> None:
     built.model.actuator_user[ids if isinstance(ids, int) else next(iter(ids.values())), 0] = np.nan
     with pytest.raises(CallbackError, match="lost its parameters"):
         simulate(built, schedule.controls(built))
+
+
+def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Finite nonsense is nonsense too: MuJoCo warns only beyond 1e10."""
+    monkeypatch.setattr("afo_sim.simulate.PLAY", -0.4)  # as if a stop had let the ankle pass
+    run = afo_sim.run("seated", {"duration": "4 s"})
+    assert not run.ok
+    assert "gone through its stops" in run.status
+    assert 0 < len(run["time"]) < 4000
+
+
+def test_friction_that_falls_with_speed_is_followed_or_refused() -> None:
+    """A true Stribeck curve is damping of the wrong sign; integrated implicitly it would blow up."""
+    muscle = "orthosis.muscle.dorsiflexor.type"
+    table = {
+        "static_coefficient": 0.04,
+        "kinetic_coefficient": 0.015,
+        "stribeck_velocity": "0.15 m/s",
+        "creep_velocity": "1e-5 m/s",
+    }
+    law = "tondu_lopez_2000_stribeck"
+    sets = {f"{muscle}.friction": law, f"{muscle}.frictions.{law}": table, "duration": "8 s"}
+    peaks = []
+    for step in ("1 ms", "0.1 ms"):
+        run = afo_sim.run("seated", sets | {"timestep": step})
+        assert run.ok
+        peaks.append(np.degrees(run["ankle/angle"].max()))
+    assert peaks[0] == pytest.approx(peaks[1], abs=0.01)
+    steep = {f"{muscle}.frictions.{law}": table | {"stribeck_velocity": "1 cm/s"}}
+    with pytest.raises(InputError, match=r"falls too fast with speed.*at most"):
+        build(load("scenario", "seated", sets | steep))

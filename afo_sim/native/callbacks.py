@@ -167,6 +167,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         force, coefficient = muscle_force(m, d, i, j)
         if force != force:
             fail(0, i)
+        if coefficient < 0.0:  # friction that falls with speed: implicit, it would divide by zero
+            coefficient = 0.0
         ctrl = d.ctrl
         gained = d.actuator_velocity[i] * ctrl[i]  # the affine gain takes this off
         ctrl[i] = coefficient / u[j + MUSCLE_NOMINAL_LENGTH] * u[j + MUSCLE_IMPLICIT_COUNT]
