@@ -1,6 +1,8 @@
 """The command line: reads options, calls the library, prints. Heavy imports wait for their command."""
 
+import json
 import pathlib
+import shutil
 import sys
 import tempfile
 import tomllib
@@ -300,6 +302,37 @@ def check_run_command(
         sys.exit(1)
 
 
+@app.command("validate")
+def validate_command(
+    as_json: Annotated[bool, typer.Option("--json", help="every row, cells too, as a JSON list")] = False,
+    figures: Annotated[
+        pathlib.Path | None, typer.Option(help="folder for S1's and S3's figures, redrawn")
+    ] = None,
+) -> None:
+    """Every published number of the four papers against simulation; exit code 1 when one is missed."""
+    with _progress("comparing with the papers") as report:
+        from afo_sim import validate as v
+        from afo_sim.run_files import check_writable
+
+        if figures is not None:
+            check_writable(figures, "--figures")
+        rows = v.validate(report)
+        written = []
+        if figures is not None:
+            from afo_sim.validate_figures import write_figures
+
+            written = write_figures(figures)
+    if as_json:
+        print(json.dumps([v.record(row) for row in rows], indent=1, ensure_ascii=False))
+    else:
+        _print_table("published and simulated", list(v.HEADER), v.table(rows), droppable=v.SOURCING)
+        print("\n".join([v.LEGEND, "", *v.remarks(rows), "", v.verdict(rows)]))
+    for path in written:
+        print(path, file=sys.stderr if as_json else sys.stdout)
+    if not all(row.passed for row in rows):
+        sys.exit(1)
+
+
 @app.command("list")
 def list_command(
     what: Annotated[str, typer.Argument(help="|".join(LISTS))] = "",
@@ -394,17 +427,24 @@ def _progress(title: str) -> Iterator[Callable[..., None]]:
         yield report
 
 
-def _print_table(title: str, header: list[str], rows: list[list[str]]) -> None:
+def _print_table(title: str, header: list[str], rows: list[list[str]], droppable: int | None = None) -> None:
+    """Aligned columns; on a narrow terminal a table of many may drop one."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
+    console = Console()
+    if droppable is not None:
+        console = Console(width=shutil.get_terminal_size((200, 24)).columns)
+        if console.width < 140:
+            header = header[:droppable] + header[droppable + 1 :]
+            rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
     table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
     for k, name in enumerate(header):
-        table.add_column(escape(name), overflow="fold", no_wrap=k == 0 and len(header) == 2)
+        rigid = k == 0 if len(header) == 2 else droppable is not None and k > 1
+        table.add_column(escape(name), overflow="fold", no_wrap=rigid)
     for row in rows:
         table.add_row(*map(escape, row))
-    console = Console()
     console.print(table)
     console.print()
 

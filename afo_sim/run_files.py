@@ -34,7 +34,7 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
         temporary.unlink(missing_ok=True)
 
 
-def check_writable(folder: pathlib.Path) -> None:
+def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
     """Say so if an output folder cannot be made or written to; nothing is left behind."""
     try:
         existing = folder.absolute()
@@ -44,7 +44,7 @@ def check_writable(folder: pathlib.Path) -> None:
             pass
     except OSError as error:
         raise InputError(
-            f"cannot be written to: {error.strerror or error}", field="--out", value=str(folder)
+            f"cannot be written to: {error.strerror or error}", field=field, value=str(folder)
         ) from None
 
 
