@@ -10,10 +10,9 @@ from afo_sim import assets, fit, reader
 from afo_sim.characteristic import forces
 from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
-from afo_sim.physics.hill import braid_force, hill_force
+from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid
 from afo_sim.physics.static_force import LAWS
-from afo_sim.units import AMBIENT_PRESSURE
 from afo_sim.validate_row import Row, compared, curve, implied, lost, number
 
 BAR, KPA = 1e5, 1e3  # [Pa]
@@ -280,13 +279,16 @@ def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float
     return force[0] - slopes[0] * low, slopes[0], stiffness[0] - slopes[1] * low, slopes[1]
 
 
-def _coefficients(source: str, values: Sequence[tuple[str, str, float, str]], sourcing: str) -> list[Row]:
+Coefficient = tuple[str, str, float, str]  # name, printed text, ours, unit
+
+
+def _coefficients(source: str, values: Sequence[Coefficient], sourcing: str) -> list[Row]:
     """Rows of (name, printed text, ours, unit), right to half of the last printed digit."""
     found = []
     for name, text, simulated, unit in values:
         half_digit = 0.5 * 10.0 ** -len(text.partition(".")[2])
         why = "half of the last printed digit"
-        what = f"{name}, back from the kernel's forces"
+        what = f"{name}, back from the kernel"
         found.append(
             number(source, what, float(text), simulated, half_digit, unit, sourcing=sourcing, why=why)
         )
@@ -303,17 +305,33 @@ def _reynolds() -> list[Row]:
         ("K, slope", "0.0307", k1, "N/(mm·kPa)"),
     )
     sourcing = "printed, quoted; units from memory"
-    rate = 1e-3 / muscle.nominal_length  # κ̇ of 1 mm/s
-    damper = [
-        hill_force(1000.0, 0.1, rate, p * KPA + AMBIENT_PRESSURE, muscle.damping, muscle.braid_stiffness)[0]
-        for p in (210.0, 620.0)
-    ]
-    slope = (damper[0] - damper[1]) / 410.0  # what moving at 1 mm/s costs, N per mm/s
-    why = "his B has the air's own resistance in it; here the air is simulated apart, and R is assumed"
-    b = compared(
-        "Reynolds 2003", "B, slope, inflation", 0.00691, slope, "N·s/(mm·kPa)", sourcing=sourcing, why=why
-    )
-    return [*_coefficients("Reynolds 2003", values, sourcing), b]
+    return _coefficients("Reynolds 2003", (*values, *_damping(muscle, REYNOLDS_B)), sourcing)
+
+
+# (which way, from and to [kPa], printed at P = 0 and, where it has one, slope) [N·s/mm, N·s/(mm·kPa)]
+REYNOLDS_B = (
+    ("contracting", 210.0, 620.0, "1.01", "0.00691"),
+    ("relaxing", 210.0, 620.0, "0.6", "-0.000803"),
+)
+SERRES_B = (
+    ("contracting", 150.0, 550.0, "2.90", ""),
+    ("relaxing, below 372 kPa", 150.0, 370.0, "1.57", ""),
+    ("relaxing, above 372 kPa", 375.0, 550.0, "0.311", "0.00338"),
+)
+
+
+def _damping(muscle: Muscle, printed: Sequence[tuple[str, float, float, str, str]]) -> list[Coefficient]:
+    """B of the three-element model, from the damping forces at two pressures, moving at 1 mm/s."""
+    assert muscle.damper is not None
+    found = []
+    for way, low, high, at_zero, slope in printed:
+        rate = 1e-3 / muscle.nominal_length * (1.0 if way.startswith("contracting") else -1.0)
+        b = [three_element_damping(p * KPA, rate, *muscle.damper.coefficients) * 1e-3 for p in (low, high)]
+        rise = (b[1] - b[0]) / (high - low)
+        found.append((f"B {way}, at P = 0", at_zero, b[0] - rise * low, "N·s/mm"))
+        if slope:
+            found.append((f"B {way}, slope", slope, rise, "N·s/(mm·kPa)"))
+    return found
 
 
 def _serres() -> list[Row]:
@@ -328,7 +346,7 @@ def _serres() -> list[Row]:
         ("K above 314 kPa, at P = 0", "17", k2, "N/mm"),
         ("K above 314 kPa, slope", "0.0179", k3, "N/(mm·kPa)"),
     )
-    return _coefficients("Serres 2009", values, "printed in the abstract")
+    return _coefficients("Serres 2009", (*values, *_damping(muscle, SERRES_B)), "printed in the abstract")
 
 
 def _bolen() -> list[Row]:
