@@ -67,6 +67,33 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     )
 
 
+def gait_names() -> list[str]:
+    """The shipped gait files: cycles, and what to compare them with."""
+    return sorted(path.stem for path in folder("gait_data").glob("*.csv"))
+
+
+def find_gait(name: str) -> pathlib.Path:
+    """The gait file that a shipped name or a path means.
+
+    Raises
+    ------
+    InputError
+        Nothing of that name; lists what there is.
+    """
+    shipped = gait_names()
+    path = folder("gait_data") / f"{name}.csv" if name in shipped else pathlib.Path(name)
+    if path.is_file():
+        return path
+    allowed = f"a path to a CSV file, or one of: {', '.join(shipped)}"
+    raise InputError(
+        "there is no such gait",
+        field="gait",
+        value=name,
+        allowed=allowed,
+        nearest=nearest_name(name, shipped),
+    )
+
+
 def checks_of(scenario: str) -> pathlib.Path:
     """The checks file that a shipped scenario carries."""
     path = folder("models") / "checks" / f"{scenario}.toml"

@@ -3,6 +3,7 @@
 from typing import Any
 
 from afo_sim import assets
+from afo_sim.phase_table import read_header
 from afo_sim.physics.static_force import LAWS
 
 PLURALS = {
@@ -19,7 +20,8 @@ def entries(kind: str) -> list[tuple[str, str]]:
     if kind == "laws":
         return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in LAWS.values()]
     if kind == "gaits":
-        return [(path.stem, path.name) for path in sorted(assets.folder("gait_data").glob("*.csv"))]
+        headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
+        return [(name, header.get("description", "")) for name, header in headers.items()]
     singular = PLURALS[kind]
     tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
     return [(name, _line(table)) for name, table in tables.items()]

@@ -6,9 +6,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim import assets
+from afo_sim import assets, gait, gait_norm
 from afo_sim.checks_file import read_checks
 from afo_sim.errors import InputError
+from afo_sim.gait_checks import findings
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle
 from afo_sim.reader import load
@@ -27,7 +28,7 @@ TELLTALES = {
 
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
-    """Examine a TOML description, an MJCF or a URDF.
+    """Examine a TOML description, an MJCF, a URDF or a gait cycle.
 
     Returns
     -------
@@ -45,9 +46,17 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
         return _check_toml(path)
     if suffix in (".xml", ".mjcf", ".urdf"):
         return _check_model(path)
+    if suffix == ".csv":
+        return _check_gait(path)
     raise InputError(
-        "is not a kind of file that can be checked", file=path, allowed=".toml, .xml, .mjcf, .urdf"
+        "is not a kind of file that can be checked", file=path, allowed=".toml, .xml, .mjcf, .urdf, .csv"
     )
+
+
+def _check_gait(path: pathlib.Path) -> list[tuple[str, str]]:
+    if gait_norm.is_norm(path):
+        return [("kind", "gait norm"), ("rows", str(len(gait_norm.read(path).phase)))]
+    return [("kind", "gait cycle"), *findings(gait.read(path))]
 
 
 def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:

@@ -42,7 +42,13 @@ def test_physics_knows_no_simulator() -> None:
 
 @pytest.mark.parametrize(
     ("package", "allowed"),
-    [("rerun", {"view"}), ("rerun_cli", {"view"}), ("pint", {"units.py"}), ("typer", {"cli.py"})],
+    [
+        ("rerun", {"view"}),
+        ("rerun_cli", {"view"}),
+        ("pint", {"units.py"}),
+        ("typer", {"cli.py"}),
+        ("ezc3d", {"gait_readers"}),
+    ],
 )
 def test_one_module_knows(package: str, allowed: set[str]) -> None:
     assert {user.split("/")[0] for user in users_of(package)} == allowed

@@ -1,0 +1,72 @@
+"""Periodic signals as Fourier series: smooth at any phase, with exact derivatives."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class FourierSeries:
+    """A signal over phase: mean + progress · phase + harmonics of one cycle.
+
+    `progress` is what the signal gains in a cycle (a walking ankle's x does), 0 for a signal that returns.
+    """
+
+    mean: float
+    progress: float
+    cosine: np.ndarray
+    sine: np.ndarray
+    closing_error: float  # value at phase 1 minus value at phase 0, before the drift was taken out
+    residual: float  # root mean square of the samples about the series, drift apart
+
+    @classmethod
+    def fit(cls, phase: np.ndarray, values: np.ndarray, harmonics: int, *, progressing: bool = False) -> Self:
+        """The least-squares series through samples of one cycle.
+
+        A signal that should return, but whose last sample differs from its first, has the difference
+        taken out as a straight line about mid-cycle: its mean stays.
+
+        Parameters
+        ----------
+        phase : 0…1, increasing, first 0 and last 1 [-] (n,)
+        values : (n,), n > 2 `harmonics` + 1
+        harmonics : highest multiple of the cycle's frequency
+        progressing : the difference between last and first is true travel, and stays
+        """
+        closing = float(values[-1] - values[0])
+        level = values - closing * (phase - (0.0 if progressing else 0.5))
+        wave = 2.0 * np.pi * np.outer(phase[:-1], np.arange(1, harmonics + 1))  # phase 1 is phase 0 again
+        basis = np.column_stack([np.ones(len(wave)), np.cos(wave), np.sin(wave)])
+        weights, *_ = np.linalg.lstsq(basis, level[:-1], rcond=None)
+        left = level[:-1] - basis @ weights
+        return cls(
+            mean=float(weights[0]),
+            progress=closing if progressing else 0.0,
+            cosine=weights[1 : harmonics + 1],
+            sine=weights[harmonics + 1 :],
+            closing_error=0.0 if progressing else closing,
+            residual=float(np.sqrt(np.mean(left**2))),
+        )
+
+    def __call__(self, phase: np.ndarray | float, derivative: int = 0) -> np.ndarray:
+        """The signal, or its first, second, … derivative with respect to phase.
+
+        Parameters
+        ----------
+        phase : any real number of cycles [-], of any shape
+        derivative : its order
+
+        Returns
+        -------
+        array of `phase`'s shape
+        """
+        phases = np.asarray(phase, dtype=float)
+        order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)
+        # wrapped, so that the thousandth stride is as exact as the first
+        wave = np.multiply.outer(phases % 1.0, order) + 0.5 * np.pi * derivative
+        harmonics = np.cos(wave) @ (self.cosine * order**derivative)
+        harmonics += np.sin(wave) @ (self.sine * order**derivative)
+        if derivative == 0:
+            return harmonics + self.mean + self.progress * phases
+        return harmonics + (self.progress if derivative == 1 else 0.0)

@@ -1,0 +1,204 @@
+"""One stride of recorded walking: sagittal leg motion and ground force over gait phase."""
+
+import dataclasses
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.fourier import FourierSeries
+from afo_sim.phase_table import read_header, read_table, write_table
+from afo_sim.units import GRAVITY
+
+HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
+FLAT = (0.15, 0.35)  # part of the stride in which the sole lies flat on the floor [-]
+DEGREE = np.pi / 180.0
+
+# Column of the file: (field of GaitCycle, factor from the file's unit and sign to the house's).
+COLUMNS = {
+    "phase": ("phase", 1.0),
+    "shank_angle_deg": ("shank_angle", DEGREE),
+    "knee_angle_deg": ("knee_angle", DEGREE),
+    "ankle_angle_deg": ("ankle_angle", DEGREE),
+    "ankle_x_m": ("ankle_x", 1.0),
+    "ankle_z_m": ("ankle_z", 1.0),
+    "grf_x_bw": ("grf_x", 1.0),
+    "grf_z_bw": ("grf_z", 1.0),
+    "cop_x_m": ("cop_x", 1.0),
+    "ankle_moment_nm_per_kg": ("ankle_moment", -1.0),  # laboratories publish plantarflexion positive
+}
+TEXTS = {"source": "source", "licence": "licence", "side": "side"}
+NUMBERS = {
+    "stride_time_s": "stride_time",
+    "body_mass_kg": "body_mass",
+    "walking_speed_m_per_s": "walking_speed",
+    "ankle_height_m": "ankle_height",
+}
+KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
+
+
+@dataclass(frozen=True, eq=False)
+class GaitCycle:
+    """One stride, heel strike to heel strike of the same foot, sampled over phase; SI, angles in rad.
+
+    All arrays are (n,), of the same n samples; x is forward (overground), z up, the floor at z = 0.
+    """
+
+    source: str
+    licence: str
+    side: str  # "right" or "left"
+    stride_time: float  # [s]
+    body_mass: float  # [kg]
+    walking_speed: float  # [m/s]
+    ankle_height: float  # of the ankle point above the floor with the foot flat [m]
+    phase: np.ndarray  # 0…1, both heel strikes [-]
+    shank_angle: np.ndarray  # from the vertical, knee ahead of ankle positive [rad]
+    knee_angle: np.ndarray  # flexion positive [rad]
+    ankle_angle: np.ndarray  # dorsiflexion positive, 0 = flat foot under a vertical shank [rad]
+    ankle_x: np.ndarray  # of the ankle joint's centre [m]
+    ankle_z: np.ndarray  # [m]
+    grf_x: np.ndarray  # ground on foot, forward positive, in body weights [-]
+    grf_z: np.ndarray  # upward positive [-]
+    cop_x: np.ndarray  # centre of pressure minus ankle centre, NaN in swing [m]
+    ankle_moment: np.ndarray  # internal, dorsiflexion positive, per body mass [N·m/kg]
+    notes: Mapping[str, str] = field(default_factory=dict)  # further header lines of the file
+    harmonics: int = HARMONICS
+
+    @cached_property
+    def series(self) -> dict[str, FourierSeries]:
+        """The Fourier series of each kinematic signal, by the field's name."""
+        return {
+            name: FourierSeries.fit(
+                self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
+            )
+            for name in KINEMATICS
+        }
+
+    def signal(self, name: str, phase: np.ndarray | float, derivative: int = 0) -> np.ndarray:
+        """A kinematic signal at any phase, or its velocity or acceleration, all from one Fourier series.
+
+        Parameters
+        ----------
+        name : "shank_angle", "knee_angle", "ankle_angle", "ankle_x" or "ankle_z"
+        phase : [-], of any shape; the second stride is 1…2, and `ankle_x` goes on
+        derivative : 0 value, 1 velocity, 2 acceleration, with respect to time
+
+        Returns
+        -------
+        array of `phase`'s shape, in rad or m, per s to the power of `derivative`
+        """
+        return self.series[name](phase, derivative) / self.stride_time**derivative
+
+    def ground(self, phase: np.ndarray | float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ground force and its place at any phase, linear between the samples (a series would ring).
+
+        Parameters
+        ----------
+        phase : [-], of any shape
+
+        Returns
+        -------
+        (forward force [body weights], upward force [body weights], centre of pressure ahead of the ankle
+        centre [m]), each of `phase`'s shape. In swing, where nothing presses, the centre of pressure runs
+        on from the last of stance to the next heel strike's, so that what is left of the force has a place.
+        """
+        place = np.asarray(phase, dtype=float) % 1.0
+        known = np.isfinite(self.cop_x)
+        cop = np.interp(place, self.phase[known], self.cop_x[known], period=1.0)
+        return np.interp(place, self.phase, self.grf_x), np.interp(place, self.phase, self.grf_z), cop
+
+    def ground_moment(self) -> np.ndarray:
+        """Internal ankle moment that balances the ground force at each sample, the foot taken as massless.
+
+        Returns
+        -------
+        array (n,), dorsiflexion positive [N·m/kg]; it leaves out the foot's weight and inertia, about
+        0.014 N·m/kg in walking
+        """
+        cop = self.ground(self.phase)[2]
+        return -(cop * self.grf_z + self.ankle_z * self.grf_x) * GRAVITY
+
+    def foot_flat(self) -> np.ndarray:
+        """Mask of the samples in which the sole lies flat, 15–35 % of the stride (n,)."""
+        return (self.phase >= FLAT[0]) & (self.phase <= FLAT[1])
+
+    def foot_pitch(self) -> np.ndarray:
+        """Angle of the sole to the floor at each sample, toe up positive [rad] (n,)."""
+        return self.ankle_angle - self.shank_angle
+
+
+def fit_to_leg(cycle: GaitCycle, ankle_height: float) -> tuple[GaitCycle, float]:
+    """Raise or lower the trial's ankle point to a leg's, so that the leg's flat sole touches the floor.
+
+    The malleolus marker of a trial stands higher than a model's ankle axis. The shift is the one that
+    brings the mean height over 15–35 % of the stride to `ankle_height`. The ankle moment is taken about
+    the new point: a point lowered by s has the moment of the horizontal force changed by s · force.
+
+    Parameters
+    ----------
+    cycle : as read
+    ankle_height : of the leg's ankle axis above its flat sole [m]
+
+    Returns
+    -------
+    (the shifted cycle, the shift [m], upward positive)
+    """
+    shift = ankle_height - float(cycle.ankle_z[cycle.foot_flat()].mean())
+    moved = dataclasses.replace(
+        cycle,
+        ankle_height=ankle_height,
+        ankle_z=cycle.ankle_z + shift,
+        ankle_moment=cycle.ankle_moment - shift * cycle.grf_x * GRAVITY,
+        notes={**cycle.notes, "ankle_shift_m": f"{shift:.4f}"},
+    )
+    return moved, shift
+
+
+def read(path: str | pathlib.Path) -> GaitCycle:
+    """Read a gait cycle from its CSV file, and examine it.
+
+    Parameters
+    ----------
+    path : header lines `# key: value`, then the columns of COLUMNS, separated by commas
+
+    Returns
+    -------
+    GaitCycle, in SI; the file's plantarflexion-positive moment has become dorsiflexion-positive
+
+    Raises
+    ------
+    InputError
+        A key or column is missing or unknown, a cell is no number, or the numbers contradict what they
+        are said to be (unit, sign, axis, stance, period): what was seen, and what was expected.
+    """
+    from afo_sim.gait_checks import examine
+
+    file = pathlib.Path(path)
+    if read_header(file).get("kind") == "norm":
+        raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
+    table = read_table(file, tuple(COLUMNS))
+    facts: dict[str, Any] = {name: table.text(key) for key, name in TEXTS.items()}
+    facts |= {name: table.number(key) for key, name in NUMBERS.items()}
+    facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
+    notes = {key: text for key, text in table.header.items() if key not in {**TEXTS, **NUMBERS}}
+    cycle = GaitCycle(**facts, notes=notes)
+    examine(cycle, table.file)
+    return cycle
+
+
+def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
+    """Write a gait cycle as CSV, whole or not at all.
+
+    Parameters
+    ----------
+    path : file to write
+    cycle : what to write; its moment is turned back to plantarflexion positive
+    """
+    header = {key: str(getattr(cycle, name)) for key, name in TEXTS.items()}
+    header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
+    columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
+    write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

@@ -1,0 +1,1 @@
+"""Walking data as laboratories write it: OpenSim .mot and .sto, .trc, .c3d → gait cycles."""

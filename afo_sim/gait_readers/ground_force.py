@@ -1,0 +1,171 @@
+"""The ground's force on one foot: contacts found on the plates, told apart, put together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.gait_readers.axes import Axes
+from afo_sim.gait_readers.choices import Choices
+from afo_sim.gait_readers.leg_motion import LegMotion
+from afo_sim.gait_readers.plates import Plate
+from afo_sim.gait_readers.signals import evenly, low_pass
+
+EDGE = 20.0  # vertical force at which a contact begins and ends [N]
+SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
+SHORTEST = 0.1  # contact that is a step [s]
+UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A foot on a plate."""
+
+    plate: str
+    start: float  # [s], to a part of a sample
+    end: float
+    whole: bool  # neither end is the recording's
+    own: bool  # of the leg that is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class GroundForce:
+    """Force on one foot in the sagittal plane, filtered; zero outside its contacts. Arrays (n,)."""
+
+    time: np.ndarray  # [s]
+    force_x: np.ndarray  # forward [N]
+    force_z: np.ndarray  # upward [N]
+    moment: np.ndarray  # centre of pressure on the floor (z = 0) times upward force [N·m]
+    contacts: tuple[Contact, ...]  # own, in order
+    plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
+    foreign: tuple[Contact, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Contact]:
+    """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s or longer."""
+    above = force > EDGE
+    edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
+    found = []
+    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        whole = bool((first > 0 or force[first] < SURE) and (stop < len(time) or force[stop - 1] < SURE))
+        start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
+        end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
+        if force[first:stop].max() > SURE and end - start >= SHORTEST:
+            found.append(Contact(plate, start, end, whole, own=True))
+    return found
+
+
+def foot_force(plates: Sequence[Plate], motion: LegMotion, axes: Axes, choices: Choices) -> GroundForce:
+    """The ground's force on the chosen foot.
+
+    A contact is the foot's own when its centre of pressure stays under that foot. Forces and moments are
+    filtered, and the centre of pressure is their quotient.
+
+    Parameters
+    ----------
+    plates : all of them
+    motion : of the leg
+    axes : the plates' axes
+    choices : plates to look at (all by default), filter
+
+    Raises
+    ------
+    InputError
+        No plate of that name, no contact of this foot, or both feet on one plate.
+    """
+    chosen = _chosen(plates, choices)
+    remarks: list[str] = []
+    total: list[np.ndarray] = []
+    contacts, foreign, shown = [], [], {}
+    grid, _ = evenly(chosen[0].time, chosen[0].time)
+    for plate in chosen:
+        force = axes.plane(plate.force)
+        place = axes.plane(plate.place)
+        if force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max():
+            force = -force
+            remarks.append(f"plate {plate.name}: turned round, it had the foot's force on the ground")
+        # the moment about the laboratory's origin, from which the pressure on the floor follows
+        force[np.abs(force[:, 1]) < 1.0] = 0.0
+        moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
+        shown[plate.name] = (plate.time, force[:, 1])
+        own = np.zeros(len(force))
+        for contact in find_contacts(plate.name, plate.time, force[:, 1]):
+            if _under_foot(contact, plate.time, force[:, 1], place[:, 0], motion):
+                contacts.append(contact)
+                own[_with_tails(contact, plate.time, force[:, 1])] = 1.0
+            else:
+                foreign.append(contact)
+        loads = np.column_stack([force, moment]) * own[:, None]
+        smooth = low_pass(*evenly(plate.time, loads), choices.cutoff)
+        even = evenly(plate.time, plate.time)[0]
+        total.append(np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T]))
+    if not contacts:
+        _refuse_no_contact(chosen, foreign, choices)
+    force_x, force_z, moment = np.sum(total, axis=0).T
+    told = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    return GroundForce(
+        time=grid,
+        force_x=force_x,
+        force_z=force_z,
+        moment=moment,
+        contacts=tuple(sorted(contacts, key=lambda c: c.start)),
+        plates=shown,
+        foreign=tuple(foreign),
+        remarks=(f"{choices.side} foot on plate {told}", *remarks),
+    )
+
+
+def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
+    names = [plate.name for plate in plates]
+    for name in choices.plates:
+        if name not in names:
+            near = nearest_name(name, names)
+            raise InputError(
+                "there is no such plate", field="--plate", value=name, allowed=", ".join(names), nearest=near
+            )
+    return [plate for plate in plates if not choices.plates or plate.name in choices.plates]
+
+
+def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
+    """When the force passes the edge between samples k and k + 1."""
+    share = (EDGE - force[k]) / (force[k + 1] - force[k])
+    return float(time[k] + share * (time[k + 1] - time[k]))
+
+
+def _under_foot(
+    contact: Contact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
+) -> bool:
+    """Whether the centre of pressure stays where the leg's own foot is."""
+    sure = (time > contact.start) & (time < contact.end) & (force > SURE)
+    sure &= (time >= motion.time[0]) & (time <= motion.time[-1])
+    if not np.any(sure):
+        return False
+    ahead = place[sure] - np.interp(time[sure], motion.time, motion.ankle_x)
+    low, high = np.quantile(ahead, [0.05, 0.95])
+    return bool(UNDER_FOOT[0] < low and high < UNDER_FOOT[1])
+
+
+def _with_tails(contact: Contact, time: np.ndarray, force: np.ndarray) -> slice:
+    """The contact's samples, and those beside it while the force still falls to nothing."""
+    first = int(np.searchsorted(time, contact.start))
+    last = int(np.searchsorted(time, contact.end, side="right")) - 1
+    while first > 0 and 0.0 < force[first - 1] < force[first]:
+        first -= 1
+    while last < len(force) - 1 and 0.0 < force[last + 1] < force[last]:
+        last += 1
+    return slice(first, last + 1)
+
+
+def _refuse_no_contact(plates: Sequence[Plate], foreign: Sequence[Contact], choices: Choices) -> None:
+    names = ", ".join(plate.name for plate in plates)
+    if not foreign:
+        raise InputError(f"no foot stands on a plate ({names})", allowed=f"an upward force above {SURE:g} N")
+    spans = ", ".join(f"{c.plate} {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
+    raise InputError(
+        f"no contact has its centre of pressure under the {choices.side} foot throughout ({spans})",
+        field="--side",
+        value=choices.side,
+        allowed=f"a plate that carries this foot alone, in the motion's axes; or --plate with one of {names}",
+    )

@@ -1,0 +1,74 @@
+"""Sampled signals: gaps filled, noise filtered, evenly in time."""
+
+import numpy as np
+
+LONGEST_GAP = 0.2  # that is filled without distrust [s]
+# Two passes of a second-order Butterworth filter have their -3 dB at this share of one pass's (Winter 2009).
+TWO_PASSES = 0.802
+
+
+def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
+    """Interpolate missing samples (NaN), and say where too many were missing.
+
+    Parameters
+    ----------
+    time : [s] (n,)
+    values : (n,)
+
+    Returns
+    -------
+    (values without NaN (n,), stretches [s] longer than 0.2 s, or at an end, that are only invented)
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    known = np.isfinite(values)
+    if known.all():
+        return values, []
+    if known.sum() < 2:
+        return np.zeros_like(values), [(float(time[0]), float(time[-1]))]
+    inside = np.clip(time, time[known][0], time[known][-1])
+    filled = np.where(known, values, PchipInterpolator(time[known], values[known])(inside))
+    edges = np.flatnonzero(np.diff(np.r_[False, ~known, False].astype(int)))
+    hidden = []
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        span = float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)])
+        if span[1] - span[0] > LONGEST_GAP or start == 0 or stop == len(time):
+            hidden.append(span)
+    return filled, hidden
+
+
+def evenly(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The signal in even steps of time, its own steps if they are even already.
+
+    Parameters
+    ----------
+    time : increasing [s] (n,)
+    values : (n, …)
+    """
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if np.abs(steps - step).max() <= 0.1 * step:
+        return time, values
+    even = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / step) + 1)
+    flat = values.reshape(len(values), -1)
+    found = np.column_stack([np.interp(even, time, column) for column in flat.T])
+    return even, found.reshape(len(even), *values.shape[1:])
+
+
+def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
+    """Second-order Butterworth low-pass, forward and backward, so that nothing is delayed.
+
+    Parameters
+    ----------
+    time : even steps [s] (n,)
+    values : without NaN (n, …)
+    cutoff : -3 dB of both passes together [Hz]; 0, or above the data's own bandwidth, leaves them as they are
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    rate = (len(time) - 1) / (time[-1] - time[0])
+    once = cutoff / TWO_PASSES
+    if cutoff <= 0.0 or once >= 0.49 * rate or len(time) < 16:
+        return values
+    sections = butter(2, once, fs=rate, output="sos")
+    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=min(len(time) - 1, int(rate / once))))

