@@ -12,6 +12,7 @@ KINDS = {
     "orthosis": "orthoses",
     "muscle": "muscles",
     "valve": "valves",
+    "patient": "patients",
 }
 
 

@@ -12,6 +12,7 @@ PLURALS = {
     "legs": "leg",
     "orthoses": "orthosis",
     "valves": "valve",
+    "patients": "patient",
 }
 
 

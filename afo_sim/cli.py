@@ -24,7 +24,7 @@ app = typer.Typer(
 )
 gait_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(gait_app, name="gait", help="Bring your own walking data, and look at it.")
-LISTS = ("muscles", "laws", "scenarios", "legs", "orthoses", "valves", "gaits")
+LISTS = ("muscles", "laws", "scenarios", "legs", "orthoses", "valves", "patients", "gaits")
 
 Sets = Annotated[
     list[str] | None,
@@ -65,8 +65,8 @@ def run(
     with _watching(live) as watch, _progress("reading, compiling the muscles") as report:
         from afo_sim.model import build
         from afo_sim.reader import load
-        from afo_sim.run_files import check_writable
         from afo_sim.simulate import run_built
+        from afo_sim.writing import check_writable
 
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name
@@ -108,7 +108,7 @@ def torque_map_command(
         from afo_sim import torque_map as tm
         from afo_sim.model import build
         from afo_sim.reader import load
-        from afo_sim.run_files import check_writable, replacing
+        from afo_sim.writing import check_writable, replacing
 
         built = build(load("scenario", scenario, values))
         check_writable(out)
@@ -154,7 +154,7 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with _progress("reading") as report:
         from afo_sim import fit_command
-        from afo_sim.run_files import check_writable
+        from afo_sim.writing import check_writable
 
         check_writable(out)
         asked = fit_command.Request(
@@ -199,7 +199,7 @@ def view(
             "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, _progress("reading the run"):
-        from afo_sim.run_files import check_writable, replacing
+        from afo_sim.writing import check_writable, replacing
 
         files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
         from afo_sim import view as viewer
@@ -251,7 +251,8 @@ def figure_command(
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with _progress("drawing"):
         from afo_sim.figure import write_figures
-        from afo_sim.run_files import check_writable, read_recording
+        from afo_sim.run_files import read_recording
+        from afo_sim.writing import check_writable
 
         recording = read_recording(folder)
         target = out or folder
@@ -272,8 +273,9 @@ def video_command(
     if out.suffix.lower() != ".mp4":
         raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with _progress("filming") as report:
-        from afo_sim.run_files import check_writable, read_recording
+        from afo_sim.run_files import read_recording
         from afo_sim.video import write_video
+        from afo_sim.writing import check_writable
 
         recording = read_recording(folder)
         check_writable(out.parent)
@@ -314,7 +316,7 @@ def validate_command(
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with _progress("comparing with the papers") as report:
         from afo_sim import validate as v
-        from afo_sim.run_files import check_writable
+        from afo_sim.writing import check_writable
 
         if figures is not None:
             check_writable(figures, "--figures")
@@ -417,7 +419,7 @@ def gait_show_command(
         from afo_sim.gait import read
         from afo_sim.gait_checks import findings
         from afo_sim.gait_figure import draw_gait
-        from afo_sim.run_files import check_writable
+        from afo_sim.writing import check_writable
 
         cycle = read(assets.find_gait(gait))
         if out is not None:

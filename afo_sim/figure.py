@@ -11,8 +11,8 @@ import numpy as np
 
 from afo_sim.errors import InputError
 from afo_sim.recording import Recording
-from afo_sim.run_files import replacing
 from afo_sim.units import parse_quantity
+from afo_sim.writing import replacing
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]

@@ -13,8 +13,8 @@ from afo_sim.errors import InputError
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fit import Fit, predict, rms, take
 from afo_sim.measured import Measured
-from afo_sim.run_files import replacing
 from afo_sim.units import EXAMPLES, format_quantity, in_unit
+from afo_sim.writing import replacing
 
 LIKE = "s1_215mm"  # whose damping, masses and stiffness a fitted muscle takes over, unless told
 

@@ -12,7 +12,7 @@ from afo_sim.errors import InputError
 from afo_sim.figure import COLOURS, FORMATS, RESOLUTION, STYLE
 from afo_sim.gait import FLAT, GaitCycle
 from afo_sim.gait_checks import closing_errors, stance
-from afo_sim.run_files import replacing
+from afo_sim.writing import replacing
 
 if TYPE_CHECKING:
     from afo_sim.gait_readers.importing import Imported

@@ -1,5 +1,6 @@
 """spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
 
+import dataclasses
 import pathlib
 from dataclasses import dataclass
 
@@ -8,17 +9,24 @@ import numpy as np
 
 from afo_sim import mounting, native
 from afo_sim.errors import InputError, nearest_name
+from afo_sim.foot import Foot, foot_of
 from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
+from afo_sim.patient import Active, active
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
+from afo_sim.walk import Walk, lay_out
+from afo_sim.walk_model import add_walking, fill_walking, scale, walking_actuators
 
 PASSIVE = "passive_ankle"
 
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled scenario: the model that runs, its text, and what was found while building."""
+    """A compiled scenario: the model that runs, its text, and what was found while building.
+
+    `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank.
+    """
 
     scenario: Scenario
     model: mujoco.MjModel
@@ -26,6 +34,16 @@ class Built:
     index: Index
     stability: dict[str, float]
     warnings: tuple[str, ...]
+    walk: Walk | None = None
+    foot: Foot | None = None
+    active: Active | None = None
+
+    @property
+    def body_mass(self) -> float:
+        """Of the patient, or of the leg's adult [kg]."""
+        patient = self.scenario.patient
+        told = None if patient is None else patient.body_mass
+        return self.scenario.leg.body_mass if told is None else told
 
 
 def build(scenario: Scenario) -> Built:
@@ -57,7 +75,18 @@ def build(scenario: Scenario) -> Built:
     stretch = mounting.check_stretch(model, index, scenario)
     stability, coarse = mounting.check_stability(model, index, scenario)
     warnings = (*mounting.check_description(scenario), *stretch, *coarse)
-    return Built(scenario, model, spec.to_xml(), index, stability, warnings)
+    built = Built(scenario, model, spec.to_xml(), index, stability, warnings)
+    return _with_walking(built) if scenario.walking else built
+
+
+def _with_walking(built: Built) -> Built:
+    """Lay the recorded walking out, and find what the patient's own ankle does in it."""
+    scenario = built.scenario
+    foot = foot_of(built.model, scenario.leg.foot, ANKLE)
+    walk = lay_out(scenario, foot.ankle_height)
+    bare = foot_of(_leg_spec(scenario).compile(), scenario.leg.foot, ANKLE)
+    own = active(walk, bare, scenario, built.body_mass)
+    return dataclasses.replace(built, walk=walk, foot=foot, active=own)
 
 
 def _assemble(scenario: Scenario) -> mujoco.MjSpec:
@@ -67,6 +96,8 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
     for name, group in muscle_names(orthosis).items():
         _add_tendon(spec, anchors, name, group)
     _add_actuators(spec, orthosis)
+    if scenario.walking:
+        add_walking(spec, scenario)
     option = spec.option
     option.timestep = scenario.timestep
     option.gravity = [0.0, 0.0, -GRAVITY]
@@ -77,6 +108,7 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
 
 
 def _leg_spec(scenario: Scenario) -> mujoco.MjSpec:
+    """The leg's own spec, with its ankle named, and as big as the patient."""
     leg = scenario.leg
     try:
         spec = mujoco.MjSpec.from_file(str(leg.file))
@@ -103,6 +135,12 @@ def _leg_spec(scenario: Scenario) -> mujoco.MjSpec:
         raise InputError("the ankle is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
     ankle.name = ANKLE
     ankle.damping = leg.damping if np.isscalar(ankle.damping) else [leg.damping, 0.0, 0.0]
+    patient = scenario.patient
+    if patient is not None:
+        heavier = (patient.body_mass or leg.body_mass) / leg.body_mass
+        taller = (patient.body_height or leg.body_height) / leg.body_height
+        if (heavier, taller) != (1.0, 1.0):
+            scale(spec, heavier, taller)
     return spec
 
 
@@ -122,7 +160,8 @@ def _attach(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody
         ("shank", shank, joint_in_shank, "cuff", orthosis.cuff),
         ("foot", foot, joint_in_foot, "plate", orthosis.plate),
     ):
-        body.add_frame(pos=position).attach_body(_part(file, prefix), f"{prefix}_", "")
+        if file is not None:
+            body.add_frame(pos=position).attach_body(_part(file, prefix), f"{prefix}_", "")
         # a body of their own: the segment's stated inertia would swallow their mass
         anchors[segment] = body.add_body(name=f"{segment}_anchors", pos=position)
     return anchors
@@ -224,6 +263,7 @@ def _index(model: mujoco.MjModel, orthosis: Orthosis) -> Index:
         valves={name: model.actuator(f"valve_{name}").id for name in valve_names(orthosis)},
         frictions={name: model.actuator(f"friction_{name}").id for name in friction_states(orthosis)},
         passive=model.actuator(PASSIVE).id,
+        walking=walking_actuators(model),
         ankle_qpos=int(joint.qposadr[0]),
         ankle_dof=int(joint.dofadr[0]),
     )
@@ -277,5 +317,6 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                     friction_coefficients=muscle.friction_coefficients,
                     friction_states=holder,
                 )
+    fill_walking(model, index.walking, scenario)
     passive = scenario.leg.passive
     user[index.passive] = native.passive_row(scale=passive.scale, offset=passive.offset)

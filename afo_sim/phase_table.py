@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.run_files import replacing
+from afo_sim.writing import replacing
 
 
 @dataclass(frozen=True, eq=False)

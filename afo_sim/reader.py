@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from afo_sim import assets
 from afo_sim.errors import InputError
 from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
+from afo_sim.walk_spec import Patient
 
 Path = tuple[str, ...]
 SPECS: dict[str, type[BaseModel]] = {
@@ -19,12 +20,14 @@ SPECS: dict[str, type[BaseModel]] = {
     "orthosis": Orthosis,
     "muscle": Muscle,
     "valve": Valve,
+    "patient": Patient,
 }
 # A string at such a place is the name of another description; "*" is any key.
 REFERENCES: dict[str, dict[Path, str]] = {
     "scenario": {
         ("leg",): "leg",
         ("orthosis",): "orthosis",
+        ("patient",): "patient",
         ("orthosis", "muscle", "*", "type"): "muscle",
         ("orthosis", "chamber", "*", "inlet"): "valve",
         ("orthosis", "chamber", "*", "outlet"): "valve",
@@ -137,6 +140,11 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     """A description's TOML as a dict, named after its file, with the files beside it resolved."""
     table = assets.read_toml(file)
     table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
+    gait = table.get("gait")
+    if kind == "scenario" and isinstance(gait, dict) and isinstance(gait.get("cycle"), str):
+        beside = file.parent / gait["cycle"]
+        if beside.is_file():
+            gait["cycle"] = str(beside.resolve())
     for key in FILES.get(kind, ()):
         if isinstance(table.get(key), str):
             table[key] = str((file.parent / table[key]).resolve())

@@ -17,7 +17,9 @@ from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
+from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
+from afo_sim.walk_columns import WALKING, walking_columns
 
 if TYPE_CHECKING:
     import pandas
@@ -38,6 +40,7 @@ COLUMNS = {
     ),
     "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping and stops"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
+    **WALKING,
     "force": ("N", "tension positive"),
     "length": ("m", "active braid length"),
     "velocity": ("m/s", "lengthening positive"),
@@ -151,7 +154,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     scenario = built.scenario
     columns = _columns(built, control, rollout.rows, rollout.first_step)
     n = len(columns["time"])
-    metrics = ankle_metrics(columns, scenario.timestep, scenario.timer.period) if n else {}
+    metrics = ankle_metrics(columns, scenario.timestep, _period(scenario)) if n else {}
     stride = scenario.record_stride
     warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()))
     return Recording(
@@ -174,6 +177,13 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     )
 
 
+def _period(scenario: Scenario) -> float:
+    """What one cycle is: the timer's, or the stride's [s]."""
+    if scenario.timer is not None:
+        return scenario.timer.period
+    return scenario.duration
+
+
 def _columns(
     built: Built, control: np.ndarray, rows: dict[str, np.ndarray], first_step: int
 ) -> dict[str, np.ndarray]:
@@ -192,6 +202,8 @@ def _columns(
         + rows["qfrc_constraint"][:, dof],
         "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
+    if built.walk is not None:
+        columns |= walking_columns(built, rows, control[:n], first_step)
     for name, i in index.muscles.items():
         parameters = model.actuator_user[i]
         nominal = parameters[native.MUSCLE_NOMINAL_LENGTH]

@@ -4,9 +4,7 @@ import dataclasses
 import json
 import os
 import pathlib
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,38 +12,10 @@ import numpy as np
 from afo_sim.errors import InputError
 from afo_sim.metrics import Metric
 from afo_sim.recording import Recording, describe
+from afo_sim.writing import check_writable, replacing
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
-
-
-@contextmanager
-def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A temporary path beside `path` that takes its place when the block ends well."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    os.close(handle)
-    temporary = pathlib.Path(name)
-    try:
-        yield temporary
-        temporary.chmod(0o644)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
-    """Say so if an output folder cannot be made or written to; nothing is left behind."""
-    try:
-        existing = folder.absolute()
-        while not existing.exists():
-            existing = existing.parent
-        with tempfile.TemporaryDirectory(dir=existing):
-            pass
-    except OSError as error:
-        raise InputError(
-            f"cannot be written to: {error.strerror or error}", field=field, value=str(folder)
-        ) from None
 
 
 def save(

@@ -1,13 +1,15 @@
-"""Solenoid timer → the control array (n_step, nu) that a simulation is driven with."""
+"""Solenoid timer, gait phase, recorded walking → the control array (n_step, nu) of a simulation."""
 
 import numpy as np
 
 from afo_sim.model import Built
-from afo_sim.spec import Timer
+from afo_sim.patient import ground_moment
+from afo_sim.walk import JOINTS
+from afo_sim.walk_model import ACTIVE, GROUND, STIFFNESS
 
 
 def open_at(
-    intervals: tuple[tuple[float, float], ...], period: float, time: np.ndarray, step: float
+    intervals: tuple[tuple[float, float], ...], period: float, time: np.ndarray, step: float | np.ndarray
 ) -> np.ndarray:
     """The share of each step for which a valve is switched on.
 
@@ -56,16 +58,43 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
 
     Returns
     -------
-    (n_step, nu): coil commands [-], supply pressure, gauge [Pa], knee angle [rad]; zero for muscles
+    (n_step, nu): coil commands [-], supply pressure, gauge [Pa], knee angle [rad]; in walking also the
+    shank's acceleration, the ground's and the patient's moment; zero for muscles
     """
     scenario, index = built.scenario, built.index
-    time = np.arange(n_step or scenario.n_step) * scenario.timestep
-    control = np.zeros((len(time), built.model.nu))
-    control[:, index.passive] = scenario.shank.knee_angle
+    count = n_step or scenario.n_step
+    control = np.zeros((count, built.model.nu))
+    control[:, index.passive] = scenario.shank.knee_angle or 0.0
     control[:, list(index.chambers.values())] = scenario.supply.pressure
-    timer: Timer = scenario.timer
-    for chamber, times in timer.chambers.items():
-        for side in ("inlet", "outlet"):
-            coil = open_at(getattr(times, side), timer.period, time, scenario.timestep)
-            control[:, index.valves[f"{chamber}_{side}"]] = coil
+    time = np.arange(count) * scenario.timestep
+    if scenario.timer is not None:
+        for chamber, times in scenario.timer.chambers.items():
+            for side in ("inlet", "outlet"):
+                coil = open_at(getattr(times, side), scenario.timer.period, time, scenario.timestep)
+                control[:, index.valves[f"{chamber}_{side}"]] = coil
+    if built.walk is not None:
+        _walking_controls(built, control)
     return control
+
+
+def _walking_controls(built: Built, control: np.ndarray) -> None:
+    """The inputs of recorded walking, and of valves that follow the gait phase, into the array."""
+    walk, own, index = built.walk, built.active, built.index
+    assert walk is not None and own is not None
+    steps = slice(len(control))
+    for column, joint in enumerate(JOINTS):
+        control[:, index.walking[f"drive_{joint}"]] = walk.acceleration[steps, column]
+    control[:, index.passive] = walk.knee[1:-1][steps]
+    control[:, index.walking[GROUND]] = ground_moment(walk, built.body_mass)[steps]
+    control[:, index.walking[ACTIVE]] = own.moment[steps]
+    control[:, index.walking[STIFFNESS]] = own.stiffness[steps]
+    phases = built.scenario.phases
+    for chamber, events in phases.chambers.items() if phases else ():
+        for side in ("inlet", "outlet"):
+            parts = [
+                p for a, b in getattr(events, side) for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)])
+            ]
+            phase = walk.phase[1:-1][steps]
+            # over a step the phase advances evenly: its share is the time's
+            share = open_at(tuple(parts), 1.0, phase, walk.phase[2:][steps] - phase)
+            control[:, index.valves[f"{chamber}_{side}"]] = share

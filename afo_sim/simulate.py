@@ -21,6 +21,7 @@ from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.walk import JOINTS
 
 # What a roll-out records. The state is that after each step, the rest belongs to the state before it.
 STATE = ("time", "qpos", "qvel", "act")
@@ -132,7 +133,7 @@ def simulate(
         try:
             native.assert_rows(built.model)
             if state is None:
-                state = equilibrium(built, control[0])
+                state = equilibrium(built, control[0]) if built.walk is None else walking_start(built)
             _assert_muscles_pull(built, state)
         except FAILURES as error:
             nothing = _blank(mujoco.MjData(built.model), 0)
@@ -190,6 +191,17 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if acceleration(lower) * acceleration(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     data.qpos[index.ankle_qpos] = brentq(acceleration, lower, upper, xtol=1e-14)
+    fill_chambers(built, data, 0.0)
+    return get_state(model, data)
+
+
+def walking_start(built: Built) -> np.ndarray:
+    """The state at the first step of recorded walking: pose, velocity, chambers at ambient pressure."""
+    assert built.walk is not None
+    model, data = built.model, mujoco.MjData(built.model)
+    place, velocity = built.walk.start()
+    dofs = [int(model.joint(name).dofadr[0]) for name in (*JOINTS, ANKLE)]
+    data.qpos[dofs], data.qvel[dofs] = place, velocity
     fill_chambers(built, data, 0.0)
     return get_state(model, data)
 

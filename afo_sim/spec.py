@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field, model_validator
 from afo_sim.errors import nearest_name
 from afo_sim.muscle import Distance, Muscle, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
+from afo_sim.walk_spec import Gait, Ground, Patient, Phases
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
@@ -79,15 +80,15 @@ class Orthosis(Described):
 
     name: str = ""
     description: str = ""
-    cuff: pathlib.Path
-    plate: pathlib.Path
+    cuff: pathlib.Path | None = None
+    plate: pathlib.Path | None = None
     range_of_motion: tuple[Angle, Angle]
-    muscle: dict[str, MuscleGroup]
-    chamber: dict[str, Chamber]
+    muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
+    chamber: dict[str, Chamber] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _chambers_exist(self) -> Self:
-        if not self.muscle:
+        if not self.muscle and (self.cuff is not None or self.plate is not None or self.chamber):
             raise refusal("there is no muscle", "at least one muscle group", "muscle")
         for kind in ("muscle", "chamber"):
             for name in getattr(self, kind):
@@ -130,6 +131,8 @@ class Leg(Described):
     foot: str = "foot"
     ankle: str = "ankle"
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
+    body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
+    body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] = 1.75
     passive: PassiveAnkle = PassiveAnkle()
 
 
@@ -142,8 +145,16 @@ class Supply(Described):
 class Shank(Described):
     """What holds the shank, and the knee angle that the passive ankle depends on."""
 
-    pose: Literal["fixed"] = "fixed"
-    knee_angle: Annotated[float, Quantity("rad", at_least=0.0, at_most=2.8)]
+    pose: Literal["fixed", "driven"] = "fixed"
+    knee_angle: Annotated[float, Quantity("rad", at_least=0.0, at_most=2.8)] | None = None
+
+    @model_validator(mode="after")
+    def _has_a_knee(self) -> Self:
+        if self.pose == "fixed" and self.knee_angle is None:
+            raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "knee_angle")
+        if self.pose == "driven" and self.knee_angle is not None:
+            raise refusal("is told by the gait, where the shank is driven", "nothing", "knee_angle")
+        return self
 
 
 class ValveTimes(Described):
@@ -192,18 +203,46 @@ class Scenario(Described):
     callback: Literal["native", "python"] = "native"
     supply: Supply
     shank: Shank
-    timer: Timer
+    timer: Timer | None = None
+    phases: Phases | None = None
+    gait: Gait | None = None
+    patient: Patient | None = None
+    ground: Ground = Ground()
+
+    @property
+    def walking(self) -> bool:
+        """Whether recorded walking drives the shank."""
+        return self.shank.pose == "driven"
+
+    @model_validator(mode="after")
+    def _walks_or_sits(self) -> Self:
+        for key in ("gait", "patient"):
+            there = getattr(self, key) is not None
+            if there and not self.walking:
+                raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
+            if self.walking and not there:
+                raise refusal("is missing; a driven shank needs it", f"a table or name for {key}", key)
+        if self.phases is not None and not self.walking:
+            raise refusal("goes with a driven shank", 'shank.pose = "driven"', "phases")
+        if self.timer is not None and self.phases is not None:
+            raise refusal(
+                "stands beside a timer: one of them switches the valves", "phases or timer", "phases"
+            )
+        if self.orthosis.chamber and self.timer is None and self.phases is None:
+            raise refusal("is missing: nothing switches the valves", "timer, or phases when walking", "timer")
+        return self
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        for name in self.timer.chambers:
-            if name not in self.orthosis.chamber:
-                raise refusal(
-                    "the orthosis has no such chamber",
-                    ", ".join(self.orthosis.chamber),
-                    f"timer.{name}",
-                    nearest_name(name, self.orthosis.chamber) or "",
-                )
+        for kind, switched in (("timer", self.timer), ("phases", self.phases)):
+            for name in switched.chambers if switched else ():
+                if name not in self.orthosis.chamber:
+                    raise refusal(
+                        "the orthosis has no such chamber",
+                        ", ".join(self.orthosis.chamber),
+                        f"{kind}.{name}",
+                        nearest_name(name, self.orthosis.chamber) or "",
+                    )
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
             raise refusal("is no name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:

@@ -16,7 +16,7 @@ import numpy as np
 
 from afo_sim.errors import InputError
 from afo_sim.recording import Recording
-from afo_sim.run_files import replacing
+from afo_sim.writing import replacing
 
 FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA

@@ -11,7 +11,8 @@ import pytest
 
 from afo_sim.errors import InputError
 from afo_sim.recording import Recording
-from afo_sim.run_files import read_recording, replacing
+from afo_sim.run_files import read_recording
+from afo_sim.writing import replacing
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from afo_sim.gait_readers.opensim_table import OpenSimTable
 from afo_sim.gait_readers.signals import evenly, fill_gaps
 from afo_sim.gait_readers.strides import Stride, find_strides
 from afo_sim.gait_readers.trial import Trial, read_trial
-from afo_sim.run_files import check_writable
 from afo_sim.units import GRAVITY
+from afo_sim.writing import check_writable
 
 STANDING = 0.15  # speed that is no walking [m/s]
 HEIGHTS = RANGES["ankle_height_m"]  # that an ankle can have above the floor [m]

@@ -9,8 +9,10 @@ from afo_sim.native.slots import (
     N_USER,
     chamber_row,
     friction_row,
+    motor_row,
     muscle_row,
     passive_row,
+    spastic_row,
     valve_row,
 )
 
@@ -27,7 +29,9 @@ __all__ = [
     "chamber_row",
     "friction_row",
     "installed",
+    "motor_row",
     "muscle_row",
     "passive_row",
+    "spastic_row",
     "valve_row",
 ]

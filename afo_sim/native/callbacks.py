@@ -9,6 +9,8 @@ its states are in `act`, its input in `ctrl`:
     valve    ankle, no force  coil                    armature, opening
     passive  ankle            knee angle              –
     friction ankle, no force  –                       states of a muscle's friction
+    spastic  ankle            –                       –
+    motor    joint            MuJoCo's own            –
 
 Per chamber, `userdata` receives what MuJoCo has no field for: inlet flow, outlet flow [kg/s],
 volume [m³] of the same step.
@@ -48,6 +50,7 @@ from afo_sim.native.slots import (
     KIND_FRICTION,
     KIND_MUSCLE,
     KIND_PASSIVE,
+    KIND_SPASTIC,
     KIND_VALVE,
     MARK,
     MUSCLE_B,
@@ -70,6 +73,7 @@ from afo_sim.native.slots import (
     N_USER,
     PASSIVE_OFFSET,
     PASSIVE_SCALE,
+    SPASTIC_GAIN,
     VALVE_CLOSING_DELAY,
     VALVE_CONDUCTANCE,
     VALVE_CRITICAL_RATIO,
@@ -85,7 +89,7 @@ from afo_sim.physics.friction import (
     tondu_lopez_friction,
 )
 from afo_sim.physics.hill import hill_force, three_element_damping
-from afo_sim.physics.passive_ankle import passive_moment
+from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
 from afo_sim.physics.static_force import muscle_static_force
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
@@ -296,6 +300,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             if moment != moment:
                 fail(0, i)
             return moment
+        if kind == KIND_SPASTIC:
+            return spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_GAIN])
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:

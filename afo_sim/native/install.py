@@ -20,8 +20,10 @@ from afo_sim.native.slots import (
     FRICTION_MUSCLE,
     KIND_CHAMBER,
     KIND_FRICTION,
+    KIND_MOTOR,
     KIND_MUSCLE,
     KIND_PASSIVE,
+    KIND_SPASTIC,
     KIND_VALVE,
     MARK,
     MUSCLE_CHAMBER,
@@ -165,6 +167,8 @@ def assert_rows(model: mujoco.MjModel) -> None:
         KIND_VALVE: {},
         KIND_PASSIVE: {},
         KIND_FRICTION: {FRICTION_MUSCLE: KIND_MUSCLE},
+        KIND_MOTOR: {},
+        KIND_SPASTIC: {},
     }
     rows = model.actuator_user
     for i, row in enumerate(rows):

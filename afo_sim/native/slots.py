@@ -17,6 +17,7 @@ MARK = 2826.0  # tells this project's actuators from anybody else's
 FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
+KIND_MOTOR, KIND_SPASTIC = 6.0, 7.0
 
 
 # Where a parameter stands within its actuator's row (after the mark and the kind)
@@ -50,6 +51,7 @@ MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
 VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELAY = range(2, 6)
 PASSIVE_SCALE, PASSIVE_OFFSET = range(2, 4)
 FRICTION_MUSCLE = 2
+SPASTIC_GAIN = 2
 N_USER = MUSCLE_COEFFICIENTS + MAX_COEFFICIENTS  # slots per actuator
 
 
@@ -130,6 +132,16 @@ def passive_row(*, scale: float, offset: float) -> np.ndarray:
 def friction_row(*, muscle: int) -> np.ndarray:
     """`actuator_user` of what holds the states of a muscle's friction."""
     return _row(KIND_FRICTION, muscle)
+
+
+def motor_row() -> np.ndarray:
+    """`actuator_user` of MuJoCo's own motor, which needs no callback."""
+    return _row(KIND_MOTOR)
+
+
+def spastic_row(*, gain: float) -> np.ndarray:
+    """`actuator_user` of the plantarflexors' stretch reflex."""
+    return _row(KIND_SPASTIC, gain)
 
 
 def _row(kind: float, *values: float) -> np.ndarray:

@@ -56,3 +56,26 @@ def passive_moment(ankle_angle: float, knee_angle: float, scale: float, offset: 
     float : internal moment, dorsiflexion positive [N·m]
     """
     return scale * riener_edrich_1999(ankle_angle - offset, knee_angle)
+
+
+@register_jitable
+def spastic_moment(ankle_velocity: float, gain: float) -> float:
+    """Stretch reflex of spastic plantarflexors: −gain × velocity while the ankle dorsiflexes.
+
+    Parameters
+    ----------
+    ankle_velocity : dorsiflexion positive [rad/s]
+    gain : [N·m·s/rad]
+
+    Returns
+    -------
+    float : internal moment, dorsiflexion positive [N·m], ≤ 0
+
+    Source
+    ------
+    The velocity-dependent resistance that defines spasticity (Lance 1980), made linear here; its delay
+    is left out.
+    """
+    if ankle_velocity <= 0.0:
+        return 0.0 * gain
+    return -gain * ankle_velocity

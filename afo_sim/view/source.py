@@ -45,8 +45,9 @@ class Source:
 
     @property
     def cycle(self) -> float:
-        """The timer's period [s]."""
-        return float(self.scenario.timer.period)
+        """The timer's period, or the whole run where gait phase switches the valves [s]."""
+        timer = self.scenario.timer
+        return float(timer.period if timer is not None else self.scenario.duration)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -1,0 +1,102 @@
+"""The foot as a rigid body about a moving ankle: mass, inertia, its named points, and the moments on it."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.units import GRAVITY
+
+POINTS = ("heel", "ball", "toe")  # sites of the sole
+
+
+@dataclass(frozen=True)
+class Foot:
+    """In the foot's axes from the ankle, x forward and z up with the foot flat.
+
+    mass [kg]; centre, of mass (x, z) [m]; inertia about the ankle [kg·m²]; points, of the sole, by name
+    (x, z) [m].
+    """
+
+    mass: float
+    centre: tuple[float, float]
+    inertia: float
+    points: dict[str, tuple[float, float]]
+
+    @property
+    def ankle_height(self) -> float:
+        """Of the ankle above the flat sole [m]: the lower of heel and ball."""
+        return -min(self.points[name][1] for name in ("heel", "ball"))
+
+    def frame_moment(
+        self, pitch: np.ndarray, acceleration: np.ndarray, shank_acceleration: np.ndarray
+    ) -> np.ndarray:
+        """What the driven shank's acceleration does to the foot, as a moment about the ankle.
+
+        I φ̈ − m (c_x a_z − c_z a_x): the foot turns with ψ = θ − φ, and its centre is carried by the ankle.
+
+        Parameters
+        ----------
+        pitch : ψ, of the sole, toe up [rad] (n,)
+        acceleration : of the ankle, x and z [m/s²] (n, 2)
+        shank_acceleration : φ̈, knee ahead positive [rad/s²] (n,)
+
+        Returns
+        -------
+        (n,) dorsiflexion positive [N·m]
+        """
+        x, z = turned(self.centre, pitch)
+        carried = self.mass * (x * acceleration[:, 1] - z * acceleration[:, 0])
+        return self.inertia * shank_acceleration - carried
+
+    def gravity_moment(self, pitch: np.ndarray) -> np.ndarray:
+        """Weight about the ankle, dorsiflexion positive [N·m] (n,), at sole pitches [rad] (n,)."""
+        return -self.mass * GRAVITY * turned(self.centre, pitch)[0]
+
+
+def turned(point: tuple[float, float], pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
+    x, z = point
+    return x * np.cos(pitch) - z * np.sin(pitch), x * np.sin(pitch) + z * np.cos(pitch)
+
+
+def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:
+    """The foot of a compiled model, with all that hangs on it.
+
+    Parameters
+    ----------
+    model : compiled; the foot is flat where all its joints are at zero
+    body, joint : names of foot and ankle
+
+    Raises
+    ------
+    InputError
+        The foot lacks the sites heel, ball or toe.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    foot = model.body(body).id
+    ankle = data.xanchor[model.joint(joint).id]
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    dof = int(model.joint(joint).dofadr[0])
+    centre = data.subtree_com[foot] - ankle
+    points = {}
+    for name in POINTS:
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if site < 0:
+            raise InputError(
+                "the foot has no such site: walking needs the sole's points",
+                field="leg.file",
+                value=name,
+                allowed=", ".join(POINTS),
+            )
+        place = data.site_xpos[site] - ankle
+        points[name] = (float(place[0]), float(place[2]))
+    return Foot(
+        mass=float(model.body_subtreemass[foot]),
+        centre=(float(centre[0]), float(centre[2])),
+        inertia=float(full[dof, dof] - model.dof_armature[dof]),
+        points=points,
+    )

@@ -1,0 +1,85 @@
+"""The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.foot import Foot
+from afo_sim.physics.passive_ankle import passive_moment
+from afo_sim.spec import PassiveAnkle, Scenario
+from afo_sim.units import GRAVITY
+from afo_sim.walk import Walk
+
+# Quasi-stiffness of the active ankle about its recorded angle, by gait phase [N·m/(rad·kg)]: stance after
+# Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
+# swing are assumed.
+STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
+
+
+@dataclass(frozen=True, eq=False)
+class Active:
+    """Inputs of the patient's active ankle over the steps: moment [N·m], stiffness [N·m/rad] (n,)."""
+
+    moment: np.ndarray
+    stiffness: np.ndarray
+
+
+def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
+    """Moment of the recorded ground force about the ankle at every step, dorsiflexion positive [N·m] (n,)."""
+    forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
+    height = walk.pose[1:-1, 1]
+    return body_mass * GRAVITY * (place * upward + height * forward)
+
+
+def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
+    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics.
+
+    I ψ̈ + m (c_x a_z − c_z a_x) − weight − ground, with ψ = θ − φ the sole's pitch.
+
+    Parameters
+    ----------
+    walk : recorded walking
+    foot : without orthosis
+    body_mass : that the recorded ground force is scaled with [kg]
+
+    Returns
+    -------
+    (n_step,) dorsiflexion positive [N·m]
+    """
+    a = walk.acceleration
+    pitch = walk.ankle - walk.pose[:, 2]
+    ankle_acceleration = np.diff(walk.ankle, 2) / walk.timestep**2
+    here = pitch[1:-1]
+    inertial = foot.inertia * ankle_acceleration - foot.frame_moment(here, a[:, :2], a[:, 2])
+    return inertial - foot.gravity_moment(here) - ground_moment(walk, body_mass)
+
+
+def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
+    """The moment and stiffness that this patient's own muscles put in.
+
+    The healthy active moment is what the recorded motion needs, less the passive ankle and the joint's
+    damping. Its dorsiflexor and plantarflexor parts are scaled by the strength left of each. The
+    stiffness acts about the recorded angle and is scaled by the strength of the side that is active.
+
+    Parameters
+    ----------
+    walk, foot : as in `needed_moment`
+    scenario : with a patient
+    body_mass : [kg]
+    """
+    patient, leg = scenario.patient, scenario.leg
+    assert patient is not None
+    angle, velocity = walk.ankle[1:-1], (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
+    healthy = needed_moment(walk, foot, body_mass) + leg.damping * velocity
+    healthy -= passive(leg.passive, angle, walk.knee[1:-1])
+    left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
+    phase, value = np.array(STIFFNESS).T
+    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness * left
+    return Active(left * healthy + stiffness * angle, stiffness)
+
+
+def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:
+    """The passive moment at angles [rad] (n,), dorsiflexion positive [N·m] (n,)."""
+    return np.array(
+        [passive_moment(a, k, ankle.scale, ankle.offset) for a, k in zip(angle, knee, strict=True)]
+    )

@@ -1,0 +1,97 @@
+"""Recorded walking laid out over the steps of a run: gait phase, the shank's pose, what drives it exactly.
+
+The shank's ankle point and angle are joints with an armature so large that nothing moves them but their own
+motors. The motors apply the second difference of the sampled pose, which the integrator sums to that pose:
+the foot feels the true acceleration, and the pose is kept to rounding.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from afo_sim import assets
+from afo_sim import gait as gait_file
+from afo_sim.gait import GaitCycle, fit_to_leg
+from afo_sim.spec import Scenario
+from afo_sim.walk_spec import Gait
+
+ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
+JOINTS = ("shank_x", "shank_z", "shank_angle")
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run.
+
+    phase counts strides [-]; pose is ankle x, ankle z [m] and shank angle [rad]; ankle is the recorded
+    ankle angle [rad]; knee the recorded knee angle [rad]; all (n_step + 2, …), sample 0 at −h.
+    """
+
+    cycle: GaitCycle
+    shift: float
+    timestep: float
+    phase: np.ndarray
+    pose: np.ndarray
+    ankle: np.ndarray
+    knee: np.ndarray
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Of the pose, as second differences (n_step, 3)."""
+        return (self.pose[2:] - 2.0 * self.pose[1:-1] + self.pose[:-2]) / self.timestep**2
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and velocities that the run starts from: pose and ankle (4,), (4,)."""
+        now, before = (np.append(self.pose[k], self.ankle[k]) for k in (1, 0))
+        return now, (now - before) / self.timestep
+
+
+def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
+    """Read the scenario's gait cycle, fit it to the leg, and sample it at every step.
+
+    Parameters
+    ----------
+    scenario : with a gait
+    ankle_height : of the leg's ankle above its flat sole [m]
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read.
+    """
+    gait = scenario.gait
+    assert gait is not None
+    cycle, shift = fit_to_leg(gait_file.read(assets.find_gait(gait.cycle)), ankle_height)
+    time = (np.arange(scenario.n_step + 2) - 1.0) * scenario.timestep
+    phase = phase_at(gait, cycle.stride_time, time)
+    pose = np.stack([cycle.signal(name, phase) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
+    ankle = cycle.signal("ankle_angle", phase) + gait.ankle_offset
+    return Walk(cycle, shift, scenario.timestep, phase, pose, ankle, cycle.signal("knee_angle", phase))
+
+
+def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:
+    """Gait phase, counting strides, at times.
+
+    Strides of varied duration are joined by a spline through their heel strikes, so that the shank has no
+    kink where one stride passes into the next.
+
+    Parameters
+    ----------
+    gait : stride time, its variability and seed
+    recorded : stride time of the cycle [s]
+    time : [s] (n,)
+
+    Returns
+    -------
+    (n,), `start_phase` at time 0
+    """
+    mean = gait.stride_time or recorded
+    if gait.variability == 0.0:
+        return gait.start_phase + time / mean
+    count = int(np.ceil(time[-1] / (0.4 * mean))) + 6
+    drawn = np.random.default_rng(gait.seed).standard_normal(count).clip(-3.0, 3.0)
+    strikes = np.concatenate([[0.0], np.cumsum(mean * (1.0 + gait.variability * drawn))])
+    phase = CubicSpline(strikes, np.arange(count + 1.0), bc_type="natural")
+    start = CubicSpline(np.arange(count + 1.0), strikes, bc_type="natural")(2.0 + gait.start_phase)
+    return phase(start + time) - 2.0

@@ -1,0 +1,75 @@
+"""What a recording of walking holds beside the ankle: phase, pose, sole, and all moments about the ankle."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from afo_sim.foot import POINTS, turned
+from afo_sim.units import GRAVITY
+from afo_sim.walk import JOINTS
+from afo_sim.walk_model import ACTIVE, GROUND, SPASTIC, STIFFNESS
+
+if TYPE_CHECKING:
+    from afo_sim.model import Built
+
+# (unit, sign) of the columns.
+WALKING = {
+    "gait/phase": ("", "0 = heel strike, up to 1"),
+    "gait/stride": ("", "number of the stride, from 0"),
+    "gait/ankle_angle": ("rad", "as recorded, dorsiflexion positive"),
+    "ankle/moment/biological": ("N*m", "internal, dorsiflexion positive; the patient's own muscles"),
+    "ankle/moment/ground": ("N*m", "dorsiflexion positive; ground force about the ankle"),
+    "ankle/moment/frame": ("N*m", "dorsiflexion positive; inertia of the foot on the driven shank"),
+    "shank/angle": ("rad", "from the vertical, knee ahead of ankle positive"),
+    "ankle/position/x": ("m", "forward"),
+    "ankle/position/z": ("m", "up, the floor at 0"),
+    "ground/force/x": ("N", "on the foot, forward positive"),
+    "ground/force/z": ("N", "on the foot, upward positive"),
+    "ground/position/x": ("m", "centre of pressure, forward"),
+    **{f"{point}/height": ("m", "of the sole above the floor") for point in POINTS},
+}
+
+
+def walking_columns(
+    built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, first_step: int
+) -> dict[str, np.ndarray]:
+    """Columns of a stretch of walking; they replace the ankle's moments of a fixed shank.
+
+    Parameters
+    ----------
+    built : compiled, with walking
+    rows : aligned rows of the stretch
+    control : inputs of the stretch (n, nu)
+    first_step : number of its first step
+    """
+    walk, foot, index = built.walk, built.foot, built.index
+    assert walk is not None and foot is not None
+    n = len(rows["time"])
+    here = slice(first_step + 1, first_step + 1 + n)
+    model, dof = built.model, index.ankle_dof
+    x, z, shank = (rows["qpos"][:, model.joint(name).qposadr[0]] for name in JOINTS)
+    driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
+    angle = rows["qpos"][:, index.ankle_qpos]
+    pitch = angle - shank
+    force = {name: rows["actuator_force"][:, i] for name, i in index.walking.items()}
+    biological = force[ACTIVE] + force[STIFFNESS] + force[SPASTIC]
+    own = rows["actuator_force"][:, index.passive]
+    forward, upward, place = walk.cycle.ground(walk.phase[here])
+    weight = built.body_mass * GRAVITY
+    return {
+        "gait/phase": walk.phase[here] % 1.0,
+        "gait/stride": np.floor(walk.phase[here]),
+        "gait/ankle_angle": walk.ankle[here],
+        "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - force[GROUND],
+        "ankle/moment/biological": biological,
+        "ankle/moment/ground": force[GROUND],
+        "ankle/moment/gravity": foot.gravity_moment(pitch),
+        "ankle/moment/frame": foot.frame_moment(pitch, driven[:, :2], driven[:, 2]),
+        "shank/angle": shank,
+        "ankle/position/x": x,
+        "ankle/position/z": z,
+        "ground/force/x": weight * forward,
+        "ground/force/z": weight * upward,
+        "ground/position/x": x + place,
+        **{f"{name}/height": z + turned(foot.points[name], pitch)[1] for name in POINTS},
+    }

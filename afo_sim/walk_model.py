@@ -1,0 +1,96 @@
+"""What walking adds to the model: a driven shank, the ground's moment, the patient's own ankle."""
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.mounting import ANKLE
+from afo_sim.spec import Scenario
+from afo_sim.walk import ARMATURE, JOINTS
+
+DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
+GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"
+
+
+def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
+    """Put the shank on three driven joints at the ankle, and the walking's moments about the ankle."""
+    leg = scenario.leg
+    shank, foot = spec.body(leg.shank), spec.body(leg.foot)
+    at = np.array(foot.pos) + np.array(spec.joint(ANKLE).pos)
+    shank.pos = -at
+    slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+    for name, kind, axis in zip(JOINTS, (slide, slide, hinge), np.eye(3)[[0, 2, 1]], strict=True):
+        shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
+    blank = [0.0] * native.N_USER
+    joint, fixed = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtGain.mjGAIN_FIXED
+    for name, target, gain in (
+        *zip(DRIVES, JOINTS, [ARMATURE] * 3, strict=True),
+        (GROUND, ANKLE, 1.0),
+        (ACTIVE, ANKLE, 1.0),
+    ):
+        spec.add_actuator(
+            name=name,
+            trntype=joint,
+            target=target,
+            gaintype=fixed,
+            gainprm=[gain] + [0.0] * 9,
+            userdata=blank,
+        )
+    spec.add_actuator(  # −ctrl × angle
+        name=STIFFNESS,
+        trntype=joint,
+        target=ANKLE,
+        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
+        gainprm=[0.0, -1.0] + [0.0] * 8,
+        userdata=blank,
+    )
+    spec.add_actuator(
+        name=SPASTIC,
+        trntype=joint,
+        target=ANKLE,
+        gaintype=fixed,
+        gainprm=[0.0] * 10,
+        biastype=mujoco.mjtBias.mjBIAS_USER,
+        userdata=blank,
+    )
+
+
+def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
+    """Ids of the actuators that walking adds, by name; none where the shank is fixed."""
+    ids = {
+        name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC)
+    }
+    return {name: i for name, i in ids.items() if i >= 0}
+
+
+def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Scenario) -> None:
+    """Their rows."""
+    for name, i in actuators.items():
+        if name == SPASTIC:
+            assert scenario.patient is not None
+            model.actuator_user[i] = native.spastic_row(gain=scenario.patient.spasticity)
+        else:
+            model.actuator_user[i] = native.motor_row()
+
+
+def scale(spec: mujoco.MjSpec, heavier: float, taller: float) -> None:
+    """Make a leg as heavy and as long as another body, all lengths alike.
+
+    Parameters
+    ----------
+    spec : of a leg
+    heavier, taller : factors on masses and on lengths; inertias go with mass × length²
+    """
+    for body in spec.bodies:
+        body.pos = np.array(body.pos) * taller
+        body.ipos = np.array(body.ipos) * taller
+        body.mass = body.mass * heavier
+        body.inertia = np.array(body.inertia) * heavier * taller**2
+        body.fullinertia = np.array(body.fullinertia) * heavier * taller**2
+        for element in (*body.geoms, *body.sites):
+            element.pos = np.array(element.pos) * taller
+            element.size = np.array(element.size) * taller
+            element.fromto = np.array(element.fromto) * taller
+        for joint in body.joints:
+            joint.pos = np.array(joint.pos) * taller

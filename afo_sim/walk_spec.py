@@ -1,0 +1,74 @@
+"""Walking as it is described: the recorded gait, the patient, the ground, valves by gait phase."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import ConfigDict, Field, model_validator
+
+from afo_sim.quantity import Described, Quantity, refusal
+
+Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+
+
+class Gait(Described):
+    """Recorded walking that drives the shank, stride after stride."""
+
+    cycle: str
+    stride_time: Annotated[float, Quantity("s", above=0.2, at_most=10.0)] | None = None
+    variability: Annotated[float, Quantity("", at_least=0.0, at_most=0.2)] = 0.0
+    seed: int = Field(default=0, ge=0)
+    start_phase: Phase = 0.0
+    ankle_offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
+
+
+class Patient(Described):
+    """What the patient's own ankle muscles still do, and how big the patient is.
+
+    Strengths are shares of the moment that the healthy trial asks of each side; the stiffness about the
+    recorded angle goes with the strength of the side that is active.
+    """
+
+    name: str = ""
+    description: str = ""
+    dorsiflexor_strength: Share
+    plantarflexor_strength: Share
+    stiffness: Annotated[float, Quantity("", at_least=0.0, at_most=10.0)] = 1.0
+    spasticity: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.0
+    body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] | None = None
+    body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] | None = None
+
+
+class Ground(Described):
+    """How the floor acts: as it was recorded, or by contact with this foot."""
+
+    mode: Literal["recorded", "contact"] = "recorded"
+
+
+class ValvePhases(Described):
+    """When a chamber's two valves are open, as [from, to] in gait phase; from > to runs over heel strike."""
+
+    inlet: tuple[tuple[Phase, Phase], ...] = ()
+    outlet: tuple[tuple[Phase, Phase], ...] = ()
+
+    @model_validator(mode="after")
+    def _are_intervals(self) -> Self:
+        for valve in ("inlet", "outlet"):
+            for start, end in getattr(self, valve):
+                if start == end:
+                    raise refusal(
+                        f"the event [{start:g}, {end:g}] is empty",
+                        "two different gait phases from 0 to 1",
+                        valve,
+                    )
+        return self
+
+
+class Phases(Described):
+    """Valves switched by gait phase; every key is a chamber."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, ValvePhases] = Field(init=False)
+
+    @property
+    def chambers(self) -> dict[str, ValvePhases]:
+        return dict(self.__pydantic_extra__ or {})
