@@ -125,6 +125,43 @@ def torque_map_command(
         print(f"warning: {warning}")
 
 
+@app.command("fit-run")
+def fit_run_command(
+    log: Annotated[
+        pathlib.Path, typer.Argument(help="CSV of your own measurement: time, angle, pressures …")
+    ],
+    scenario: Annotated[str, typer.Option(help="a shipped scenario's name, or a TOML file")],
+    fit: Annotated[
+        str, typer.Option(help="parameters with commas between them; none only lays log and run together")
+    ] = "",
+    sets: Sets = None,
+    noise: Annotated[
+        list[str] | None, typer.Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
+    ] = None,
+    hold_out: Annotated[
+        float, typer.Option(help="share of the log, from its end, to predict; 0 for none")
+    ] = 0.3,
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit-run"),
+) -> None:
+    """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
+    values = read_sets(sets)
+    told = read_sets(noise, "--noise", 'angle="0.5 deg"')
+    names = [name.strip() for name in fit.split(",") if name.strip()]
+    with _progress("reading, compiling the muscles") as report:
+        from afo_sim import fit_run, fit_run_files
+        from afo_sim.run_files import check_writable
+
+        check_writable(out)
+        problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
+        found = fit_run.fit_run(problem, report=lambda text: report(0, 0, text))
+        fit_run_files.write_fit_run(found, out)
+    for title, header, rows in fit_run_files.tables(found):
+        _print_table(title, header, rows)
+    for line in fit_run_files.remarks(found):
+        print(line)
+    print(f"written to {out}; run it with: afo-sim run {out / fit_run_files.SCENARIO}")
+
+
 @app.command()
 def view(
     paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders, or .rrd files")],
@@ -285,13 +322,15 @@ def check(
     print("good")
 
 
-def read_sets(sets: list[str] | None) -> dict[str, Any]:
+def read_sets(
+    sets: list[str] | None, field: str = "--set", example: str = 'supply.pressure="3 bar"'
+) -> dict[str, Any]:
     """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
     values: dict[str, Any] = {}
     for text in sets or []:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
-            raise InputError("is not KEY=VALUE", field="--set", value=text, allowed='supply.pressure="3 bar"')
+            raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
         try:
             values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
         except tomllib.TOMLDecodeError:
@@ -328,7 +367,7 @@ def _quantity(field: str, text: str, unit: str) -> float:
 
 
 @contextmanager
-def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
+def _progress(title: str) -> Iterator[Callable[..., None]]:
     """A line on the terminal that moves while something takes time, and then goes away."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -338,8 +377,8 @@ def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(title, total=None)
 
-        def report(done: int, total: int) -> None:
-            progress.update(task, description="simulating", completed=done, total=total)
+        def report(done: int, total: int, what: str = "simulating") -> None:
+            progress.update(task, description=what, completed=done, total=total or None)
 
         yield report
 

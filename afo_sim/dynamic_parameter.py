@@ -60,12 +60,12 @@ KINDS = {
         Kind(
             "friction",
             "Coulomb friction about the ankle",
-            *("leg.friction", "", "N*m", "N*m", 0.0, 20.0, 0.05, False),
+            *("leg.friction", "", "N*m", "N*m", 0.0, 20.0, 0.1, False),
         ),
         Kind(
             "inertia",
             "about the ankle, on top of the model's",
-            *("leg.inertia", "", "kg*m^2", "kg*m^2", 0.0, 1.0, 2e-3, False),
+            *("leg.inertia", "", "kg*m^2", "kg*m^2", 0.0, 1.0, 5e-3, False),
         ),
         Kind(
             "time_offset",
@@ -105,10 +105,13 @@ class Parameter:
 
     def sets(self, value: float, source: str) -> dict[str, Any]:
         """Dotted keys and values that give a scenario this value."""
-        return {
-            key: {"value": format_quantity(share * value, self.kind.unit), "source": source, "kind": "fitted"}
-            for key, share in self.keys.items()
-        }
+        first = next(iter(self.keys), "")
+        found = {}
+        for key, share in self.keys.items():
+            told = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
+            text = format_quantity(share * value, self.kind.unit)
+            found[key] = {"value": text, "source": told, "kind": "fitted"}
+        return found
 
     def shown(self, value: float) -> float:
         """A value in the unit for people's eyes."""

@@ -30,7 +30,10 @@ from afo_sim.simulate import simulate
 Progress = Callable[[str], None]
 Values = Mapping[str, float]
 SEEN = 0.7  # of the log's time, when a part is held out
-STEP = 5e-3  # of the finite differences, in searched numbers: far above what a time step does to a run
+# Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
+# run: the first bridges it as a rule, the second where the search has not settled.
+STEPS = (0.02, 0.08)
+SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
 AT_BOUND = 1e-4  # share of the searched range
 MOST_RUNS = 40  # beside those of the finite differences
 
@@ -78,6 +81,7 @@ class FitRun:
 
     `interval` is of 95 %, None where it is refused; `verdict` says why. `memory` is the correlation of
     neighbouring errors, by which the intervals are widened; `misfit` the errors' size in units of the noise.
+    `forecast` is the fit to the part of the log that was seen when the rest was held out: values and run.
     """
 
     problem: Problem
@@ -87,7 +91,7 @@ class FitRun:
     verdict: tuple[str, ...]
     before: Recording
     after: Recording
-    errors: dict[str, Errors]
+    forecast: tuple[dict[str, float], Recording] | None
     memory: float
     misfit: float
     runs: int
@@ -96,6 +100,22 @@ class FitRun:
     @property
     def identifiable(self) -> bool:
         return not self.verdict
+
+    @property
+    def errors(self) -> dict[str, Errors]:
+        """Each channel's errors [SI]."""
+        problem = self.problem
+        first = differences(problem, {}, self.before)
+        last = differences(problem, self.values, self.after)
+        if self.forecast is None:
+            return {title: Errors(rms(first[title]), rms(last[title])) for title in first}
+        rest, unseen = ~problem.seen, differences(problem, *self.forecast)
+        return {
+            title: Errors(
+                rms(first[title]), rms(last[title]), rms(first[title][rest]), rms(unseen[title][rest])
+            )
+            for title in first
+        }
 
     def reason(self, name: str) -> str:
         """Why a parameter's interval is refused; "" where it is not."""
@@ -184,7 +204,7 @@ class _Search:
     """Least squares over runs; counts them, and remembers what a search cannot return."""
 
     def __init__(self, problem: Problem, report: Progress):
-        self.problem, self.report, self.runs = problem, report, 0
+        self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
         kinds = [p.kind for p in problem.parameters]
         self.lower = np.array([p.search(k.lower) for p, k in zip(problem.parameters, kinds, strict=True)])
         self.upper = np.array([p.search(k.upper) for p, k in zip(problem.parameters, kinds, strict=True)])
@@ -211,7 +231,7 @@ class _Search:
             ends = []
             for way in (-1.0, 1.0):
                 end = x.copy()
-                end[k] = np.clip(x[k] + way * STEP, self.lower[k], self.upper[k])
+                end[k] = np.clip(x[k] + way * self.step, self.lower[k], self.upper[k])
                 errors = self.errors(end, mask)
                 if not np.isfinite(errors).all():
                     end, errors = x, self.errors(x, mask)
@@ -221,16 +241,32 @@ class _Search:
         return np.stack(columns, axis=1)
 
     def solve(self, x: np.ndarray, mask: np.ndarray) -> Any:
-        return least_squares(
-            lambda z: self.errors(z, mask),
-            np.clip(x, self.lower, self.upper),
-            jac=lambda z: self.jacobian(z, mask),
-            bounds=(self.lower, self.upper),
-            ftol=1e-7,
-            xtol=1e-6,
-            gtol=1e-12,
-            max_nfev=MOST_RUNS,
-        )
+        """scipy's result, from a search that has settled if it could."""
+        for self.step in STEPS:
+            best = least_squares(
+                lambda z: self.errors(z, mask),
+                np.clip(x, self.lower, self.upper),
+                jac=lambda z: self.jacobian(z, mask),
+                bounds=(self.lower, self.upper),
+                ftol=1e-7,
+                xtol=1e-6,
+                gtol=1e-12,
+                max_nfev=MOST_RUNS,
+            )
+            if self.settled(best):
+                break
+            x = best.x
+        return best
+
+    def settled(self, best: Any) -> bool:
+        """Whether a further step would explain next to nothing; at a bound there is none to take."""
+        away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
+        if not away.any():
+            return True
+        jacobian = best.jac[:, away]
+        step = np.linalg.lstsq(jacobian, best.fun, rcond=1e-10)[0]
+        explained = float(np.sum((jacobian @ step) ** 2))
+        return explained <= SETTLED * int(away.sum()) * float(np.mean(best.fun**2))
 
 
 def fit_run(problem: Problem, report: Progress = lambda text: None) -> FitRun:
@@ -258,10 +294,10 @@ def fit_run(problem: Problem, report: Progress = lambda text: None) -> FitRun:
     start = np.array([p.search(p.start or p.kind.typical) if p.keys else 0.0 for p in problem.parameters])
     if not len(start):
         return _overlay(problem, before)
-    partial = None
+    forecast = None
     if problem.hold_out:
-        first = search.solve(start, problem.seen)
-        partial, start = search.values(first.x), first.x
+        start = search.solve(start, problem.seen).x
+        forecast = search.values(start), run_at(problem, search.values(start))
     best = search.solve(start, every)
     values = search.values(best.x)
     after = run_at(problem, values)
@@ -274,32 +310,21 @@ def fit_run(problem: Problem, report: Progress = lambda text: None) -> FitRun:
         lines,
         before,
         after,
-        _errors(problem, before, values, after, partial),
+        forecast,
         memory,
         misfit,
-        search.runs + 2,
-        bool(best.status > 0),
+        search.runs,
+        search.settled(best),
     )
 
 
 def _overlay(problem: Problem, run: Recording) -> FitRun:
     """Nothing fitted: the log over the run."""
     found = differences(problem, {}, run)
-    errors = {title: Errors(rms(d), rms(d)) for title, d in found.items()}
     scaled = np.concatenate([found[title] / problem.noise[title] for title in found])
+    nothing = np.zeros((0, 0))
     return FitRun(
-        problem,
-        {},
-        {},
-        np.zeros((0, 0)),
-        (),
-        run,
-        run,
-        errors,
-        _memory(problem, scaled),
-        rms(scaled),
-        1,
-        True,
+        problem, {}, {}, nothing, (), run, run, None, _memory(problem, scaled), rms(scaled), 1, True
     )
 
 
@@ -347,19 +372,3 @@ def _believe(
         memory,
         rms(best.fun),
     )
-
-
-def _errors(
-    problem: Problem, before: Recording, values: Values, after: Recording, partial: Values | None
-) -> dict[str, Errors]:
-    """Each channel's errors [SI]."""
-    first = differences(problem, {}, before)
-    last = differences(problem, values, after)
-    if partial is None:
-        return {title: Errors(rms(first[title]), rms(last[title])) for title in first}
-    rest = ~problem.seen
-    unseen = differences(problem, partial, run_at(problem, partial))
-    return {
-        title: Errors(rms(first[title]), rms(last[title]), rms(first[title][rest]), rms(unseen[title][rest]))
-        for title in first
-    }
