@@ -101,7 +101,7 @@ class Parameter:
     def value(self, x: float) -> float:
         """The value [SI] of a searched number."""
         inside = self.size * math.exp(x) if self.kind.logarithmic else self.size * x
-        return min(max(inside, self.kind.lower), self.kind.upper)
+        return float(min(max(inside, self.kind.lower), self.kind.upper))
 
     def sets(self, value: float, source: str) -> dict[str, Any]:
         """Dotted keys and values that give a scenario this value."""

@@ -33,6 +33,7 @@ SEEN = 0.7  # of the log's time, when a part is held out
 # Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
 # run: the first bridges it as a rule, the second where the search has not settled.
 STEPS = (0.02, 0.08)
+ROUGH = 0.3  # where the two differ by more than this share, a run changes by jumps
 SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
 AT_BOUND = 1e-4  # share of the searched range
 MOST_RUNS = 40  # beside those of the finite differences
@@ -258,6 +259,15 @@ class _Search:
             x = best.x
         return best
 
+    def sound_jacobian(self, x: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By both steps: of each column the smaller, which promises less; and which are jumps."""
+        both = []
+        for self.step in STEPS:
+            both.append(self.jacobian(x, mask))
+        norms = np.linalg.norm(both, axis=1)
+        smaller = np.where(norms[0] <= norms[1], both[0], both[1])
+        return smaller, np.linalg.norm(both[1] - both[0], axis=0) > ROUGH * norms.max(axis=0)
+
     def settled(self, best: Any) -> bool:
         """Whether a further step would explain next to nothing; at a bound there is none to take."""
         away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
@@ -342,33 +352,27 @@ def _believe(
 
     Errors that hang together are fewer than they seem: n (1 − ρ)/(1 + ρ) independent ones.
     """
-    parameters, k = problem.parameters, len(problem.parameters)
+    parameters, n = problem.parameters, len(best.fun)
     memory = _memory(problem, best.fun)
     rho = min(max(memory, 0.0), 0.999)
-    independent = len(best.fun) * (1.0 - rho) / (1.0 + rho)
-    freedom = max(independent - k, 1.0)
-    half, correlation = intervals(best.jac, float(np.sum(best.fun**2)) / len(best.fun), freedom)
-    half = half * np.sqrt(len(best.fun) / freedom)
-    ends = {
-        p.name: (p.value(x - h), p.value(x + h)) for p, x, h in zip(parameters, best.x, half, strict=True)
-    }
-    shown = [
-        f"{p.shown(p.value(x)):.3g} {p.kind.shown}, and as well {p.shown(low):.2g} to {p.shown(high):.2g}"
-        if np.linalg.norm(best.jac[:, i]) > 0.0
-        else "it has no effect on what was logged"
-        for i, (p, x, (low, high)) in enumerate(zip(parameters, best.x, ends.values(), strict=True))
-    ]
-    size = np.array(
-        [1.0 if p.kind.logarithmic else max(abs(x), 1.0) for p, x in zip(parameters, best.x, strict=True)]
-    )
-    names = [p.name for p in parameters]
-    found = Estimate(names, best.x, half, size, search.lower, search.upper, shown, near=AT_BOUND)
-    lines = tuple(verdict(found, correlation, int(independent)))
-    out = refused(lines)
-    return (
-        {name: None if name in out else ends[name] for name in names},
-        correlation,
-        lines,
-        memory,
-        rms(best.fun),
-    )
+    independent = n * (1.0 - rho) / (1.0 + rho)
+    freedom = max(independent - len(parameters), 1.0)
+    jacobian, rough = search.sound_jacobian(best.x, np.ones(len(problem.log.time), dtype=bool))
+    half, correlation = intervals(jacobian, float(np.sum(best.fun**2)) / freedom, freedom)
+    names, ends, shown, size = [], {}, [], []
+    for p, x, h, column in zip(parameters, best.x, half, jacobian.T, strict=True):
+        names.append(p.name)
+        ends[p.name] = low, high = p.value(x - h), p.value(x + h)
+        size.append(1.0 if p.kind.logarithmic else max(abs(x), 1.0))
+        text = (
+            f"{p.shown(p.value(x)):.3g} {p.kind.shown}, and as well {p.shown(low):.2g} to {p.shown(high):.2g}"
+        )
+        shown.append(text if column.any() else "it has no effect on what was logged")
+    found = Estimate(names, best.x, half, np.array(size), search.lower, search.upper, shown, near=AT_BOUND)
+    lines = list(verdict(found, correlation, int(independent)))
+    jumps = [name for name, jump in zip(names, rough, strict=True) if jump and name not in refused(lines)]
+    lines += [f"{name}: not identifiable: the run changes with it by jumps" for name in jumps]
+    if not search.settled(best):
+        lines.insert(0, f"{', '.join(names)}: the search did not settle")
+    kept = {name: None if name in refused(lines) else ends[name] for name in names}
+    return kept, correlation, tuple(lines), memory, rms(best.fun)
