@@ -129,6 +129,43 @@ def torque_map_command(
         print(f"warning: {warning}")
 
 
+@app.command("fit-run")
+def fit_run_command(
+    log: Annotated[
+        pathlib.Path, typer.Argument(help="CSV of your own measurement: time, angle, pressures …")
+    ],
+    scenario: Annotated[str, typer.Option(help="a shipped scenario's name, or a TOML file")],
+    fit: Annotated[
+        str, typer.Option(help="parameters with commas between them; none only lays log and run together")
+    ] = "",
+    sets: Sets = None,
+    noise: Annotated[
+        list[str] | None, typer.Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
+    ] = None,
+    hold_out: Annotated[
+        float, typer.Option(help="share of the log, from its end, to predict; 0 for none")
+    ] = 0.3,
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit-run"),
+) -> None:
+    """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
+    values = read_sets(sets)
+    told = read_sets(noise, "--noise", 'angle="0.5 deg"')
+    names = [name.strip() for name in fit.split(",") if name.strip()]
+    with _progress("reading, compiling the muscles") as report:
+        from afo_sim import fit_run, fit_run_files
+        from afo_sim.run_files import check_writable
+
+        check_writable(out)
+        problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
+        found = fit_run.fit_run(problem, report=lambda text: report(0, 0, text))
+        fit_run_files.write_fit_run(found, out)
+    for title, header, rows in fit_run_files.tables(found):
+        _print_table(title, header, rows)
+    for line in fit_run_files.remarks(found):
+        print(line)
+    print(f"written to {out}; run it with: afo-sim run {out / fit_run_files.SCENARIO}")
+
+
 @app.command()
 def fit(
     files: Annotated[list[pathlib.Path], typer.Argument(help="CSV of measured points, one per muscle")],

@@ -11,10 +11,11 @@ from typing import Literal
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc, t
+from scipy.stats import qmc
 
 from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError, nearest_name
+from afo_sim.identifiability import Estimate, intervals, refused, verdict
 from afo_sim.measured import Measured
 from afo_sim.physics.law import Braid, Law, LawParameter
 from afo_sim.physics.static_force import LAWS
@@ -23,9 +24,6 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Progress = Callable[[str], None]
 
 STARTS = 12
-CORRELATED = 0.98  # two parameters with more are not told apart
-VAGUE = 0.5  # a half-interval of more than this share of the value tells nothing
-POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
 GEOMETRY = {
     "braid_angle": LawParameter(
         "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
@@ -328,45 +326,17 @@ def _believe(
     problem: Problem, best: object, residuals: np.ndarray, scale: np.ndarray
 ) -> tuple[dict[str, float], np.ndarray, list[str]]:
     """95 % half-widths, correlations, and what the data cannot tell."""
-    jacobian = best.jac  # type: ignore[attr-defined]
-    n, k = jacobian.shape
+    n, k = best.jac.shape  # type: ignore[attr-defined]
     size = float(np.ptp(_measurements(problem, problem.data))) or 1.0
-    norms = np.linalg.norm(jacobian, axis=0)
-    norms[norms == 0.0] = 1e-300
-    _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
     variance = float(np.sum((residuals / size) ** 2)) / (n - k)
-    inverse = (rows.T / np.maximum(singular, 1e-15) ** 2) @ rows
-    spread = np.sqrt(np.diag(inverse))
-    correlation = inverse / np.outer(spread, spread)
-    with np.errstate(over="ignore"):  # a parameter without any effect
-        half = t.ppf(0.975, n - k) * np.sqrt(variance) * spread / norms * scale
-    values = best.x * scale  # type: ignore[attr-defined]
-    verdict = list(_verdict(problem, n, values, half, correlation))
-    widths = dict(zip(problem.free, half.tolist(), strict=True))
-    refused = {name for line in verdict for name in line.split(":")[0].split(", ")}
-    return {name: np.inf if name in refused else w for name, w in widths.items()}, correlation, verdict
-
-
-def _verdict(
-    problem: Problem, points: int, values: np.ndarray, half: np.ndarray, correlation: np.ndarray
-) -> Iterator[str]:
-    """Lines "names: reason" on the parameters that the data do not identify."""
-    names = problem.free
-    if points < POINTS_PER_PARAMETER * len(names):
-        yield f"{', '.join(names)}: not identifiable: {points} points for {len(names)} parameters"
-        return
+    half, correlation = intervals(best.jac, variance, n - k)  # type: ignore[attr-defined]
+    values, half = best.x * scale, half * scale  # type: ignore[attr-defined]
     lower, upper = _bounds(problem)
-    for i, name in enumerate(names):
-        for j in range(i):
-            if abs(correlation[i, j]) > CORRELATED:
-                yield (
-                    f"{names[j]}, {name}: not identifiable one by one: correlation {correlation[i, j]:.3f}; "
-                    "use them together"
-                )
-        if min(values[i] - lower[i], upper[i] - values[i]) <= 1e-6 * (upper[i] - lower[i]):
-            yield f"{name}: not identifiable: it ends at its bound"
-        elif half[i] > VAGUE * abs(values[i]):
-            yield f"{name}: not identifiable: {values[i]:.4g} ± {half[i]:.3g}"
+    shown = [f"{value:.4g} ± {width:.3g}" for value, width in zip(values, half, strict=True)]
+    found = Estimate(problem.free, values, half, np.abs(values), lower, upper, shown)
+    lines = list(verdict(found, correlation, n))
+    widths = dict(zip(problem.free, half.tolist(), strict=True))
+    return {n: np.inf if n in refused(lines) else w for n, w in widths.items()}, correlation, lines
 
 
 def held_out(

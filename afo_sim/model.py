@@ -14,6 +14,7 @@ from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
 
 PASSIVE = "passive_ankle"
+STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,17 @@ def _leg_spec(scenario: Scenario) -> mujoco.MjSpec:
         raise InputError("the ankle is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
     ankle.name = ANKLE
     ankle.damping = leg.damping if np.isscalar(ankle.damping) else [leg.damping, 0.0, 0.0]
+    ankle.armature += leg.inertia
+    if leg.friction:
+        _rub(ankle, leg.friction, scenario.timestep)
     return spec
+
+
+def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
+    """Coulomb friction [N·m] that holds: MuJoCo's own, by default, creeps at degrees a second."""
+    ankle.frictionloss += friction
+    ankle.solimp_friction = [STIFF, STIFF, 0.001, 0.5, 2.0]
+    ankle.solref_friction = [2.0 * timestep, 1.0]  # stopped within a step
 
 
 def _attach(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody]:

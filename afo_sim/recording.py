@@ -36,7 +36,7 @@ COLUMNS = {
         "N*m",
         "internal, dorsiflexion positive; all muscles of the orthosis, instantaneous",
     ),
-    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping and stops"),
+    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping, friction and stops"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
     "force": ("N", "tension positive"),
     "length": ("m", "active braid length"),

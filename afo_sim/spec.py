@@ -121,7 +121,11 @@ class PassiveAnkle(Described):
 
 
 class Leg(Described):
-    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle."""
+    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
+
+    `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
+    come on top of what the file has.
+    """
 
     name: str = ""
     description: str = ""
@@ -130,6 +134,8 @@ class Leg(Described):
     foot: str = "foot"
     ankle: str = "ankle"
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
+    friction: Annotated[float, Quantity("N*m", at_least=0.0, at_most=100.0)] = 0.0
+    inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
     passive: PassiveAnkle = PassiveAnkle()
 
 
