@@ -10,12 +10,12 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.identifiability import Estimate, intervals, refused, verdict
+from afo_sim.identifiability import AT_BOUND, Estimate, intervals, refused, verdict
 from afo_sim.measured import Measured
 from afo_sim.physics.law import Braid, Law, LawParameter
 from afo_sim.physics.static_force import LAWS
@@ -24,6 +24,9 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Progress = Callable[[str], None]
 
 STARTS = 12
+MOST_LEVELS = 12  # of pressure; more is a sweep
+ENOUGH = 3  # starts that end at the same place; with fewer there may be a better one
+OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
 GEOMETRY = {
     "braid_angle": LawParameter(
         "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
@@ -44,7 +47,8 @@ class Problem:
     loss: Loss = "linear"
 
     def describe(self, name: str) -> LawParameter:
-        return GEOMETRY[name] if name in GEOMETRY else self.law.parameter(name)
+        """What a free or fixed parameter is."""
+        return _describe(self.law, name)
 
     @property
     def loaded(self) -> bool:
@@ -66,11 +70,13 @@ class Fit:
     correlation: np.ndarray
     residuals: np.ndarray
     agreeing_starts: int
+    starts: int
     verdict: tuple[str, ...]
     held_out: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
 
     @property
     def rms(self) -> float:
+        """Of the residuals [N or m]."""
         return rms(self.residuals)
 
     def held_out_rms(self, kind: str) -> float:
@@ -79,10 +85,12 @@ class Fit:
 
     @property
     def worst(self) -> float:
+        """The largest residual [N or m]."""
         return float(np.abs(self.residuals).max())
 
     @property
     def identifiable(self) -> bool:
+        """Whether the data tell every parameter."""
         return not self.verdict
 
 
@@ -158,6 +166,14 @@ def pose(
             allowed="forces in all files, or loads in all files",
         )
     changes = data[0].contraction is None
+    if not changes and "end_length" in (*free, *given):
+        raise InputError(
+            "has no effect where contraction ratios were measured",
+            field="--free" if "end_length" in free else "--fix",
+            value="end_length",
+        )
+    _require_possible(law, given)
+    given = _stated(data, [*free, *given]) | given
     wanted = [*law.fitted, *free]
     if changes and "braid_angle" in law.fitted:
         wanted.append("end_length")
@@ -167,23 +183,56 @@ def pose(
     return problem
 
 
+def _describe(law: Law, name: str) -> LawParameter:
+    return GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
+
+
+def _require_possible(law: Law, given: Mapping[str, float]) -> None:
+    """Refuse values to hold that the parameter cannot have."""
+    for name, value in given.items():
+        parameter = _describe(law, name)
+        if not parameter.lower <= value <= parameter.upper:
+            raise InputError(
+                "is out of range",
+                field=f"--fix {name}",
+                value=f"{value:g} {parameter.unit}".strip(),
+                allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
+            )
+
+
+def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
+    """What the headers state of the braid: it is held, unless it is asked to be free."""
+    found: dict[str, float] = {}
+    for name in GEOMETRY:
+        values = {d.facts[name] for d in data if name in d.facts}
+        if name in but or not values:
+            continue
+        if len(values) > 1:
+            raise InputError(
+                "is stated differently in the files, which are fitted with one value",
+                field=name,
+                allowed=f"the same in all files, or --free {name}",
+            )
+        found[name] = values.pop()
+    return found
+
+
 def _settled(
     law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
 ) -> dict[str, float]:
-    """The values of what is not free: as given, as the data's header says, or the default."""
+    """The values of what is not free: as given, or the default."""
     settled = dict(given)
     for name, parameter in (*((p.name, p) for p in law.parameters), *GEOMETRY.items()):
         if name in free or name in settled:
             continue
-        stated = data[0].facts.get(name)
-        if stated is None and parameter.default is None:
+        if parameter.default is None:
             raise InputError(
                 f"is neither free nor fixed in {law.name}",
                 field="--free",
                 value=name,
                 allowed=f'--free {name}, or --fix {name}="…"',
             )
-        settled[name] = float(stated if stated is not None else parameter.default or 0.0)
+        settled[name] = parameter.default
     for d in data:
         if "bore" not in d.facts:
             raise InputError(
@@ -202,21 +251,43 @@ def _settled(
 def _require_enough(problem: Problem) -> None:
     points = sum(len(d) for d in problem.data)
     file = problem.data[0].file
-    pressures = np.unique(np.round(np.concatenate([d.pressure for d in problem.data]), -2))
+    pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
+    if len(pressures) < 2:
+        raise InputError(
+            "holds one pressure only: how the force depends on pressure cannot be told",
+            file=file,
+            field="pressure",
+            value=f"{pressures[0]:g} bar" if len(pressures) else "none",
+            allowed="at least two pressures",
+        )
     if points <= len(problem.free):
         raise InputError(
             f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
             file=file,
             allowed="more points than parameters; or a law with fewer, or --fix NAME=VALUE",
         )
-    if len(pressures) < 2:
-        raise InputError(
-            "holds one pressure only: how the force depends on pressure cannot be told",
-            file=file,
-            field="pressure",
-            value=f"{pressures[0] * 1e-5:g} bar" if len(pressures) else "none",
-            allowed="at least two pressures",
-        )
+
+
+def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
+    """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one.
+
+    Pressures nearer than 2 % of their span (and 50 mbar) are one level. Where that makes one of them all,
+    or more than 12 (a pressure that was swept), they are five blocks of as many points.
+
+    Returns
+    -------
+    per data set the level of each point [bar]
+    """
+    everything = np.concatenate([d.pressure for d in data])
+    ordered = np.sort(everything)
+    span = float(np.ptp(ordered))
+    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
+    if (len(starts) == 1 and span > 2e4) or len(starts) > MOST_LEVELS:
+        starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
+    blocks = np.split(ordered, starts[1:])
+    means = np.array([round(float(block.mean()) * 1e-5, 3) for block in blocks])
+    edges = ordered[starts]
+    return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
 
 
 def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np.ndarray:
@@ -256,13 +327,32 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
     Fit, without held-out errors
     """
     found = _search(problem, problem.data, _starts(problem, starts, seed))
+    if starts >= ENOUGH and _agreeing(found) < ENOUGH:
+        found += _search(problem, problem.data, _starts(problem, 3 * starts, seed + 1))
     best = min(found, key=lambda f: f.cost)
-    agreeing = int(sum(f.cost <= best.cost * 1.001 + 1e-300 for f in found))
-    scale = _scales(problem)
+    scale, outlying = _scales(problem), OUTLYING
+    if problem.loss != "linear":  # what is an outlier, the residuals of the first search tell
+        size = float(np.ptp(_measurements(problem, problem.data))) or 1.0
+        first = errors(problem, dict(zip(problem.free, best.x * scale, strict=True)), problem.data) / size
+        outlying = max(1.4826 * float(np.median(np.abs(first - np.median(first)))), 1e-9)
+        best = _search(problem, problem.data, np.array([best.x * scale]), outlying)[0]
     values = dict(zip(problem.free, best.x * scale, strict=True))
     residuals = errors(problem, values, problem.data)
-    half, correlation, verdict = _believe(problem, best, residuals, scale)
-    return Fit(problem, values, half, correlation, residuals, agreeing, tuple(verdict))
+    half, correlation, verdict = _believe(problem, best, outlying)
+    agreeing = _agreeing(found)
+    if starts >= ENOUGH and agreeing < ENOUGH:
+        verdict.append(
+            f"{', '.join(problem.free)}: not identifiable: only {agreeing} of {len(found)} starts end here, "
+            "there may be a better fit"
+        )
+        half = dict.fromkeys(half, np.inf)
+    return Fit(problem, values, half, correlation, residuals, agreeing, len(found), tuple(verdict))
+
+
+def _agreeing(found: Sequence[OptimizeResult]) -> int:
+    """How many starts end where the best does, having settled."""
+    best = min(f.cost for f in found)
+    return sum(bool(f.cost <= best * 1.001 + 1e-300 and f.status > 0) for f in found)
 
 
 def _scales(problem: Problem) -> np.ndarray:
@@ -285,7 +375,9 @@ def _starts(problem: Problem, count: int, seed: int) -> np.ndarray:
     return low + (high - low) * qmc.LatinHypercube(len(described), seed=seed).random(count)
 
 
-def _search(problem: Problem, data: Sequence[Measured], starts: np.ndarray) -> list:
+def _search(
+    problem: Problem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
+) -> list[OptimizeResult]:
     """The optimiser's results from each start."""
     scale, (lower, upper) = _scales(problem), _bounds(problem)
     size = float(np.ptp(_measurements(problem, data))) or 1.0
@@ -293,27 +385,34 @@ def _search(problem: Problem, data: Sequence[Measured], starts: np.ndarray) -> l
     def residuals(z: np.ndarray) -> np.ndarray:
         return errors(problem, dict(zip(problem.free, z * scale, strict=True)), data) / size
 
-    found = []
-    for start in starts:
-        z = np.clip(start, lower, upper) / scale
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            found.append(
-                least_squares(
-                    residuals,
-                    z,
-                    jac="3-point",
-                    bounds=(lower / scale, upper / scale),
-                    x_scale="jac",
-                    loss=problem.loss,
-                    f_scale=0.01,
-                    ftol=1e-12,
-                    xtol=1e-12,
-                    gtol=1e-12,
-                    max_nfev=300,
-                )
-            )
-    return found
+    starts = np.clip(starts, lower, upper) / scale
+    return [_least_squares(residuals, z, problem, problem.loss, outlying, 300) for z in starts]
+
+
+def _least_squares(
+    residuals: Callable[[np.ndarray], np.ndarray],
+    z: np.ndarray,
+    problem: Problem,
+    loss: Loss,
+    outlying: float,
+    evaluations: int,
+) -> OptimizeResult:
+    scale, (lower, upper) = _scales(problem), _bounds(problem)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return least_squares(
+            residuals,
+            z,
+            jac="3-point",
+            bounds=(lower / scale, upper / scale),
+            x_scale="jac",
+            loss=loss,
+            f_scale=outlying,
+            ftol=1e-12,
+            xtol=1e-12,
+            gtol=1e-12,
+            max_nfev=evaluations,
+        )
 
 
 def _measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
@@ -323,20 +422,54 @@ def _measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
 
 
 def _believe(
-    problem: Problem, best: object, residuals: np.ndarray, scale: np.ndarray
+    problem: Problem, best: OptimizeResult, outlying: float
 ) -> tuple[dict[str, float], np.ndarray, list[str]]:
     """95 % half-widths, correlations, and what the data cannot tell."""
-    n, k = best.jac.shape  # type: ignore[attr-defined]
-    size = float(np.ptp(_measurements(problem, problem.data))) or 1.0
-    variance = float(np.sum((residuals / size) ** 2)) / (n - k)
-    half, correlation = intervals(best.jac, variance, n - k)  # type: ignore[attr-defined]
-    values, half = best.x * scale, half * scale  # type: ignore[attr-defined]
+    scale = _scales(problem)
+    values = best.x * scale
     lower, upper = _bounds(problem)
+    size = float(np.ptp(_measurements(problem, problem.data))) or 1.0
+
+    def residuals(z: np.ndarray) -> np.ndarray:
+        return errors(problem, dict(zip(problem.free, z * scale, strict=True)), problem.data) / size
+
+    # the search's own Jacobian is weighted by the loss; the interval's is not
+    jacobian = _least_squares(residuals, best.x, problem, "linear", OUTLYING, 1).jac
+    n, k = jacobian.shape
+    inner = np.minimum(values - lower, upper - values) > AT_BOUND * (upper - lower)
+    variance = _variance(residuals(best.x), problem.loss, outlying, n - int(inner.sum()))
+    half, correlation = np.full(k, np.inf), np.eye(k)
+    if inner.any():  # a parameter at its bound is held, for the others
+        half[inner], correlation[np.ix_(inner, inner)] = intervals(
+            jacobian[:, inner], variance, n - int(inner.sum())
+        )
+    half = half * scale
     shown = [f"{value:.4g} ± {width:.3g}" for value, width in zip(values, half, strict=True)]
     found = Estimate(problem.free, values, half, np.abs(values), lower, upper, shown)
     lines = list(verdict(found, correlation, n))
     widths = dict(zip(problem.free, half.tolist(), strict=True))
     return {n: np.inf if n in refused(lines) else w for n, w in widths.items()}, correlation, lines
+
+
+def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) -> float:
+    """Variance of a residual that goes with the unweighted Jacobian.
+
+    Σψ²/freedom over (mean ψ′)², with ψ = ρ′(z) f of scipy's loss ρ(z), z = (f/outlying)²; for the linear
+    loss the usual Σf²/freedom (Huber 1981, Robust Statistics, section 7.6).
+    """
+    z = (residuals / outlying) ** 2
+    first, second = {
+        "linear": (np.ones_like(z), np.zeros_like(z)),
+        "soft_l1": ((1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+        "huber": (
+            np.where(z > 1.0, z, 1.0) ** -0.5,
+            np.where(z > 1.0, -0.5 * np.where(z > 1.0, z, 1.0) ** -1.5, 0.0),
+        ),
+        "cauchy": (1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+    }[loss]
+    influence = first * residuals
+    slope = float(np.mean(first + 2.0 * z * second))
+    return float(np.sum(influence**2)) / freedom / slope**2
 
 
 def held_out(
@@ -375,7 +508,7 @@ def rms(values: np.ndarray) -> float:
 def _groups(problem: Problem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
     """What can be left out: by kind, each group's name and its masks, one per data set."""
     data = problem.data
-    by_kind = {"pressure": [np.round(d.pressure * 1e-5, 3) for d in data]}
+    by_kind = {"pressure": pressure_levels(data)}
     if any(d.curve.dtype.kind != "f" for d in data):
         by_kind["curve"] = [d.curve for d in data]
     if problem.loaded:

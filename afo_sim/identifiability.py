@@ -8,6 +8,7 @@ from scipy.stats import t
 
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing
+AT_BOUND = 1e-6  # share of a parameter's range that counts as being at its bound
 POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
 
 
@@ -26,7 +27,7 @@ class Estimate:
     lower: np.ndarray
     upper: np.ndarray
     shown: Sequence[str]
-    near: float = 1e-6
+    near: float = AT_BOUND
 
 
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:

@@ -141,7 +141,7 @@ def _meaning(table: Table, title: str, scenario: Scenario) -> Meaning:
         )
     paths = known[name]
     si = "s" if name == "time" else describe(paths[0])[0]
-    scale = scale_of(table.file, name, title, (si,), EXAMPLE)
+    scale, _ = scale_of(table.file, name, title, (si,), EXAMPLE)
     return name, paths, scale, -AMBIENT_PRESSURE if name.startswith("absolute ") else 0.0
 
 

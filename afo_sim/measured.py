@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.errors import InputError, nearest_name
 from afo_sim.table import number, read_facts, read_table, scale_of, split_title
-from afo_sim.units import AMBIENT_PRESSURE, GRAVITY
+from afo_sim.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
 
 # Column → the SI units that it may be given in.
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -37,7 +37,18 @@ HEADER: dict[str, str | None] = {
 }
 
 
-@dataclass(frozen=True)
+# What a muscle can be, SI: from, to.
+POSSIBLE = {
+    "total_length": (1e-3, 2.0),
+    "end_length": (0.0, 1.0),
+    "bore": (5e-4, 0.2),
+    "braid_angle": (0.0873, 0.872),
+    "hanger": (0.0, 50.0),
+}
+SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
+
+
+@dataclass(frozen=True, eq=False)
 class Measured:
     """Points of a static characteristic, SI.
 
@@ -60,6 +71,7 @@ class Measured:
 
     @property
     def name(self) -> str:
+        """The file's name with its folder's, which is often the muscle's."""
         return f"{self.file.parent.name}/{self.file.stem}"
 
 
@@ -85,20 +97,21 @@ def read_measured(file: pathlib.Path, told: Mapping[str, float] | None = None) -
     """
     table = read_table(file, EXAMPLE)
     facts = dict(told or {}) | read_facts(table, HEADER)
+    check_facts(file, facts)
     columns = [_column(file, title) for title in table.titles]
-    names = [name for name, _ in columns]
+    names = [name for name, _, _ in columns]
     _require(file, names)
     values: dict[str, list[Any]] = {name: [] for name in names}
     for line, cells in table.rows:
-        for (name, scale), cell in zip(columns, cells, strict=True):
+        for (name, scale, _), cell in zip(columns, cells, strict=True):
             values[name].append(cell if name == "curve" else number(file, line, name, cell) * scale)
-    return _measured(file, values, table.titles, facts)
+    return _measured(file, values, {name: si for name, _, si in columns}, facts)
 
 
 def _measured(
     file: pathlib.Path,
     values: dict[str, list[Any]],
-    titles: tuple[str, ...],
+    units: dict[str, str],
     facts: dict[str, Any],
 ) -> Measured:
     arrays = {name: np.array(v) for name, v in values.items()}
@@ -107,7 +120,7 @@ def _measured(
         pressure = arrays["absolute pressure"] - AMBIENT_PRESSURE
     if len(pressure) < 3:
         raise InputError(f"holds {len(pressure)} points", file=file, allowed="at least 3")
-    if pressure.min() < -1.0 or pressure.max() > 2e6:
+    if pressure.min() < -SENSOR_OFFSET or pressure.max() > 2e6:
         raise InputError(
             "is out of range",
             file=file,
@@ -148,9 +161,8 @@ def _measured(
     loaded = "load" in arrays
     force = arrays["load"] if loaded else arrays["force"]
     if loaded:
-        title = next(t for t in titles if t.strip().startswith("load"))
-        if split_title(title)[1] not in ("N", "kN"):
-            force = (force + facts.get("hanger", 0.0)) * GRAVITY
+        weight = GRAVITY if units["load"] == "kg" else 1.0
+        force = weight * force + GRAVITY * facts.get("hanger", 0.0)
     curve = arrays.get("curve", np.round(pressure, -1))
     return Measured(file, pressure, force, contraction, change, curve, loaded, facts)
 
@@ -170,8 +182,26 @@ def _require(file: pathlib.Path, names: list[str]) -> None:
             raise InputError(problem, file=file, field="header", value=", ".join(names), allowed=EXAMPLE)
 
 
-def _column(file: pathlib.Path, title: str) -> tuple[str, float]:
-    """Name of a column and the factor that takes its values to SI."""
+def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], option: str = "") -> None:
+    """Refuse facts about a muscle that cannot be, from a file's header or from an option."""
+    for key, (low, high) in POSSIBLE.items():
+        if key in facts and not low <= facts[key] <= high:
+            si = HEADER[key] or ""
+            usual = EXAMPLES[si].partition(" ")[2]
+            shown = [f"{in_unit(value, si, usual):.4g}" for value in (facts[key], low, high)]
+            raise InputError(
+                "is out of range",
+                file=file,
+                field=f"{option} {key}".strip(),
+                value=f"{shown[0]} {usual}",
+                allowed=f"{shown[1]} to {shown[2]} {usual}",
+            )
+    if facts.get("end_length", 0.0) >= facts.get("total_length", 2.0):
+        raise InputError("is not less than the total length", file=file, field="end_length")
+
+
+def _column(file: pathlib.Path, title: str) -> tuple[str, float, str]:
+    """Name of a column, the factor that takes its values to SI, and that SI unit."""
     name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
     if name not in COLUMNS:
         raise InputError(
@@ -182,4 +212,7 @@ def _column(file: pathlib.Path, title: str) -> tuple[str, float]:
             allowed=", ".join(COLUMNS),
             nearest=nearest_name(name, COLUMNS),
         )
-    return name, scale_of(file, name, title, COLUMNS[name], EXAMPLE) if COLUMNS[name] else 1.0
+    if not COLUMNS[name]:
+        return name, 1.0, ""
+    scale, si = scale_of(file, name, title, COLUMNS[name], EXAMPLE)
+    return name, scale, si

@@ -179,6 +179,10 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
                 f"{role} muscles cannot follow the whole range of motion: it takes up {travel:.1f} cm, "
                 f"they shorten by {gives:.1f} cm at most; a longer muscle, a shorter moment arm or a "
                 "narrower range_of_motion would do"
+                if travel > gives
+                else f"{role} muscles are mounted too slack to follow the whole range of motion: at its end "
+                f"they would have to be shorter by a contraction of {most:.3f}, and their limit is "
+                f"{allowed.contraction_max:g}; a shorter link_length would do"
             )
     return warnings
 

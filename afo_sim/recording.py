@@ -17,6 +17,7 @@ from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
+from afo_sim.physics.static_force import LAWS, static_force
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 
 if TYPE_CHECKING:
@@ -265,10 +266,15 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
             yield from _law_warnings(name, group.type, time, pressure, contraction, force)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
-            yield (
-                f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: "
-                "its cable hangs through; shorten link_length or slack"
+            strongest = static_force(
+                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
             )
+            reason = (
+                "its cable hangs through; shorten link_length or slack"
+                if strongest > 1.0
+                else f"its law, {group.type.law}, gives no force at that pressure"
+            )
+            yield f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: {reason}"
     lower, upper = built.model.joint("ankle").range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:

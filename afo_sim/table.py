@@ -1,6 +1,7 @@
 """A CSV that people bring: titles with units, "# key: value" lines above, one clear word on what is wrong."""
 
 import csv
+import difflib
 import math
 import pathlib
 import re
@@ -11,6 +12,7 @@ from afo_sim.errors import InputError
 from afo_sim.units import parse_quantity
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
 RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
 
 
@@ -55,13 +57,24 @@ def read_table(file: pathlib.Path, example: str) -> Table:
             numbered.append((number, line))
     if not numbered:
         raise InputError("holds no points", file=file, allowed=example)
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if separator in numbered[0][1]:
+            raise InputError(
+                f"its values stand between {word}",
+                file=file,
+                field="header",
+                value=numbered[0][1].strip(),
+                allowed=f"commas between the values, and a point for decimals: {example}",
+            )
     titles = _cells(numbered[0][1])
     rows = []
     for number, line in numbered[1:]:
         cells = _cells(line)
         if len(cells) != len(titles):
             raise InputError(
-                f"line {number} has {len(cells)} values where the header names {len(titles)}", file=file
+                f"line {number} has {len(cells)} values where the header names {len(titles)}",
+                file=file,
+                allowed="a point for decimals, and commas between the values only",
             )
         rows.append((number, cells))
     return Table(file, titles, tuple(rows), facts)
@@ -73,8 +86,10 @@ def split_title(title: str) -> tuple[str, str]:
     return (found[1], found[2] or "") if found else (title, "")
 
 
-def scale_of(file: pathlib.Path, name: str, title: str, units: tuple[str, ...], example: str) -> float:
-    """The factor that takes a column's values to the first of `units` (SI) that its unit fits.
+def scale_of(
+    file: pathlib.Path, name: str, title: str, units: tuple[str, ...], example: str
+) -> tuple[float, str]:
+    """The factor that takes a column's values to the first of `units` (SI) that its unit fits, and that.
 
     Raises
     ------
@@ -87,13 +102,13 @@ def scale_of(file: pathlib.Path, name: str, title: str, units: tuple[str, ...], 
     if units == ("",):
         if unit not in RATIOS:
             raise InputError("has an unknown unit", file=file, field=name, value=title, allowed="[-] or [%]")
-        return RATIOS[unit]
+        return RATIOS[unit], ""
     problem = ""
     for si in units:
         try:
             scale = parse_quantity(f"1 {unit}", si)
             if math.isclose(parse_quantity(f"2 {unit}", si), 2.0 * scale):
-                return scale
+                return scale, si
             problem = f"is in {unit}, whose zero is not that of {si}"
         except ValueError as error:
             problem = str(error)
@@ -102,10 +117,7 @@ def scale_of(file: pathlib.Path, name: str, title: str, units: tuple[str, ...], 
 
 def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
     """A cell as a finite number; anything else is an `InputError` with its line and column."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
+    value = float(cell) if _NUMBER.match(cell) else math.nan
     if not math.isfinite(value):
         raise InputError(f"line {line}: is not a finite number", file=file, field=name, value=cell.strip())
     return value
@@ -116,6 +128,16 @@ def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     for key, text in table.facts.items():
         if key not in units:
+            nearest = difflib.get_close_matches(key, list(units), n=1, cutoff=0.75)
+            if nearest:
+                raise InputError(
+                    "is an unknown header line",
+                    file=table.file,
+                    field=key,
+                    value=text,
+                    allowed=", ".join(units),
+                    nearest=nearest[0],
+                )
             continue  # a comment
         unit = units[key]
         try:
