@@ -15,7 +15,7 @@ MISFIT = 1.5  # times the noise: above it the model lacks something that the log
 
 
 def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write fit_run.json, fit_run.png/.pdf and, if anything was fitted, scenario.toml; each whole or not at all.
+    """Write fit_run.json, fit_run.png/.pdf and, if anything was fitted, scenario.toml, each whole or not.
 
     Parameters
     ----------
