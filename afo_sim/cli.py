@@ -163,7 +163,8 @@ def fit_run_command(
         _print_table(title, header, rows)
     for line in fit_run_files.remarks(found):
         print(line)
-    print(f"written to {out}; run it with: afo-sim run {out / fit_run_files.SCENARIO}")
+    hint = f"; run it with: afo-sim run {out / fit_run_files.SCENARIO}" if names else ""
+    print(f"written to {out}{hint}")
 
 
 @app.command()

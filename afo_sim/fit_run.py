@@ -33,7 +33,12 @@ SEEN = 0.7  # of the log's time, when a part is held out
 # Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
 # run: the first bridges it as a rule, the second where the search has not settled.
 STEPS = (0.02, 0.08)
-ROUGH = 0.3  # where the two differ by more than this share, a run changes by jumps
+LINEAR = 5.0  # times as far where the number is no logarithm, and a run nearly linear in it
+CLEAR, LONGEST = (
+    10.0,
+    5.0,
+)  # in units of the noise, how far the last differences go; times the second, at most
+ROUGH = 0.3  # where they differ by more than this share from shorter ones, a run changes by jumps
 SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
 AT_BOUND = 1e-4  # share of the searched range
 MOST_RUNS = 40  # beside those of the finite differences
@@ -206,6 +211,7 @@ class _Search:
 
     def __init__(self, problem: Problem, report: Progress):
         self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
+        self.reach = np.array([1.0 if p.kind.logarithmic else LINEAR for p in problem.parameters])
         kinds = [p.kind for p in problem.parameters]
         self.lower = np.array([p.search(k.lower) for p, k in zip(problem.parameters, kinds, strict=True)])
         self.upper = np.array([p.search(k.upper) for p, k in zip(problem.parameters, kinds, strict=True)])
@@ -232,7 +238,7 @@ class _Search:
             ends = []
             for way in (-1.0, 1.0):
                 end = x.copy()
-                end[k] = np.clip(x[k] + way * self.step, self.lower[k], self.upper[k])
+                end[k] = np.clip(x[k] + way * self.step * self.reach[k], self.lower[k], self.upper[k])
                 errors = self.errors(end, mask)
                 if not np.isfinite(errors).all():
                     end, errors = x, self.errors(x, mask)
@@ -260,13 +266,17 @@ class _Search:
         return best
 
     def sound_jacobian(self, x: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By both steps: of each column the smaller, which promises less; and which are jumps."""
-        both = []
-        for self.step in STEPS:
-            both.append(self.jacobian(x, mask))
-        norms = np.linalg.norm(both, axis=1)
-        smaller = np.where(norms[0] <= norms[1], both[0], both[1])
-        return smaller, np.linalg.norm(both[1] - both[0], axis=0) > ROUGH * norms.max(axis=0)
+        """With steps that change the run by much more than its jumps do; and which columns differ from
+        those of shorter steps."""
+        usual = self.reach
+        self.step = STEPS[1]
+        short = self.jacobian(x, mask)
+        wanted = CLEAR / np.maximum(np.linalg.norm(short, axis=0), 1e-9) / self.step
+        self.reach = np.clip(wanted, usual, LONGEST * usual)
+        long = self.jacobian(x, mask)
+        self.reach = usual
+        sizes = np.linalg.norm([short, long], axis=1).max(axis=0)
+        return long, np.linalg.norm(long - short, axis=0) > ROUGH * sizes
 
     def settled(self, best: Any) -> bool:
         """Whether a further step would explain next to nothing; at a bound there is none to take."""

@@ -15,17 +15,18 @@ MISFIT = 1.5  # times the noise: above it the model lacks something that the log
 
 
 def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write scenario.toml, fit_run.json and fit_run.png/.pdf, each whole or not at all.
+    """Write fit_run.json, fit_run.png/.pdf and, if anything was fitted, scenario.toml, each whole or not.
 
     Parameters
     ----------
     fit : from `fit_run`
     folder : made if need be
     """
-    texts = {
-        SCENARIO: scenario_toml(fit),
-        NUMBERS: json.dumps(as_json(fit), indent=2, ensure_ascii=False) + "\n",
-    }
+    texts = {NUMBERS: json.dumps(as_json(fit), indent=2, ensure_ascii=False) + "\n"}
+    if fit.values:
+        texts[SCENARIO] = scenario_toml(fit)
+    else:
+        (folder / SCENARIO).unlink(missing_ok=True)  # not another fit's
     for name, text in texts.items():
         with replacing(folder / name) as path:
             path.write_text(text, encoding="utf-8")
@@ -125,8 +126,8 @@ def tables(fit: FitRun) -> list[tuple[str, list[str], list[list[str]]]]:
 
 def remarks(fit: FitRun) -> list[str]:
     """Lines to print below the tables."""
-    samples = len(fit.problem.log.time)
-    lines = [f"{samples} samples, {fit.runs} runs; the errors are {fit.misfit:.3g} times the noise"]
+    samples, plural = len(fit.problem.log.time), "s" if fit.runs > 1 else ""
+    lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
     if fit.values and fit.misfit > MISFIT:
         lines.append(
             "the run differs from the log by more than noise: something else is missing in the scenario, and "
