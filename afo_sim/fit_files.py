@@ -11,7 +11,8 @@ import numpy as np
 from afo_sim import assets, reader
 from afo_sim.errors import InputError
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
-from afo_sim.fit import NOMINAL_LENGTH, Fit, predict, pressure_levels, rms, take
+from afo_sim.fit import Fit, rms
+from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take
 from afo_sim.measured import Measured
 from afo_sim.run_files import replacing
 from afo_sim.units import EXAMPLES, format_quantity, in_unit

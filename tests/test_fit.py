@@ -15,8 +15,9 @@ import afo_sim
 from afo_sim import assets, cli
 from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError
-from afo_sim.fit import Fit, errors, fit, held_out, pose, pressure_levels, rms, select, take
+from afo_sim.fit import Fit, fit, held_out, rms
 from afo_sim.fit_files import rank, write_fit
+from afo_sim.fit_problem import errors, pose, pressure_levels, select, take
 from afo_sim.measured import Measured, read_measured
 from afo_sim.physics.law import Braid
 from afo_sim.physics.static_force import LAWS
