@@ -17,6 +17,7 @@ from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
+from afo_sim.physics.hill import braid_force
 from afo_sim.physics.static_force import LAWS, static_force
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 
@@ -38,6 +39,7 @@ COLUMNS = {
         "internal, dorsiflexion positive; all muscles of the orthosis, instantaneous",
     ),
     "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping, friction and stops"),
+    "ankle/moment/load": ("N*m", "dorsiflexion positive; the scenario's constant load moment"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
     "force": ("N", "tension positive"),
     "length": ("m", "active braid length"),
@@ -152,7 +154,8 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     scenario = built.scenario
     columns = _columns(built, control, rollout.rows, rollout.first_step)
     n = len(columns["time"])
-    metrics = ankle_metrics(columns, scenario.timestep, scenario.timer.period) if n else {}
+    words = scenario.leg.directions
+    metrics = ankle_metrics(columns, scenario.timestep, scenario.timer.period, words) if n else {}
     stride = scenario.record_stride
     warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()))
     return Recording(
@@ -182,6 +185,7 @@ def _columns(
     n = len(rows["time"])
     dof, qpos = index.ankle_dof, index.ankle_qpos
     passive_tissue = rows["actuator_force"][:, index.passive]
+    load = built.scenario.load_moment
     columns = {
         "time": (first_step + np.arange(n)) * built.scenario.timestep,
         "ankle/angle": rows["qpos"][:, qpos],
@@ -189,10 +193,13 @@ def _columns(
         "ankle/acceleration": rows["qacc"][:, dof],
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - passive_tissue,
         "ankle/moment/passive": passive_tissue
+        + load
         + rows["qfrc_passive"][:, dof]
         + rows["qfrc_constraint"][:, dof],
         "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
+    if load:
+        columns["ankle/moment/load"] = np.full(n, -load)
     for name, i in index.muscles.items():
         parameters = model.actuator_user[i]
         nominal = parameters[native.MUSCLE_NOMINAL_LENGTH]
@@ -291,8 +298,11 @@ def _law_warnings(
 ) -> Iterator[str]:
     """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
     law = muscle.law_set
-    pulling = force > NEGLIGIBLE * muscle.limits.force
     # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
         ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),

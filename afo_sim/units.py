@@ -33,8 +33,8 @@ EXAMPLES = {
     "N*s/(m*Pa)": "0.00691 N*s/(mm*kPa)",
     "kg": "80 g",
     "W/K": "0.5 W/K",
+    "N*m": "1 N*m",
     "N*m*s/rad": "0.5 N*m*s/rad",
-    "N*m": "0.2 N*m",
     "kg*m^2": "0.002 kg*m^2",
     "": "0.3",
 }

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim import reader
+from afo_sim import fit_problem, reader
 from afo_sim.characteristic import contractions
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.measured import Measured

@@ -52,6 +52,42 @@ def run(
         sys.exit(3)
 
 
+@app.command()
+def compare(
+    scenario: Scenario,
+    laws: Annotated[
+        str, typer.Option(help="names with commas between; by default every law that all muscles know")
+    ] = "",
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-laws by default")
+    ] = None,
+    sets: Sets = None,
+    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
+) -> None:
+    """One scenario with several muscle laws, side by side."""
+    values = read_sets(sets)
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim import compare as comparing
+        from afo_sim.run_files import check_writable
+
+        folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
+        check_writable(folder)
+        names = [name.strip() for name in laws.split(",") if name.strip()]
+        runs = comparing.compare_laws(scenario, names, values, report=report)
+        comparing.write(runs, folder, rrd=rrd)
+    for title, header, rows in comparing.tables(runs):
+        print_table(title, header, rows)
+    for name, recording in runs.items():
+        for warning in recording.warnings:
+            print(f"warning: {name}: {warning}")
+    print(f"written to {folder}" + (f"; look at it with: afo-sim view {folder}/recording.rrd" if rrd else ""))
+    failed = {name: recording.status for name, recording in runs.items() if not recording.ok}
+    for name, status in failed.items():
+        print(f"afo-sim: {name}: {status.removeprefix('failed: ')}", file=sys.stderr)
+    if failed:
+        sys.exit(3)
+
+
 @app.command("torque-map")
 def torque_map_command(
     scenario: Scenario = "seated",

@@ -68,6 +68,7 @@ from afo_sim.native.slots import (
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_SERIES_LENGTH,
     N_USER,
+    PASSIVE_LOAD,
     PASSIVE_OFFSET,
     PASSIVE_SCALE,
     VALVE_CLOSING_DELAY,
@@ -295,7 +296,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             )
             if moment != moment:
                 fail(0, i)
-            return moment
+            return moment - u[j + PASSIVE_LOAD]
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:
