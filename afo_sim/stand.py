@@ -29,7 +29,7 @@ from afo_sim.stand_plan import (
     plan_release,
     plan_step,
 )
-from afo_sim.stand_range import hanging, rest_force
+from afo_sim.stand_range import force_at, hanging, rest_force
 from afo_sim.stand_rig import Progress, Rows, roll
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
@@ -269,7 +269,7 @@ def _complete(plan: Plan, k: int, rows: Rows) -> Rows:
 
 
 def _trial(plan: Plan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
-    strongest = max(float(columns["static_force"].max()) for columns in curves)
+    strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     bare = Trial(plan, curves, (), static)
     found = tuple(measures(plan, bare.loop(k), strongest) for k in range(len(curves)))
     return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
@@ -285,19 +285,19 @@ def _warnings(plan: Plan, curves: tuple[Rows, ...]) -> Iterator[str]:
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
     told = (  # what, its values, how far beyond, by how much it may be, the limit
-        ("force reaches {:.4g} N", force, force - limits.force, 1.0, f"{limits.force:g} N"),
-        ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"{most:g}"),
-        ("is stretched to {:.3f}", contraction, least - contraction, 1e-3, f"{least:g}"),
+        ("force reaches {:.4g} N", force, force - limits.force, 1.0, f"limit of {limits.force:g} N"),
+        ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"limit of {most:g}"),
+        ("is stretched to {:.3f}", contraction, least - contraction, 1e-3, f"limit of {least:g}"),
         (
             f"the law {muscle.law} is asked at {{:.3g}} bar",
             pressure * 1e-5,
             np.maximum(low - pressure, pressure - high),
             1e3,
-            f"{low * 1e-5:g} to {high * 1e-5:g} bar",
+            f"range of {low * 1e-5:g} to {high * 1e-5:g} bar",
         ),
     )
     for text, values, beyond, tolerance, limit in told:
         worst = int(np.argmax(np.where(force > NEGLIGIBLE * limits.force, beyond, -np.inf)))
         if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
             shown = text.format(round(float(values[worst]), 6) + 0.0)
-            yield f"{muscle.name}: {shown}, beyond its limit of {limit}"
+            yield f"{muscle.name}: {shown}, beyond its {limit}"

@@ -75,7 +75,7 @@ def draw_trials(
             fill(own, trials[k], compared[k] if compared else None)
             own[0].set_title(_title(trials[k]), loc="left")
             own[0].tick_params(labelbottom=True, labelleft=True)
-            if not _same_points(trials) or column == across - 1 or k == len(trials) - 1:
+            if not _same_points(trials) or k == across - 1:
                 _legend(own[0], trials[k], compared)
         figure.savefig(path, format=suffix, dpi=RESOLUTION)
 
@@ -113,13 +113,14 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
             own = compared.curve == k
             x, y = x_factor * compared.x[own], y_factor * compared.measured[own]
             axis.plot(x, y, "o", ms=3.5, mfc="none", color=shade)
-    for columns in () if trial.static else static(trial.plan, 60).curves:
+    for columns in () if trial.static else static(trial.plan, 120).curves:
         axis.plot(x_factor * columns[abscissa], y_factor * columns[ordinate], color="0.6", lw=0.8, zorder=1)
     if compared is not None:
         unit = {"force": "N", "contraction": "%"}[ordinate]
         rms, worst = (f"{y_factor * error:.3g} {unit}" for error in (compared.rms, compared.worst))
         text = f"{compared.name}\nRMS {rms}, worst {worst}"
-        axis.text(0.98, 0.98, text, transform=axis.transAxes, ha="right", va="top", fontsize=8.0)
+        corner = {"x": 0.98, "ha": "right"} if trial.plan.kind == "isobaric" else {"x": 0.02, "ha": "left"}
+        axis.text(y=0.98, s=text, transform=axis.transAxes, va="top", fontsize=8.0, **corner)
     axis.margins(0.03)
     axis.set_xlabel(x_label)
     axis.set_ylabel(y_label)
@@ -157,13 +158,15 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     left, right = axes[2], axes[2].twinx()
     for word, style in (("fill", "o-"), ("vent", "o--")):
         tau = [m[f"{word}_{response}_time_constant"].value for m in trial.metrics]
-        left.plot(pressure, tau, style, ms=3.5, color=COLOURS[1], label=f"{word}: time constant")
+        face = COLOURS[1] if word == "fill" else "white"
+        left.plot(pressure, tau, style, ms=3.5, mfc=face, color=COLOURS[1], label=f"{word}: time constant")
     label, factor = SHOWN[response]
     filled = [factor * m[f"filled_{response}"].value for m in trial.metrics]
     right.plot(pressure, filled, "s-", ms=3.5, color=COLOURS[0])
     left.set_ylim(bottom=0.0)
     right.set_ylim(0.0, 1.15 * max(filled))
-    left.margins(x=0.05)
+    edge = 0.05 * np.ptp(pressure) or 0.5
+    left.set_xlim(pressure.min() - edge, pressure.max() + edge)
     left.set_xlabel("supply, gauge pressure [bar]")
     left.set_ylabel(f"63 % of {response} [s]", color=COLOURS[1])
     right.set_ylabel(f"filled: {label}", color=COLOURS[0])

@@ -18,7 +18,7 @@ def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float
     low, high = lock(muscle), slack(muscle, pressure)
     for value in contractions:
         if not low < value <= high + 1e-9:
-            worst = "the braid locks before that" if value <= low else "the muscle is slack there"
+            worst = "the braid locks before that" if value <= low else "the muscle is slack"
             lengths = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
             raise InputError(
                 f"{worst} at {pressure * 1e-5:g} bar",

@@ -24,7 +24,7 @@ def measures(plan: Plan, columns: Rows, strongest: float) -> dict[str, Metric]:
     ----------
     plan : what was set
     columns : rows of that loop
-    strongest : greatest force of the formula over all curves [N]
+    strongest : the muscle's force at zero contraction and the test's highest pressure [N]
 
     Returns
     -------

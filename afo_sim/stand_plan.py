@@ -194,7 +194,7 @@ def plan_isotonic(
     lengths = np.column_stack([start, start])
     if duration is None:
         way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
-        duration = 3.0 * _slow(muscle, high, way)
+        duration = 2.0 * _slow(muscle, high, way)
     return _plan("isotonic", muscle, laboratory, points, pressure, lengths, points, pressure[:, 0], duration)
 
 
@@ -215,6 +215,13 @@ def plan_step(
     points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
     check_pressures(muscle, points, laboratory.supply, pulls=True)
     loads, start = _hung(muscle, points, load, contraction, 0.0)
+    if start.min() <= lock(muscle):
+        raise InputError(
+            "the empty muscle's braid would lock under it",
+            field="load",
+            value=f"{loads[0]:g} N",
+            allowed=f"at most {math.floor(force_at(muscle, lock(muscle), 0.0))} N",
+        )
     if duration is None:
         volume = laboratory.tube_volume + _greatest_volume(muscle)
         duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
@@ -273,15 +280,7 @@ def _hung(
     weakest = force_at(muscle, held_at, float(points.min()))
     hung = max(_two_digits(USUAL_LOAD * weakest), LEAST_LOAD) if load is None else load
     check_loads(muscle, [hung], [float(points.min())], held_at)
-    start = hanging(muscle, hung, 0.0)
-    if start <= lock(muscle) and not held_at:
-        raise InputError(
-            "the empty muscle's braid would lock under it",
-            field="load",
-            value=f"{hung:g} N",
-            allowed=f"at most {math.floor(force_at(muscle, lock(muscle), 0.0))} N",
-        )
-    return np.full(len(points), hung), np.full((len(points), 2), start)
+    return np.full(len(points), hung), np.full((len(points), 2), hanging(muscle, hung, 0.0))
 
 
 def _plan(
