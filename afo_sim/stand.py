@@ -271,7 +271,7 @@ def _complete(plan: Plan, k: int, rows: Rows) -> Rows:
 def _trial(plan: Plan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
     strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     bare = Trial(plan, curves, (), static)
-    found = tuple(measures(plan, bare.loop(k), strongest) for k in range(len(curves)))
+    found = tuple(measures(plan, k, bare.loop(k), strongest) for k in range(len(curves)))
     return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
 
 

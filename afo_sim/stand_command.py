@@ -33,6 +33,7 @@ PRINTED = {  # column title of a table: (measure, factor, unit)
     "isobaric": {
         "force": ("greatest_force", 1.0, "N"),
         "off formula": ("off_formula_share", 1.0, "%"),
+        "off pressure": ("pressure_off", 1.0, "%"),
         "loop": ("loop_height", 1.0, "N"),
         "work lost": ("work_lost_per_cycle", 1.0, "J"),
     },

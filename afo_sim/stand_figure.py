@@ -138,7 +138,7 @@ def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
             Line2D([], [], color="0.6", lw=0.8, label="formula"),
         ]
     if compared:
-        handles.append(Line2D([], [], color="0.2", marker="o", mfc="none", ms=3.5, ls="", label="measured"))
+        handles.append(Line2D([], [], color="0.2", marker="o", mfc="none", ms=3.5, ls="", label="data"))
     title = SET[trial.plan.kind][0]
     place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     axis.legend(handles=handles, title=title, title_fontsize=8.0, handlelength=2.0, **place)
@@ -180,7 +180,7 @@ def _release(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> Non
         label, factor = SHOWN[name]
         for k, columns in enumerate(trial.curves):
             text = set_point_text(trial, k)
-            axis.plot(columns["time"], factor * columns[name], color=colour(trial, k), label=text)
-        axis.set_xlim(0.0, min(settled, trial.plan.duration))
-        axis.set_xlabel("time since release [s]")
+            axis.plot(1e3 * columns["time"], factor * columns[name], color=colour(trial, k), label=text)
+        axis.set_xlim(0.0, 1e3 * min(settled, trial.plan.duration))
+        axis.set_xlabel("time since release [ms]")
         axis.set_ylabel(label)

@@ -17,12 +17,13 @@ AXES = {
 }
 
 
-def measures(plan: Plan, columns: Rows, strongest: float) -> dict[str, Metric]:
+def measures(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     """The numbers of one curve, over its last way up and down.
 
     Parameters
     ----------
     plan : what was set
+    curve : which of its set points
     columns : rows of that loop
     strongest : the muscle's force at zero contraction and the test's highest pressure [N]
 
@@ -34,10 +35,10 @@ def measures(plan: Plan, columns: Rows, strongest: float) -> dict[str, Metric]:
         return _step(plan, columns)
     if plan.kind == "release":
         return _release(plan, columns)
-    return _sweep(plan, columns, strongest)
+    return _sweep(plan, curve, columns, strongest)
 
 
-def _sweep(plan: Plan, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _sweep(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     abscissa, _, ordinate, unit = AXES[plan.kind]
     x, y = columns[abscissa], columns[ordinate]
     carried = columns["force"] if plan.held else columns["load"]
@@ -49,6 +50,9 @@ def _sweep(plan: Plan, columns: Rows, strongest: float) -> dict[str, Metric]:
         "off_formula": Metric(off, "N"),
         "off_formula_share": Metric(100.0 * off / strongest, "%"),
     }
+    if plan.kind == "isobaric":
+        wanted = plan.set_points[curve]
+        found["pressure_off"] = Metric(100.0 * float(np.abs(columns["pressure"] / wanted - 1.0).max()), "%")
     down = columns["branch"] % 2 == 1
     if not down.any() or plan.kind == "isometric":  # nothing moves, so nothing rubs
         return found

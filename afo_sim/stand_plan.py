@@ -28,7 +28,7 @@ from afo_sim.units import GRAVITY
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")
 LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
-SHORTEST_SWEEP = 4.0  # of one branch [s]
+SHORTEST_SWEEP = 8.0  # of one branch [s]
 ROWS = 400  # that are kept of a branch, about
 USUAL_LOAD = 0.2  # of the strength, where no load is told
 
@@ -194,7 +194,7 @@ def plan_isotonic(
     lengths = np.column_stack([start, start])
     if duration is None:
         way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
-        duration = 2.0 * _slow(muscle, high, way)
+        duration = 3.0 * _slow(muscle, high, way)
     return _plan("isotonic", muscle, laboratory, points, pressure, lengths, points, pressure[:, 0], duration)
 
 

@@ -21,7 +21,7 @@ from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
 from afo_sim.errors import InputError, SimulationError
-from afo_sim.mounting import AIR_ACCURATE, AIR_LIMIT, BRAID_LIMIT
+from afo_sim.mounting import AIR_LIMIT, BRAID_LIMIT
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
 from afo_sim.simulate import get_state, instability
@@ -38,6 +38,7 @@ from afo_sim.units import (
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
+REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
 MUSCLE, CHAMBER, INLET, OUTLET, FRICTION = range(5)  # the actuators
 BLOCK = 40_000  # steps of all simulations together that are in memory at once
 RECORD = ("qpos", "qvel", "act", "actuator_force", "userdata")  # the first three are states
@@ -159,7 +160,7 @@ def stability(plan: Plan) -> dict[str, float]:
     """
     muscle, step = plan.muscle, plan.timestep
     inertia = MOUNTAIN if plan.held else float(np.min(plan.load)) / GRAVITY + plan.inertia
-    air = AIR_ACCURATE
+    air = REGULATOR_NUMBER
     if plan.valve is not None:
         slope = 2.0 * _laminar_slope(plan.valve.conductance, plan.valve.critical_ratio)
         air = step * _per_slope(plan) * slope
@@ -192,7 +193,7 @@ def _per_slope(plan: Plan) -> float:
 
 def _regulator_conductance(plan: Plan) -> float:
     """As wide as the time step allows: the chamber follows within a few steps [m³/(s·Pa)]."""
-    number = AIR_ACCURATE / plan.timestep
+    number = REGULATOR_NUMBER / plan.timestep
     return number / (_per_slope(plan) * _laminar_slope(1.0, REGULATOR_RATIO))
 
 
@@ -269,7 +270,9 @@ def roll(plan: Plan, progress: Progress | None = None) -> list[Rows]:
         starts = _starts(model, plan)
         _assert_pulling(model, starts[0])
         batch = Batch(model, nsim=len(starts), nthread=min(len(starts), os.cpu_count() or 1))
-        batch.expand("body_mass")[:, 1] = 0.0 if plan.held else plan.load / GRAVITY
+        if not plan.held:
+            batch.expand("body_mass")[:, 1] = plan.load / GRAVITY
+            batch.set_const()  # or the slide would keep the inertia that it was compiled with
         batch.state[:] = starts
         rows = _roll(model, plan, batch, n_step + 1, progress)
     rows["time"] = np.arange(0, n_step + 1, plan.stride) * step
