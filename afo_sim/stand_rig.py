@@ -111,19 +111,10 @@ def _fill_parameters(model: mujoco.MjModel, plan: Plan) -> None:
     muscle, laboratory, user = plan.muscle, plan.laboratory, model.actuator_user
     remembers = model.nu > FRICTION
     user[MUSCLE] = native.muscle_row(
-        law=muscle.law,
-        coefficients=muscle.coefficients,
-        lowest_pressure=muscle.law_set.pressure_range[0],
-        braid=muscle.braid,
+        **muscle.row,
         series_length=0.0,
-        damping=muscle.damping,
-        braid_stiffness=muscle.braid_stiffness,
-        dead_volume=muscle.dead_volume,
         chamber=CHAMBER,
         next_muscle=-1,
-        damper=() if muscle.damper is None else muscle.damper.coefficients,
-        friction=0 if muscle.friction == "none" else FRICTIONS[muscle.friction].native_id,
-        friction_coefficients=muscle.friction_coefficients,
         friction_states=FRICTION if remembers else -1,
     )
     user[CHAMBER] = native.chamber_row(
