@@ -13,7 +13,6 @@ from afo_sim.errors import InputError, nearest_name
 from afo_sim.foot import Foot, foot_of
 from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
 from afo_sim.patient import Active, active
-from afo_sim.physics.friction import FRICTIONS
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
 from afo_sim.walk import Walk, lay_out
@@ -353,20 +352,11 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                 if holder >= 0:
                     user[holder] = native.friction_row(muscle=i)
                 user[i] = native.muscle_row(
-                    law=muscle.law,
-                    coefficients=muscle.coefficients,
-                    lowest_pressure=muscle.law_set.pressure_range[0],
-                    braid=muscle.braid,
+                    **muscle.row,
                     series_length=group.series_length,
-                    damping=muscle.damping,
-                    braid_stiffness=muscle.braid_stiffness,
-                    dead_volume=muscle.dead_volume,
                     chamber=actuator,
                     next_muscle=following[i],
                     implicit_count=group.count if name.endswith("_1") else 0,
-                    damper=() if muscle.damper is None else muscle.damper.coefficients,
-                    friction=0 if muscle.friction == "none" else FRICTIONS[muscle.friction].native_id,
-                    friction_coefficients=muscle.friction_coefficients,
                     friction_states=holder,
                 )
     fill_walking(model, index.walking, scenario)

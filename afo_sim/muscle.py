@@ -171,6 +171,22 @@ class Muscle(Described):
         return FRICTIONS[self.friction].coefficients(self.braid, self.frictions[self.friction].parameters)
 
     @property
+    def row(self) -> dict[str, Any]:
+        """What `native.muscle_row` takes of the muscle itself, wherever it is mounted."""
+        return {
+            "law": self.law,
+            "coefficients": self.coefficients,
+            "lowest_pressure": self.law_set.pressure_range[0],
+            "braid": self.braid,
+            "damping": self.damping,
+            "braid_stiffness": self.braid_stiffness,
+            "dead_volume": self.dead_volume,
+            "damper": () if self.damper is None else self.damper.coefficients,
+            "friction": 0 if self.friction == "none" else FRICTIONS[self.friction].native_id,
+            "friction_coefficients": self.friction_coefficients,
+        }
+
+    @property
     def nominal_length(self) -> float:
         """L0: the active braid, unpressurised [m]."""
         return self.total_length - self.end_length

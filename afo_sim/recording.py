@@ -174,7 +174,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
             "steps_per_second": n / rollout.wall_seconds if rollout.wall_seconds else 0.0,
             **{f"{name}_stability_number": number for name, number in built.stability.items()},
         },
-        versions=_versions(),
+        versions=versions(),
         parameters={
             built.model.actuator(i).name: built.model.actuator_user[i].tolist() for i in range(built.model.nu)
         },
@@ -329,7 +329,8 @@ def _law_warnings(
             )
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """What this result was computed with."""
     packages = ("afo-sim", "mujoco", "numpy", "numba", "rerun-sdk")
     found = {"python": platform.python_version()}
     for package in packages:

@@ -270,7 +270,7 @@ def _batch_rollout(
         except BatchError:
             reason = _named(built, batch.error(0))
             break
-        reason = _warning(batch.warning[0])
+        reason = instability(batch.warning[0])
         if reason is not None:
             spoilt = 1  # the step that warned has been recorded
             break
@@ -301,7 +301,7 @@ def _python_rollout(
             mujoco.mj_step(model, data)
         except FAILURES as error:
             return rows, k, _named(built, str(error))
-        reason = _warning(np.array([[w.lastinfo, w.number] for w in data.warning]))
+        reason = instability(np.array([[w.lastinfo, w.number] for w in data.warning]))
         if reason is not None:
             return rows, k, reason
         for name, values in rows.items():
@@ -320,7 +320,7 @@ def _blank(data: mujoco.MjData, n_step: int) -> Rows:
     return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
 
 
-def _warning(counters: np.ndarray) -> str | None:
+def instability(counters: np.ndarray) -> str | None:
     """MuJoCo's own signs that a simulation has become unstable."""
     bad = {
         mujoco.mjtWarning.mjWARN_BADQPOS: "position",

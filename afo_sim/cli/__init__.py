@@ -7,7 +7,12 @@ from afo_sim.errors import AfoSimError
 
 # each hangs its commands on the app, in the order in which --help shows them
 # ruff: isort: off
-from afo_sim.cli import run as _run, look as _look, fits as _fits, gait as _gait, lists as _lists  # noqa: F401
+from afo_sim.cli import run as _run  # noqa: F401
+from afo_sim.cli import look as _look  # noqa: F401
+from afo_sim.cli import stand as _stand  # noqa: F401
+from afo_sim.cli import fits as _fits  # noqa: F401
+from afo_sim.cli import gait as _gait  # noqa: F401
+from afo_sim.cli import lists as _lists  # noqa: F401
 
 # ruff: isort: on
 

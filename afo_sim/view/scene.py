@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.mounting import ANKLE, chamber_of, muscle_names
-from afo_sim.spec import MuscleGroup
+from afo_sim.spec import Muscle, MuscleGroup
 from afo_sim.view.layout import TIMELINE
 from afo_sim.view.source import Columns, Source
 
@@ -145,7 +145,7 @@ def _log_muscle(
     span = ends[:, 1] - ends[:, 0]
     path = np.linalg.norm(span, axis=1)
     direction = span / path[:, None]
-    radius = tube_radius(block[f"muscle/{name}/contraction"], group)
+    radius = tube_radius(block[f"muscle/{name}/contraction"], group.type)
     length = np.clip(block[f"muscle/{name}/length"] + group.type.end_length, 0.02, path)
     if view.colour_by == "pressure":
         share = block[f"chamber/{chamber_of(name, group)}/pressure"] / PRESSURE_SCALE
@@ -166,16 +166,16 @@ def _log_muscle(
     send(stream, f"{view.root}/cables/{name}", block["time"], rr.LineStrips3D.columns(strips=strips))
 
 
-def tube_radius(contraction: np.ndarray, group: MuscleGroup) -> np.ndarray:
+def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
     """Radius of the braid at a contraction ratio: r0 sin α/sin α0 with cos α = (1 − κ) cos α0 [m].
 
     A slack muscle is as thick as at its greatest volume (54.74°); a stretched one never thinner than
     two thirds of its bore.
     """
-    angle = group.type.braid_angle
+    angle = muscle.braid_angle
     cosine = np.clip((1.0 - contraction) * np.cos(angle), np.sqrt(1.0 / 3.0), 1.0)
     grown = np.sqrt(1.0 - cosine**2) / np.sin(angle)
-    return 0.5 * group.type.bore * np.maximum(grown, 2.0 / 3.0)
+    return 0.5 * muscle.bore * np.maximum(grown, 2.0 / 3.0)
 
 
 def _turn_from_z(direction: np.ndarray) -> np.ndarray:
