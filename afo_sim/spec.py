@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field, model_validator
 from afo_sim.errors import nearest_name
 from afo_sim.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
-from afo_sim.walk_spec import Gait, Ground, Patient, Phases
+from afo_sim.walk_spec import Gait, Patient, Phases
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
@@ -265,7 +265,6 @@ class Scenario(Described):
     phases: Phases | None = None
     gait: Gait | None = None
     patient: Patient | None = None
-    ground: Ground = Ground()
 
     @property
     def walking(self) -> bool:

