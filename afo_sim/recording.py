@@ -132,16 +132,18 @@ class Recording:
             open_recordings([path])
 
     def summary(self) -> dict[str, Any]:
-        """What summary.json says."""
-        return {
+        """What summary.json says; of walking, `strides` too."""
+        found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,
             "metrics": _as_json(self.metrics),
-            "strides": [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()],
             "versions": self.versions,
             "timing": self.timing,
             "warnings": list(self.warnings),
         }
+        if self.strides:
+            found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
+        return found
 
 
 def _as_json(metrics: dict[str, Metric]) -> dict[str, dict[str, Any]]:
