@@ -115,14 +115,14 @@ def stride_metrics(stride: Stride) -> dict[str, Metric]:
     dict of Metric, from `_timing`, `_clearance`, `_contact`, `_ankle`, `_need`, `_torque`, `_work` and `_air`
     """
     parts: list[Callable[[Stride], Found]] = [_timing, _clearance, _contact, _ankle, _need]
-    if has_orthosis(stride):
+    if has_orthosis(stride.columns):
         parts += [_torque, _work, _air]
     return {name: Metric(value, unit) for part in parts for name, value, unit in part(stride)}
 
 
-def has_orthosis(stride: Stride) -> bool:
+def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
     """Whether the leg wears one."""
-    return any(name.startswith("muscle/") for name in stride.columns)
+    return any(name.startswith("muscle/") for name in columns)
 
 
 def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
