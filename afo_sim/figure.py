@@ -19,6 +19,7 @@ RESOLUTION = 200  # of PNG [1/inch]
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#D55E00", "#0072B2", "#E69F00", "#56B4E9", "#009E73", "#CC79A7")
 MOMENTS = {"orthosis": "#000000", "passive": "#009E73", "gravity": "#CC79A7"}
+LOAD = "#E69F00"
 LINE_STYLES = ("-", "--", ":", "-.")  # of the muscles of a group, where they do not coincide
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
@@ -176,14 +177,15 @@ def _angle_panel(axis: Any, recording: Recording) -> None:
     )
     axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
     _line(axis, recording, np.degrees(recording["ankle/angle"]), color="black")
-    axis.set_ylabel("ankle angle [deg]\ndorsiflexion +")
+    axis.set_ylabel(f"{_words(recording)[0]} angle [deg]\n{_words(recording)[1]} +")
 
 
 def _moment_panel(axis: Any, recording: Recording) -> None:
     axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
-    for name, colour in MOMENTS.items():
+    moments = MOMENTS | ({"load": LOAD} if "ankle/moment/load" in recording.columns else {})
+    for name, colour in moments.items():
         _line(axis, recording, recording[f"ankle/moment/{name}"], color=colour, label=name)
-    axis.set_ylabel("ankle moment [N·m]\ndorsiflexion +")
+    axis.set_ylabel(f"{_words(recording)[0]} moment [N·m]\n{_words(recording)[1]} +")
 
 
 def _pressure_panel(axis: Any, recording: Recording) -> None:
@@ -276,6 +278,12 @@ def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour:
             "shrinkB": 0.0,
         }
         axis.annotate("", points[k + 4], points[k], arrowprops=look)
+
+
+def _words(recording: Recording) -> tuple[str, str]:
+    """What the joint and its positive direction are called."""
+    leg = recording.scenario["leg"]
+    return leg["ankle"], leg["directions"][0]
 
 
 def _groups(recording: Recording) -> dict[str, str]:

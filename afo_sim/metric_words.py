@@ -1,6 +1,7 @@
 """Metrics in a clinician's words: what each is called, what it means, how its number is written."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ UNITS = {"N*m": "N·m", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
 DIGITS |= {"g": 3, "l": 3, "s": 3, "": 0}
 
-CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Ankle angle"
+CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 NEED, TORQUE, WORK, AIR = (
     "Torque needed",
     "Torque of the orthosis",
@@ -95,12 +96,8 @@ WORDS = {
     "free_air_per_stride": Words(
         AIR, "Normal litres per stride", "at 1 bar, 20 °C, 65 % humidity (ISO 8778)"
     ),
-    "peak_dorsiflexion_angle": Words(ANKLE, "Peak dorsiflexion", "dorsiflexion positive"),
-    "peak_plantarflexion_angle": Words(ANKLE, "Peak plantarflexion", "dorsiflexion positive"),
     "range_of_motion": Words(ANKLE, "Range of motion"),
     "rise_time": Words(ANKLE, "Rise time", "from 10 % to 90 % of the way up"),
-    "peak_dorsiflexion_torque": Words(TORQUE, "Dorsiflexion torque, peak"),
-    "peak_plantarflexion_torque": Words(TORQUE, "Plantarflexion torque, peak"),
     "air_per_cycle": Words(AIR, "Air per cycle", "taken from the supply"),
 }
 OF_CHAMBER = {
@@ -119,6 +116,10 @@ def words(name: str) -> Words:
         if name.startswith(prefix):
             meaning = "gauge" if "pressure" in prefix else ""
             return Words(AIR, label.format(name.removeprefix(prefix)), meaning)
+    way = re.fullmatch(r"peak_(\w+)_(angle|torque)", name)  # of a leg that names its directions
+    if way:
+        label = f"{way[1].replace('_', ' ').capitalize()} {way[2]}, peak"
+        return Words(TORQUE if way[2] == "torque" else ANKLE, label)
     return Words(OTHER, name.replace("_", " "))
 
 

@@ -177,6 +177,7 @@ class Muscle(Described):
 
     @property
     def braid(self) -> Braid:
+        """Its geometry, as the laws take it."""
         return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
 
 
@@ -199,15 +200,15 @@ def _read_tables(table: dict[str, Any], kind: str, known: Mapping[str, Any]) -> 
         return read
     if chosen not in known:
         raise _unknown(chosen, kind, [*known, *none], kind)
-    missing = [p.name for p in known[chosen].parameters if p.default is None]
-    if missing:
-        raise refusal(
-            f"this muscle has no parameters for {chosen!r}: [{plural}.{chosen}] with {', '.join(missing)}",
-            f"one of those it has: {', '.join([*read, *none]) or 'none'}",
-            kind,
-            nearest_name(chosen, read) or "",
-        )
-    return read | {chosen: {kind: chosen}}
+    # even where every parameter has a default: the braid angle was fitted together with another law
+    wanted = ", ".join(p.name for p in known[chosen].parameters if p.default is None)
+    raise refusal(
+        f"this muscle has no parameters for {chosen!r}: a table [{plural}.{chosen}]"
+        + (f" with {wanted}" if wanted else ""),
+        f"one of those it has: {', '.join([*read, *none]) or 'none'}",
+        kind,
+        nearest_name(chosen, read) or "",
+    )
 
 
 def _unknown(name: str, kind: str, known: Iterable[str], key: str) -> PydanticCustomError:

@@ -17,6 +17,8 @@ from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
+from afo_sim.physics.hill import braid_force
+from afo_sim.physics.static_force import LAWS, static_force
 from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.walk_columns import WALKING, walking_columns
@@ -39,7 +41,8 @@ COLUMNS = {
         "N*m",
         "internal, dorsiflexion positive; all muscles of the orthosis, instantaneous",
     ),
-    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping and stops"),
+    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping, friction and stops"),
+    "ankle/moment/load": ("N*m", "dorsiflexion positive; the scenario's constant load moment"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
     **WALKING,
     "force": ("N", "tension positive"),
@@ -195,7 +198,8 @@ def _metrics(built: Built, columns: dict[str, np.ndarray]) -> WalkMetrics:
     scenario = built.scenario
     if built.walk is not None:
         return walk_metrics(columns, scenario.timestep, built.body_mass)
-    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario)), {}, ())
+    words = scenario.leg.directions
+    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
 
 
 def _period(scenario: Scenario) -> float:
@@ -212,6 +216,7 @@ def _columns(
     n = len(rows["time"])
     dof, qpos = index.ankle_dof, index.ankle_qpos
     passive_tissue = rows["actuator_force"][:, index.passive]
+    load = built.scenario.load_moment
     columns = {
         "time": (first_step + np.arange(n)) * built.scenario.timestep,
         "ankle/angle": rows["qpos"][:, qpos],
@@ -219,10 +224,13 @@ def _columns(
         "ankle/acceleration": rows["qacc"][:, dof],
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - passive_tissue,
         "ankle/moment/passive": passive_tissue
+        + load
         + rows["qfrc_passive"][:, dof]
         + rows["qfrc_constraint"][:, dof],
         "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
+    if load:
+        columns["ankle/moment/load"] = np.full(n, -load)
     if built.walk is not None:
         columns |= walking_columns(built, rows, control[:n], first_step)
     for name, i in index.muscles.items():
@@ -298,10 +306,15 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
             yield from _law_warnings(name, group.type, time, pressure, contraction, force)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
-            yield (
-                f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: "
-                "its cable hangs through; shorten link_length or slack"
+            strongest = static_force(
+                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
             )
+            reason = (
+                "its cable hangs through; shorten link_length or slack"
+                if strongest > 1.0
+                else f"its law, {group.type.law}, gives no force at that pressure"
+            )
+            yield f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: {reason}"
     lower, upper = built.model.joint("ankle").range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
@@ -318,8 +331,11 @@ def _law_warnings(
 ) -> Iterator[str]:
     """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
     law = muscle.law_set
-    pulling = force > NEGLIGIBLE * muscle.limits.force
     # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
         ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),

@@ -110,7 +110,7 @@ def _mark(run: Shown) -> str:
 
 def _heading(title: str) -> Iterator[str]:
     yield f"<h1>{_text(title)}</h1>"
-    yield "<p>A simulation, not a measurement: an ankle-foot orthosis with pneumatic artificial muscles.</p>"
+    yield "<p>A simulation, not a measurement.</p>"
 
 
 def _what(runs: list[Shown]) -> Iterator[str]:
@@ -203,7 +203,7 @@ WORK = (
     "Torque times ankle velocity, per kilogram of body mass: given to the ankle, or taken from it as by a "
     "brake.",
 )
-TIME = ("Ankle angle and moments over time", "Dorsiflexion is positive.")
+TIME = ("Angle and moments over time", "Of several runs, the moment is the orthosis'.")
 
 
 def _pressures_over_time(figure: Any, runs: list[Shown]) -> None:
@@ -300,7 +300,8 @@ def _sources(runs: list[Shown]) -> Iterator[str]:
         yield "<li>Minimum toe clearance as a minimum between two peaks in mid-swing: Winter 1991; Schulz "
         yield "2011. Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: "
         yield "Altman &amp; Davis 2012, found on runners.</li>"
-    yield "<li>Passive ankle: Riener &amp; Edrich 1999.</li>"
+    if any(run.recording.scenario["leg"].get("passive") for run in runs):
+        yield "<li>Passive ankle: Riener &amp; Edrich 1999.</li>"
     for group in _muscles([run.recording for run in runs]):
         yield f"<li>Muscle {_text(group)}</li>"
     versions = " · ".join(f"{name} {version}" for name, version in runs[0].recording.versions.items())

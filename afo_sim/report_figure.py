@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim import gait_norm
-from afo_sim.figure import COLOURS, MOMENTS, STYLE
+from afo_sim.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.recording import Recording
 from afo_sim.scenario_words import body_mass
 from afo_sim.strides import Stride, settled, strides
@@ -275,19 +275,24 @@ def draw_work(figure: Any, runs: list[Shown]) -> None:
 
 
 def draw_over_time(figure: Any, runs: list[Shown]) -> None:
-    """Ankle angle over time, and of one run all moments about the ankle, of several the orthosis'."""
+    """The joint's angle over time, and of one run all moments about it, of several the orthosis'."""
     angle, moment = figure.subplots(2, 1, sharex=True)
     for run in runs:
         time, values = _curves(run, "ankle/angle", True)
         angle.plot(time, np.degrees(values[0]), color=run.colour, label=plain(run.label))
-        moments = MOMENTS if len(runs) == 1 else {"orthosis": run.colour}
+        every = {**MOMENTS, "load": LOAD, "biological": COLOURS[3], "ground": COLOURS[1]}
+        moments = every if len(runs) == 1 else {"orthosis": run.colour}
         for name, colour in moments.items():
+            if f"ankle/moment/{name}" not in run.recording.columns:
+                continue
             time, values = _curves(run, f"ankle/moment/{name}", True)
             moment.plot(time, values[0], color=colour, label=name if len(runs) == 1 else plain(run.label))
     for axis in (angle, moment):
         axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
-    angle.set_ylabel("ankle angle [°]\ndorsiflexion +")
-    moment.set_ylabel("moment about the ankle\n[N·m], dorsiflexion +")
+    leg = runs[0].recording.scenario["leg"]
+    joint, positive = map(plain, (leg["ankle"], leg.get("directions", ["dorsiflexion"])[0]))
+    angle.set_ylabel(f"{joint} angle [°]\n{positive} +")
+    moment.set_ylabel(f"moment about the {joint}\n[N·m], {positive} +")
     moment.set_xlabel("time [s]")
     figure.align_ylabels((angle, moment))
     _legend(figure, (angle, moment))

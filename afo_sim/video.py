@@ -22,6 +22,9 @@ FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
 LOOK_AT, DISTANCE, AZIMUTH, ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
 
+DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
+PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
+
 Progress = Callable[[int, int], None]
 
 
@@ -124,7 +127,8 @@ class _Painter:
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
         ]
-        self.forces = [recording[f"muscle/{model.tendon(t).name}/force"] for t in range(model.ntendon)]
+        names = [model.tendon(t).name.removesuffix(DRAWN) for t in range(model.ntendon)]
+        self.forces = [recording[f"muscle/{name}/force"] for name in names]
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
         self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self.options.sitegroup[:] = 0
@@ -169,9 +173,10 @@ class _Painter:
 
     def _caption(self, row: int) -> tuple[str, str]:
         recording = self.recording
+        joint = recording.scenario["leg"]["ankle"]
         lines = {
             "time": f"{recording['time'][row]:.2f} s",
-            "ankle angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
+            f"{joint} angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
         }
         for chamber in recording.scenario["orthosis"]["chamber"]:
             lines[f"{chamber} pressure"] = f"{recording[f'chamber/{chamber}/pressure'][row] * 1e-5:.2f} bar"
@@ -197,7 +202,19 @@ def _scenery(xml: str, width: int, height: int) -> mujoco.MjModel:
     plane, sun = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
+    _draw_pulley_muscles(spec)
     return spec.compile()
+
+
+def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
+    """A path beside each fixed tendon, which MuJoCo does not draw."""
+    plain = mujoco.MjModel.from_xml_string(spec.to_xml())
+    for t in range(plain.ntendon):
+        name = plain.tendon(t).name
+        if plain.wrap_type[plain.tendon_adr[t]] == mujoco.mjtWrap.mjWRAP_JOINT:
+            drawn = spec.add_tendon(name=name + DRAWN, width=PULLEY_MUSCLE)
+            for end in ("origin", "insertion"):
+                drawn.wrap_site(f"{name}_{end}")
 
 
 def _opengl(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:

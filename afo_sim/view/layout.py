@@ -6,13 +6,21 @@ from rerun.encodings import AbsoluteTimeRange
 TIMELINE = "sim_time"
 
 
-def blueprint(valves: int, cycle: float, *, compared: bool = False) -> rrb.Blueprint:
+def blueprint(
+    valves: int,
+    cycle: float,
+    *,
+    joint: str = "ankle",
+    positive: str = "dorsiflexion",
+    compared: bool = False,
+) -> rrb.Blueprint:
     """The layout: leg on the left; plots, valve lanes and text on the right.
 
     Parameters
     ----------
     valves : number of valve lanes
     cycle : the timer's period [s]; the first one is selected, and repeats when played
+    joint, positive : what the joint and its positive direction are called
     compared : several runs side by side
     """
     legend = rrb.PlotLegend(corner="RightTop")
@@ -32,7 +40,7 @@ def blueprint(valves: int, cycle: float, *, compared: bool = False) -> rrb.Bluep
         rrb.Horizontal(
             rrb.Spatial3DView(
                 origin="/world",
-                name="runs overlaid" if compared else "leg and orthosis",
+                name="runs overlaid" if compared else "device",
                 line_grid=False,
                 background=[28, 30, 34],
                 eye_controls=rrb.EyeControls3D(
@@ -43,8 +51,8 @@ def blueprint(valves: int, cycle: float, *, compared: bool = False) -> rrb.Bluep
                 ),
             ),
             rrb.Vertical(
-                plot("/angle", "ankle angle [deg], dorsiflexion +"),
-                plot("/moment", "ankle moment [N·m], dorsiflexion +"),
+                plot("/angle", f"{joint} angle [deg], {positive} +"),
+                plot("/moment", f"{joint} moment [N·m], {positive} +"),
                 plot("/pressure", "gauge pressure [bar]"),
                 lanes,
                 rrb.Tabs(plot("/force", "muscle force [N]"), *texts, active_tab=0),

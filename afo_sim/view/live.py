@@ -7,8 +7,7 @@ import rerun as rr
 
 from afo_sim.recording import Recording
 from afo_sim.view import scene, signals
-from afo_sim.view.layout import blueprint
-from afo_sim.view.recording_file import APPLICATION, POSE_RATE
+from afo_sim.view.recording_file import APPLICATION, POSE_RATE, layout_of
 from afo_sim.view.source import from_recording
 from afo_sim.view.viewer import require_display, viewer_process
 
@@ -41,7 +40,7 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
     def watch(stretch: Recording) -> None:
         source = from_recording(stretch)
         if not started:
-            stream.connect_grpc(url, default_blueprint=blueprint(len(source.named("valve")), source.cycle))
+            stream.connect_grpc(url, default_blueprint=layout_of(source))
             stream.send_recording_name(source.name)
             started.append((scene.stage(source), signals.curves(source)))
             scene.log_floor(stream)

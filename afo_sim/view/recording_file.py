@@ -4,6 +4,7 @@ import pathlib
 import re
 
 import rerun as rr
+import rerun.blueprint as rrb
 
 from afo_sim.recording import Recording
 from afo_sim.view import scene, signals
@@ -33,7 +34,7 @@ def write_rrd(
     """
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
-    stream = _stream(path, source.name, blueprint(len(source.named("valve")), source.cycle))
+    stream = _stream(path, source.name, layout_of(source))
     scene.log_floor(stream)
     _write_run(stream, source, scene.stage(source, colour_by=colour_by), signals.curves(source), rate, "")
     signals.log_range(stream, source, (source.n_row - 1) / source.rate)
@@ -56,7 +57,8 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     for source in sources:
         require_rows(source)
     lanes = sum(len(source.named("valve")) for source in sources)
-    stream = _stream(path, " · ".join(labels), blueprint(min(lanes, 8), sources[0].cycle, compared=True))
+    layout = layout_of(sources[0], valves=min(lanes, 4), compared=True)
+    stream = _stream(path, " · ".join(labels), layout)
     scene.log_floor(stream)
     for number, (label, source) in enumerate(zip(labels, sources, strict=True)):
         view = scene.stage(source, f"world/runs/{label}", 1.0 if number == 0 else GHOST)
@@ -67,6 +69,18 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     signals.log_texts(stream, list(zip(labels, sources, strict=True)))
     stream.flush()
     stream.disconnect()
+
+
+def layout_of(source: Source, *, valves: int | None = None, compared: bool = False) -> rrb.Blueprint:
+    """The layout in a run's own words; its valves' number of lanes unless told otherwise."""
+    leg = source.scenario.leg
+    return blueprint(
+        len(source.named("valve")) if valves is None else valves,
+        source.cycle,
+        joint=leg.ankle,
+        positive=leg.directions[0],
+        compared=compared,
+    )
 
 
 def _stream(path: pathlib.Path, name: str, layout: object) -> rr.RecordingStream:

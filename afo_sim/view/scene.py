@@ -116,23 +116,21 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
     position = np.empty((len(time), model.nbody, 3))
     quaternion = np.empty((len(time), model.nbody, 4))
-    ends = np.empty((len(time), model.ntendon, 2, 3))
+    sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in view.groups]
+    ends = np.empty((len(time), len(sites), 2, 3))
     for k, row in enumerate(qpos):
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
         position[k], quaternion[k] = data.xpos, data.xquat
-        points = data.wrap_xpos.reshape(-1, 3)
-        ends[k] = [points[adr : adr + 2] for adr in data.ten_wrapadr]
+        ends[k] = data.site_xpos[sites]
     for body in range(1, model.nbody):
         pose = rr.Transform3D.columns(
             translation=position[:, body].astype(np.float32),
             quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
         )
         send(stream, f"{view.root}/bodies/{model.body(body).name}", time, pose)
-    for name, group in view.groups.items():
-        _log_muscle(stream, view, block, name, group, ends[:, model.tendon(name).id])
+    for number, (name, group) in enumerate(view.groups.items()):
+        _log_muscle(stream, view, block, name, group, ends[:, number])
 
 
 def _log_muscle(

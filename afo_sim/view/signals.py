@@ -12,7 +12,12 @@ from afo_sim.view.source import Columns, Source
 DORSIFLEXOR = ([230, 90, 70], [240, 150, 60], [235, 200, 80], [200, 70, 110], [250, 120, 120])
 PLANTARFLEXOR = ([80, 150, 235], [90, 205, 220], [130, 120, 230], [70, 190, 150], [150, 180, 250])
 RUNS = ([240, 240, 240], [250, 165, 50], [90, 190, 250], [120, 220, 120], [240, 110, 160])
-MOMENTS = {"orthosis": [240, 150, 60], "passive": [90, 205, 140], "gravity": [150, 150, 240]}
+MOMENTS = {
+    "orthosis": [240, 150, 60],
+    "passive": [90, 205, 140],
+    "gravity": [150, 150, 240],
+    "load": [220, 200, 90],
+}
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,8 @@ class Curve:
 def curves(source: Source) -> list[Curve]:
     """Every line of a run's plots."""
     found = [Curve("angle/ankle", "angle", [235, 235, 235], "ankle/angle")]
-    found += [Curve("moment/ankle", m, c, f"ankle/moment/{m}") for m, c in MOMENTS.items()]
+    moments = {m: f"ankle/moment/{m}" for m in MOMENTS}
+    found += [Curve("moment/ankle", m, MOMENTS[m], c) for m, c in moments.items() if c in source.columns]
     for chamber in source.named("chamber"):
         colour = _colour(f"{chamber}_1")
         found.append(Curve("pressure/chambers", chamber, colour, f"chamber/{chamber}/pressure", 1e-5))
@@ -96,6 +102,7 @@ class EventFinder:
     def __init__(self, source: Source):
         self.valves = source.named("valve")
         self.switches: list[tuple[float, str, bool]] = []
+        self.positive, self.negative = source.scenario.leg.directions
         self._open: dict[str, bool] = {}
         self._peaks: dict[str, tuple[float, float]] = {}
 
@@ -109,9 +116,9 @@ class EventFinder:
                 self.switches.append((float(time[k]), valve, bool(is_open[k])))
             self._open[valve] = bool(is_open[-1])
         for name, values in (
-            ("greatest dorsiflexion", block["ankle/angle"]),
-            ("greatest plantarflexion", -block["ankle/angle"]),
-            ("greatest dorsiflexing torque of the orthosis", block["ankle/moment/orthosis"]),
+            (f"greatest {self.positive}", block["ankle/angle"]),
+            (f"greatest {self.negative}", -block["ankle/angle"]),
+            (f"greatest {self.positive} torque of the orthosis", block["ankle/moment/orthosis"]),
         ):
             top = int(np.argmax(values))
             if name not in self._peaks or values[top] > self._peaks[name][1]:
@@ -192,5 +199,5 @@ def _by_entity(lines: list[Curve]) -> dict[str, list[Curve]]:
 
 def _colour(name: str) -> list[int]:
     role, number = name.rsplit("_", 1)
-    palette = PLANTARFLEXOR if role.startswith("plantar") else DORSIFLEXOR
+    palette = PLANTARFLEXOR if role.startswith(("plantar", "extensor")) else DORSIFLEXOR
     return list(palette[(int(number) - 1) % len(palette)])
