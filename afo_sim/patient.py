@@ -18,10 +18,17 @@ STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), 
 
 @dataclass(frozen=True, eq=False)
 class Active:
-    """Inputs of the patient's active ankle over the steps: moment [N·m], stiffness [N·m/rad] (n,)."""
+    """The patient's active ankle over the steps (n,).
+
+    moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
+    the recorded walking; needed [N·m] is what a healthy ankle would give actively in that walking, less
+    what this patient gives in the same motion. Dorsiflexion positive.
+    """
 
     moment: np.ndarray
     stiffness: np.ndarray
+    recorded: np.ndarray
+    needed: np.ndarray
 
 
 def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
@@ -70,12 +77,14 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     patient, leg = scenario.patient, scenario.leg
     assert patient is not None
     angle, velocity = walk.ankle[1:-1], (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
-    healthy = needed_moment(walk, foot, body_mass) + leg.damping * velocity
-    healthy -= passive(leg.passive, angle, walk.knee[1:-1])
+    recorded = needed_moment(walk, foot, body_mass)
+    healthy = recorded + leg.damping * velocity - passive(leg.passive, angle, walk.knee[1:-1])
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
     phase, value = np.array(STIFFNESS).T
     stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness * left
-    return Active(left * healthy + stiffness * angle, stiffness)
+    reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
+    needed = healthy - left * healthy - reflex
+    return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
 
 
 def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:

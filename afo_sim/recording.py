@@ -6,7 +6,7 @@ import pathlib
 import platform
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from afo_sim.physics.static_force import LAWS, static_force
 from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.walk_columns import WALKING, walking_columns
+from afo_sim.walk_metrics import WalkMetrics, walk_metrics
 
 if TYPE_CHECKING:
     import pandas
@@ -73,7 +74,10 @@ def describe(column: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, repr=False)
 class Recording:
-    """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,)."""
+    """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
+
+    `strides` holds the metrics of each whole stride of walking, by the stride's number.
+    """
 
     columns: dict[str, np.ndarray]
     metrics: dict[str, Metric]
@@ -84,6 +88,7 @@ class Recording:
     timing: dict[str, float]
     versions: dict[str, str]
     parameters: dict[str, list[float]]
+    strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         rows = len(self.columns.get("time", ()))
@@ -130,15 +135,22 @@ class Recording:
             open_recordings([path])
 
     def summary(self) -> dict[str, Any]:
-        """What summary.json says."""
-        return {
+        """What summary.json says; of walking, `strides` too."""
+        found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,
-            "metrics": {n: {"value": m.value, "unit": m.unit} for n, m in self.metrics.items()},
+            "metrics": _as_json(self.metrics),
             "versions": self.versions,
             "timing": self.timing,
             "warnings": list(self.warnings),
         }
+        if self.strides:
+            found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
+        return found
+
+
+def _as_json(metrics: dict[str, Metric]) -> dict[str, dict[str, Any]]:
+    return {name: {"value": metric.value, "unit": metric.unit} for name, metric in metrics.items()}
 
 
 def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Recording:
@@ -157,13 +169,13 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     scenario = built.scenario
     columns = _columns(built, control, rollout.rows, rollout.first_step)
     n = len(columns["time"])
-    words = scenario.leg.directions
-    metrics = ankle_metrics(columns, scenario.timestep, _period(scenario), words) if n else {}
+    found = _metrics(built, columns) if n else WalkMetrics({}, {}, ())
     stride = scenario.record_stride
-    warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()))
+    warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()), *found.warnings)
     return Recording(
         columns={name: np.ascontiguousarray(values[::stride]) for name, values in columns.items()},
-        metrics=metrics,
+        metrics=found.totals,
+        strides=found.strides,
         scenario=scenario.resolved(),
         model_xml=built.xml,
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
@@ -181,8 +193,17 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     )
 
 
+def _metrics(built: Built, columns: dict[str, np.ndarray]) -> WalkMetrics:
+    """Of walking for each stride and over all; of a fixed shank over all only."""
+    scenario = built.scenario
+    if built.walk is not None:
+        return walk_metrics(columns, scenario.timestep, built.body_mass)
+    words = scenario.leg.directions
+    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
+
+
 def _period(scenario: Scenario) -> float:
-    """What one cycle is: the timer's, or the stride's [s]."""
+    """What one cycle is: the timer's, or all of the run [s]."""
     if scenario.timer is not None:
         return scenario.timer.period
     return scenario.duration

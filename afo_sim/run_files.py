@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import os
 import pathlib
 from collections.abc import Callable
@@ -107,10 +108,8 @@ def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
         run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
         return Recording(
             columns={},
-            metrics={
-                n: Metric(m["value"] if m["value"] is not None else float("nan"), m["unit"])
-                for n, m in run["metrics"].items()
-            },
+            metrics=_metrics(run["metrics"]),
+            strides={row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
             scenario=run["scenario"],
             model_xml=run["model_xml"],
             status=run["status"],
@@ -121,6 +120,13 @@ def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+
+
+def _metrics(told: dict[str, Any]) -> dict[str, Metric]:
+    return {
+        name: Metric(math.nan if metric["value"] is None else metric["value"], metric["unit"])
+        for name, metric in told.items()
+    }
 
 
 def read_recording(folder: str | os.PathLike[str]) -> Recording:

@@ -17,6 +17,13 @@ WALKING = {
     "gait/phase": ("", "0 = heel strike, up to 1"),
     "gait/stride": ("", "number of the stride, from 0"),
     "gait/ankle_angle": ("rad", "as recorded, dorsiflexion positive"),
+    "gait/ankle_moment": ("N*m", "internal, dorsiflexion positive; what the recorded walking takes in all"),
+    "gait/needed_moment": (
+        "N*m",
+        "internal, dorsiflexion positive; active moment of the recorded walking less what the patient gives",
+    ),
+    "gait/ball_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
+    "gait/toe_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
     "ankle/moment/biological": ("N*m", "internal, dorsiflexion positive; the patient's own muscles"),
     "ankle/moment/ground": ("N*m", "dorsiflexion positive; ground force about the ankle"),
     "ankle/moment/frame": ("N*m", "dorsiflexion positive; inertia of the foot on the driven shank"),
@@ -42,10 +49,11 @@ def walking_columns(
     control : inputs of the stretch (n, nu)
     first_step : number of its first step
     """
-    walk, foot, index = built.walk, built.foot, built.index
-    assert walk is not None and foot is not None
+    walk, foot, active, index = built.walk, built.foot, built.active, built.index
+    assert walk is not None and foot is not None and active is not None
     n = len(rows["time"])
     here = slice(first_step + 1, first_step + 1 + n)
+    steps = slice(first_step, first_step + n)
     model, dof = built.model, index.ankle_dof
     x, z, shank = (rows["qpos"][:, model.joint(name).qposadr[0]] for name in JOINTS)
     driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
@@ -60,6 +68,12 @@ def walking_columns(
         "gait/phase": walk.phase[here] % 1.0,
         "gait/stride": np.floor(walk.phase[here]),
         "gait/ankle_angle": walk.ankle[here],
+        "gait/ankle_moment": active.recorded[steps],
+        "gait/needed_moment": active.needed[steps],
+        **{
+            f"gait/{name}_height": z + turned(foot.points[name], walk.ankle[here] - shank)[1]
+            for name in ("ball", "toe")
+        },
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - force[GROUND],
         "ankle/moment/biological": biological,
         "ankle/moment/ground": force[GROUND],

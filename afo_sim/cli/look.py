@@ -97,6 +97,21 @@ def figure_command(
         print(path)
 
 
+@app.command("report")
+def report_command(
+    folders: Annotated[list[pathlib.Path], typer.Argument(help="folders of runs; compared with the first")],
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="HTML file; report.html in the first run's folder by default")
+    ] = None,
+) -> None:
+    """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
+    with progress("drawing"):
+        from afo_sim.report import write_report
+
+        written = write_report(folders, out)
+    print(f"written to {written}; open it in a browser")
+
+
 @app.command("video")
 def video_command(
     folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],

@@ -1,0 +1,89 @@
+"""A recording of walking cut into strides, heel strike to heel strike."""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from afo_sim.gait_checks import STANCE_FORCE, STANCE_SHARE
+from afo_sim.units import GRAVITY
+
+
+@dataclass(frozen=True, eq=False)
+class Stride:
+    """One whole stride of a recording. Indexing gives a column's rows of it: `stride["ankle/angle"]` (n,)."""
+
+    columns: Mapping[str, np.ndarray]
+    number: int
+    rows: slice
+    timestep: float  # between two rows [s]
+    body_mass: float  # [kg]
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        return self.columns[column][self.rows]
+
+    @cached_property
+    def phase(self) -> np.ndarray:
+        """Of each row, 0 = heel strike, below 1 (n,)."""
+        return self["gait/stride"] + self["gait/phase"] - self.number
+
+    @property
+    def duration(self) -> float:
+        """Heel strike to heel strike [s]."""
+        return float(np.ptp(self["time"]) / np.ptp(self.phase))
+
+    @cached_property
+    def toe_off(self) -> float:
+        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
+        free = self["ground/force/z"] <= STANCE_FORCE * self.body_mass * GRAVITY
+        free &= self.phase > STANCE_SHARE[0]
+        return float(self.phase[np.argmax(free)]) if free.any() else 1.0
+
+    @cached_property
+    def swing(self) -> np.ndarray:
+        """Mask of the rows in swing, from toe-off to the next heel strike (n,)."""
+        return self.phase >= self.toe_off
+
+    def at(self, column: str, phase: np.ndarray | float) -> np.ndarray:
+        """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""
+        here = np.asarray(phase) + self.number
+        return np.interp(here, progress(self.columns), self.columns[column])
+
+
+def progress(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Strides walked since phase 0 of stride 0 [-] (n,)."""
+    return columns["gait/stride"] + columns["gait/phase"]
+
+
+def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float) -> list[Stride]:
+    """The whole strides of a recording, in order; the first one begun is the transient from the start.
+
+    Parameters
+    ----------
+    columns : of a recording of walking
+    timestep : between two rows [s]
+    body_mass : of the patient [kg]
+
+    Returns
+    -------
+    list of Stride; parts of strides at the recording's ends are left out
+    """
+    way = progress(columns)
+    if len(way) < 2:
+        return []
+    first = int(np.ceil(way[0] - 0.5 * (way[1] - way[0])))
+    last = int(np.floor(way[-1] + 1.5 * (way[-1] - way[-2])))
+    cuts = np.searchsorted(way, np.arange(first, last + 1) - 1e-9)
+    return [
+        Stride(columns, first + k, slice(int(a), int(b)), timestep, body_mass)
+        for k, (a, b) in enumerate(itertools.pairwise(cuts))
+    ]
+
+
+def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stride]:
+    """Those of the whole strides that are not the first one begun, which is the transient."""
+    way = progress(columns)
+    begun = int(np.floor(way[0] + 0.5 * (way[1] - way[0]))) if len(way) > 1 else 0
+    return [stride for stride in whole if stride.number > begun]

@@ -1,0 +1,403 @@
+"""The report: one file that needs nothing else, says what was run, and compares."""
+
+import dataclasses
+import html
+import html.parser
+import pathlib
+import re
+import shutil
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
+
+import afo_sim
+from afo_sim import cli, report_figure
+from afo_sim.errors import InputError
+from afo_sim.metric_words import OTHER, in_short, number, words
+from afo_sim.metrics import Metric
+from afo_sim.recording import Recording
+from afo_sim.report import page, read_runs, write_report
+from afo_sim.report_figure import RUNS, Shown
+from afo_sim.scenario_words import body_mass, facts
+from afo_sim.walk_metrics import walk_metrics
+
+
+class Reader(html.parser.HTMLParser):
+    """Text, attributes and balance of a page."""
+
+    VOID = ("meta", "col", "br")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        while self.open and self.open[-1] in ("tr", "td", "th", "li", "p") and self.open[-1] != tag:
+            self.open.pop()
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, pathlib.Path]:
+    base = tmp_path_factory.mktemp("runs")
+    made = {
+        "bare": afo_sim.run("walk-dropfoot", {"duration": "4 s"}),
+        "worn": afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"}),
+        "sitting": afo_sim.run("seated", {"duration": "2 s", "record_rate": "200 Hz"}),
+    }
+    return {name: run.save(base / name, rrd=False) for name, run in made.items()}
+
+
+@pytest.fixture(scope="module")
+def compared(folders: dict[str, pathlib.Path]) -> str:
+    return page(read_runs([folders["bare"], folders["worn"]]))
+
+
+def shown(label: str = "run", columns: dict[str, np.ndarray] | None = None) -> Shown:
+    """A written-down walk as a run of a known body mass."""
+    recorded = afo_sim.load("scenario", "walk-dropfoot", {}).resolved()
+    recorded["leg"]["body_mass"] = f"{MASS} kg"
+    columns = walk_columns() if columns is None else columns
+    found = walk_metrics(columns, STEP, MASS)
+    recording = Recording(columns, found.totals, recorded, "", "ok", (), {}, {}, {}, found.strides)
+    return Shown(label, RUNS[0], recording)
+
+
+# --- one file, nothing else
+
+
+def test_the_page_refers_to_nothing_outside_itself(compared: str) -> None:
+    reader = Reader(compared)
+    assert reader.open == []
+    for tag, name, value in reader.attributes:
+        assert tag not in ("script", "link", "img", "iframe", "object", "base"), tag
+        if name in ("src", "href", "xlink:href", "srcset", "data", "action"):
+            assert value.startswith("#"), (tag, name, value)
+        assert not name.startswith("on"), (tag, name)
+        for place in re.findall(r"url\(([^)]*)\)", value):
+            assert place.startswith("#")
+    assert "@import" not in compared
+    assert not re.search(r"url\((?!#)", compared)
+
+
+def test_figures_are_well_formed_and_every_reference_within_them_is_met(compared: str) -> None:
+    figures = re.findall(r"<svg.*?</svg>", compared, flags=re.DOTALL)
+    assert len(figures) == 5
+    seen: set[str] = set()
+    for text in figures:
+        tree = ElementTree.fromstring(text)
+        ids = [e.get("id") for e in tree.iter() if e.get("id")]
+        assert len(ids) == len(set(ids))
+        assert not seen & set(ids), "ids of one figure are another's"
+        seen |= set(ids)
+        wanted = re.findall(r'(?:href="#|url\(#)([^")]*)', text)
+        assert wanted
+        assert set(wanted) <= set(ids)
+        assert tree.get("viewBox")
+        assert "width" not in tree.attrib
+
+
+def test_the_page_is_written_whole_or_not_at_all(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "new" / "mine.html"
+    assert write_report([folders["sitting"]], target) == target
+    before = target.read_text(encoding="utf-8")
+
+    def broken(*_: object) -> None:
+        raise RuntimeError("drawing failed")
+
+    monkeypatch.setattr(report_figure, "draw_over_time", broken)
+    with pytest.raises(RuntimeError):
+        write_report([folders["sitting"]], target)
+    assert target.read_text(encoding="utf-8") == before
+    assert [path.name for path in target.parent.iterdir()] == ["mine.html"]
+
+
+def test_the_same_runs_give_the_same_page(folders: dict[str, pathlib.Path], compared: str) -> None:
+    assert page(read_runs([folders["bare"], folders["worn"]])) == compared
+
+
+# --- what it says
+
+
+def test_it_names_runs_words_numbers_units_warnings_and_sources(compared: str) -> None:
+    text = Reader(compared).text
+    for said in (
+        "bare compared with worn",
+        "flaccid drop foot",
+        "dorsiflexors 0 %",
+        "filled 50–95 %, vented 15–45 % of the gait cycle",
+        "4 bar (gauge)",
+        "Toe clearance",
+        "N·m",
+        "J/kg",
+        "GaitAnalysisToolKit",
+        "Apache-2.0",
+        "Fukuchi",
+        "CC BY 4.0",
+        "mujoco",
+        "Ankle angle and whole internal ankle moment",
+        "Torque needed and torque available",
+    ):
+        assert said in text, said
+
+
+def test_differences_are_from_the_first_run(folders: dict[str, pathlib.Path], compared: str) -> None:
+    bare, worn = (run.recording.metrics for run in read_runs([folders["bare"], folders["worn"]]))
+    for name in ("toe_clearance", "mid_swing_angle"):
+        row = next(row for row in compared.split("\n") if f"<tr><td>{words(name).label}<br>" in row)
+        first, second = bare[name].value, worn[name].value
+        unit = bare[name].unit
+        assert f">{number(first, unit)}</td>" in row
+        assert f">{number(second, unit)} <small>({number(second - first, unit, signed=True)})</small>" in row
+    alone = next(row for row in compared.split("\n") if words("orthosis_peak_power").label in row)
+    assert ">–</td>" in alone
+    assert "<small>" not in alone
+
+
+def test_every_metric_has_words_of_its_own(folders: dict[str, pathlib.Path]) -> None:
+    names = {name for run in read_runs(list(folders.values())) for name in run.recording.metrics}
+    assert not [name for name in names if words(name).group == OTHER]
+    assert len(names) > 50
+    assert words("something_new").label == "something new"
+
+
+def test_every_stride_has_its_numbers(compared: str, folders: dict[str, pathlib.Path]) -> None:
+    assert compared.count("<details>") == 2
+    run = read_runs([folders["worn"]])[0].recording
+    for metrics in run.strides.values():
+        assert f">{number(metrics['toe_clearance'].value, 'mm')}</td>" in compared
+
+
+def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]) -> None:
+    text = page(read_runs([folders["sitting"]]))
+    said = Reader(text).text
+    assert "Over time" in said
+    assert "Over the gait cycle" not in said
+    assert "knee at 90°" in said
+    assert "Fukuchi" not in said
+    assert "filled 0–4 s, vented 4–8 s of every 8 s" in said
+    assert len(re.findall("<svg", text)) == 2
+
+
+def test_walking_and_sitting_runs_stand_in_one_report(folders: dict[str, pathlib.Path]) -> None:
+    said = Reader(page(read_runs([folders["sitting"], folders["worn"]]))).text
+    assert "Over time" in said
+    assert "Over the gait cycle" in said
+
+
+def test_a_walk_without_a_whole_stride_is_shown_over_time(tmp_path: pathlib.Path) -> None:
+    afo_sim.run("walk-dropfoot-afo", {"duration": "0.5 s"}).save(tmp_path, rrd=False)
+    said = Reader(page(read_runs([tmp_path]))).text
+    assert "Over time" in said
+    assert "no whole stride follows the first" in said
+
+
+def test_a_failed_run_says_so(folders: dict[str, pathlib.Path]) -> None:
+    run = read_runs([folders["sitting"]])[0]
+    columns = {name: column[:0] for name, column in run.recording.columns.items()}
+    empty = dataclasses.replace(run.recording, columns=columns, metrics={}, status="failed: <unstable>")
+    text = page([dataclasses.replace(run, recording=empty)])
+    assert "failed: &lt;unstable&gt;" in text
+    assert "<svg" not in text
+
+
+def test_names_are_escaped_wherever_they_stand(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    evil = '<b onclick="x">$\\frac & “_ż"'
+    copies = [tmp_path / evil, tmp_path / "_second$"]
+    for copy in copies:
+        shutil.copytree(folders["worn"], copy)
+    runs = read_runs(copies)
+    scenario = runs[0].recording.scenario | {"description": "<i>words</i>", "name": "<script>"}
+    recording = dataclasses.replace(runs[0].recording, scenario=scenario, warnings=("<u>careful</u>",))
+    text = page([dataclasses.replace(runs[0], recording=recording), runs[1]])
+    reader = Reader(text)
+    assert not [tag for tag, name, _ in reader.attributes if name == "onclick"]
+    assert evil in reader.text
+    assert not re.search(r"<(b|i|u|script)[ >]", text)
+    assert "<u>careful</u>" in reader.text
+
+
+def test_a_name_that_no_font_has_is_drawn_as_question_marks() -> None:
+    assert report_figure.plain("歩行_1$") == r"??_1\$"
+    assert report_figure.plain("_x") == " _x"
+    assert len(report_figure.plain("x" * 80)) == 34
+
+
+# --- the figures draw what was recorded
+
+
+def lines(draw: object, runs: list[Shown], panel: int) -> dict[str, np.ndarray]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    draw(figure, runs)  # type: ignore[operator]
+    return {line.get_label(): line.get_ydata() for line in figure.axes[panel].lines}
+
+
+def test_the_angle_is_drawn_over_the_gait_cycle() -> None:
+    drawn = lines(report_figure.draw_ankle, [shown()], 0)
+    sine = np.degrees(AMPLITUDE) * np.sin(2.0 * np.pi * report_figure.PHASE)
+    assert drawn["run"] == pytest.approx(sine, abs=0.01)
+    assert drawn["healthy trial, recorded"] == pytest.approx(sine - 3.0, abs=0.01)
+
+
+def test_the_moment_is_all_that_is_internal_per_body_mass() -> None:
+    columns = walk_columns()
+    columns = with_orthosis(columns, np.full_like(columns["time"], 2.0))
+    columns["ankle/moment/passive"] = columns["ankle/moment/passive"] - 5.0
+    drawn = lines(report_figure.draw_ankle, [shown(columns=columns)], 1)
+    expected = np.interp(report_figure.PHASE, *_second_stride(columns, "ankle/moment/biological")) - 3.0
+    assert drawn["run"] == pytest.approx(expected / MASS, abs=1e-4)
+
+
+def _second_stride(columns: dict[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
+    way = columns["gait/stride"] + columns["gait/phase"]
+    return way - 1.0, columns[name]
+
+
+def test_clearance_and_torque_are_drawn_in_their_units() -> None:
+    columns = walk_columns()
+    run = shown(columns=with_orthosis(columns, np.full_like(columns["time"], 2.0)))
+    drawn = lines(report_figure.draw_clearance, [run], 0)
+    swing = report_figure.PHASE > TOE_OFF + 0.01
+    assert drawn["run"][swing].min() == pytest.approx(10.0, abs=0.05)
+    drawn = lines(report_figure.draw_torque, [run], 0)
+    assert drawn["available: run"] == pytest.approx(np.full(201, 2.0))
+    assert lines(report_figure.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
+
+
+def test_the_band_is_lowest_to_highest_stride() -> None:
+    from matplotlib.figure import Figure
+
+    columns = walk_columns()
+    columns["ankle/angle"] = columns["ankle/angle"] + np.radians(columns["gait/stride"])  # 1, 2, 3
+    figure = Figure(layout="constrained")
+    report_figure.draw_ankle(figure, [shown(columns=columns)])
+    norm, band = figure.axes[0].collections[:2]
+    middle = band.get_paths()[0].vertices
+    at_quarter = middle[np.isclose(middle[:, 0], 25.0), 1]
+    assert np.ptp(at_quarter) == pytest.approx(2.0, abs=0.01)
+    assert norm.get_label() == "norm: published means"
+
+
+# --- words
+
+
+def test_numbers_are_written_with_their_digits_and_a_true_minus() -> None:
+    assert number(-12.345, "mm") == "−12.3"
+    assert number(-0.04, "mm") == "0.0"
+    assert number(3.0, "mm", signed=True) == "+3.0"
+    assert number(-0.001, "mm", signed=True) == "0.0"
+    assert number(float("nan"), "mm") == "–"
+    assert number(12345.6, "furlong") == "1.235e+04"
+
+
+def test_the_short_sentences_say_what_the_metrics_say() -> None:
+    found = shown().recording.metrics | {"toe_clearance": Metric(-7.6, "mm")}
+    said = " ".join(in_short(found))
+    assert "toe passes 8 mm below the floor" in said
+    assert "ball of the foot passes 10 mm above the floor, as in the healthy trial" in said
+    assert "Every stride begins with the heel" in said
+    assert np.degrees(-SHANK) > 8.0
+    assert in_short({}) == []
+
+
+def test_the_scenario_is_told_in_words() -> None:
+    scenario = afo_sim.load("scenario", "walk-dropfoot-afo-timer", {"gait.variability": 0.03}).resolved()
+    told = dict(facts(scenario))
+    assert told["valves, dorsiflexor"] == "filled 0.6–1.14 s, vented 0.18–0.54 s of every 1.2 s"
+    assert "varied by 3 %" in told["walking"]
+    assert body_mass(scenario) == 75.0
+    scenario = afo_sim.load("scenario", "walk-healthy", {"patient.body_mass": "90 kg"}).resolved()
+    assert body_mass(scenario) == 90.0
+    assert dict(facts(scenario))["orthosis"] == "none"
+
+
+# --- the command
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    sys.argv = ["afo-sim", "report", *map(str, arguments)]
+    try:
+        cli.main()
+        code = 0
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, *capsys.readouterr()
+
+
+def test_the_command_writes_beside_the_first_run(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = tmp_path / "mine"
+    shutil.copytree(folders["sitting"], copy)
+    code, out, _ = call(capsys, copy)
+    assert code == 0
+    assert str(copy / "report.html") in out
+    assert "<title>mine</title>" in (copy / "report.html").read_text(encoding="utf-8")
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    copies = [tmp_path / "a" / "run", tmp_path / "b" / "run"]
+    for copy in copies:
+        shutil.copytree(folders["sitting"], copy)
+    assert [run.label for run in read_runs(copies)] == [str(copy) for copy in copies]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere"], "there is no run here"),
+        (["sitting", "sitting"], "given twice"),
+        (["sitting", "--out", "report.pdf"], "ending in .html"),
+        (["sitting"] * 7, "too many"),
+        ([], "missing argument"),
+    ],
+)
+def test_mistakes_are_told_with_exit_code_2(
+    folders: dict[str, pathlib.Path],
+    arguments: list[str],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(folders["sitting"].parent)
+    code, _, err = call(capsys, *arguments)
+    assert code == 2
+    assert said.lower() in err.lower()
+    assert "Traceback" not in err
+
+
+def test_a_recording_of_another_making_is_refused(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    (tmp_path / "recording.parquet").write_bytes(b"not a table")
+    with pytest.raises(InputError, match="not a recording"):
+        write_report([tmp_path])

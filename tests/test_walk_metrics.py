@@ -1,0 +1,302 @@
+"""Metrics of walking against recordings whose numbers are known beforehand."""
+
+import json
+import math
+import pathlib
+
+import numpy as np
+import pytest
+from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF, walk_columns, with_orthosis
+
+import afo_sim
+from afo_sim import gait_norm
+from afo_sim.metrics import Metric
+from afo_sim.strides import settled, strides
+from afo_sim.walk_metrics import WalkMetrics, dip, walk_metrics
+
+
+def metrics(columns: dict[str, np.ndarray]) -> WalkMetrics:
+    return walk_metrics(columns, STEP, MASS)
+
+
+def values(columns: dict[str, np.ndarray]) -> dict[str, float]:
+    return {name: metric.value for name, metric in metrics(columns).totals.items()}
+
+
+def test_strides_run_from_heel_strike_to_heel_strike_and_the_first_is_not_counted() -> None:
+    columns = walk_columns(4.2)
+    whole = strides(columns, STEP, MASS)
+    assert [stride.number for stride in whole] == [0, 1, 2, 3]
+    assert [stride.number for stride in settled(columns, whole)] == [1, 2, 3]
+    assert all(abs(len(stride.phase) * STEP - STRIDE) < 1.5 * STEP for stride in whole)
+    for stride in whole:
+        assert stride.phase.min() >= -1e-9
+        assert stride.phase.max() < 1.0
+
+
+@pytest.mark.parametrize(("start", "counted"), [(0.0, [1, 2]), (0.3, [1, 2]), (0.9, [1, 2, 3])])
+def test_a_run_that_starts_within_a_stride_leaves_that_one_out(start: float, counted: list[int]) -> None:
+    columns = walk_columns(3.2, start=start)
+    assert [s.number for s in settled(columns, strides(columns, STEP, MASS))] == counted
+
+
+def test_a_stride_that_ends_with_the_last_row_is_whole() -> None:
+    assert len(strides(walk_columns(3.0), STEP, MASS)) == 3
+    short = {name: column[:-2] for name, column in walk_columns(3.0).items()}
+    assert len(strides(short, STEP, MASS)) == 2
+
+
+def test_the_first_stride_stands_in_the_table_but_not_in_the_totals() -> None:
+    columns = walk_columns(4.2)
+    columns["toe/height"] = columns["toe/height"] - 0.1 * (columns["gait/stride"] == 0)
+    found = metrics(columns)
+    assert found.strides[0]["toe_clearance"].value == pytest.approx(-90.0, abs=0.01)
+    assert found.totals["toe_clearance"].value == pytest.approx(10.0, abs=0.01)
+    assert found.totals["lowest_toe_clearance"].value == pytest.approx(10.0, abs=0.01)
+    assert found.totals["strides_counted"] == Metric(3.0, "")
+
+
+def test_without_a_whole_stride_after_the_first_there_is_a_warning_and_no_number() -> None:
+    found = metrics(walk_columns(1.5))
+    assert found.totals == {}
+    assert list(found.strides) == [0]
+    assert "no whole stride" in found.warnings[0]
+
+
+def test_stance_ends_where_the_ground_force_does() -> None:
+    found = values(walk_columns())
+    assert found["stance"] == pytest.approx(100.0 * TOE_OFF, abs=0.1)
+    assert found["stride_time"] == pytest.approx(STRIDE, abs=1e-6)
+
+
+def test_what_rises_before_the_next_heel_strike_is_still_swing() -> None:
+    columns = walk_columns()
+    columns["ground/force/z"] = columns["ground/force/z"] + 100.0 * (columns["gait/phase"] > 0.99)
+    assert values(columns)["stance"] == pytest.approx(100.0 * TOE_OFF, abs=0.1)
+
+
+# --- clearance
+
+
+def test_clearance_is_the_dip_between_two_peaks() -> None:
+    found = values(walk_columns())
+    assert found["toe_clearance"] == pytest.approx(10.0, abs=1e-3)
+    in_swing = (found["toe_clearance_phase"] / 100.0 - TOE_OFF) / (1.0 - TOE_OFF)
+    assert min(abs(in_swing - 0.25), abs(in_swing - 0.75)) < 0.004
+    assert found["toe_clearance_to_recorded"] == pytest.approx(-4.0, abs=1e-3)
+    assert found["swings_without_toe_dip"] == 0.0
+
+
+def test_without_a_dip_clearance_is_the_lowest_of_mid_swing_and_a_warning_says_so() -> None:
+    found = metrics(walk_columns())
+    assert found.totals["ball_clearance"].value == pytest.approx(40.0 * 0.25, abs=0.15)
+    assert found.totals["swings_without_ball_dip"].value == 100.0
+    assert any("ball_clearance" in warning and "no minimum" in warning for warning in found.warnings)
+    assert not any("toe_clearance:" in warning for warning in found.warnings)
+
+
+def test_a_ripple_is_no_dip_and_the_lowest_of_two_dips_counts() -> None:
+    swing = np.linspace(0.0, 1.0, 501)
+    assert dip(0.04 * swing + 4e-4 * np.sin(40.0 * np.pi * swing))[1] is False
+    height = 0.02 + 0.01 * np.cos(4.0 * np.pi * swing) - 0.003 * swing
+    at, is_dip = dip(height)
+    assert is_dip
+    assert swing[at] == pytest.approx(0.75, abs=0.01)
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_the_share_of_swings_with_contact_counts_clearances_below_zero(stride: int) -> None:
+    columns = walk_columns(5.0)
+    columns["toe/height"] = columns["toe/height"] - 0.011 * (columns["gait/stride"] == stride)
+    found = values(columns)
+    assert found["swings_with_toe_contact"] == 25.0
+    assert found["swings_with_ball_contact"] == 0.0
+    assert found["lowest_toe_clearance"] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_the_floor_under_the_foot_in_stance_is_no_contact_in_swing() -> None:
+    columns = walk_columns()
+    stance = columns["gait/phase"] < TOE_OFF - 0.01
+    columns["toe/height"] = np.where(stance, -0.05, columns["toe/height"])
+    assert values(columns)["swings_with_toe_contact"] == 0.0
+
+
+# --- contact and ankle
+
+
+@pytest.mark.parametrize(
+    ("pitch", "kind"), [(15.0, "heel"), (8.1, "heel"), (7.9, "flat"), (-1.5, "flat"), (-1.7, "forefoot")]
+)
+def test_the_pitch_at_contact_has_its_class(pitch: float, kind: str) -> None:
+    columns = walk_columns()
+    columns["shank/angle"] = np.full_like(columns["time"], -np.radians(pitch))
+    found = values(columns)
+    assert found["foot_pitch_at_contact"] == pytest.approx(pitch, abs=1e-6)
+    shares = {name: found[f"contacts_with_{name}"] for name in ("heel", "flat", "forefoot")}
+    assert shares == {name: 100.0 * (name == kind) for name in shares}
+
+
+def test_foot_slap_is_the_fall_after_heel_strike_and_not_a_later_one() -> None:
+    columns = walk_columns()
+    phase = columns["gait/phase"]
+    # down by 10 degrees until 5 %, then up again by twice as much, and a faster fall at 11 %
+    angle = np.interp(phase, [0.0, 0.05, 0.10, 0.11, 1.0], np.radians([0.0, -10.0, 10.0, 0.0, 0.0]))
+    columns["ankle/angle"], columns["ankle/velocity"] = angle, np.gradient(angle, STEP)
+    assert values(columns)["foot_slap_velocity"] == pytest.approx(10.0 / (0.05 * STRIDE), rel=1e-6)
+
+
+def test_an_ankle_that_only_rises_slaps_not() -> None:
+    assert values(walk_columns())["foot_slap_velocity"] == 0.0
+
+
+def test_angles_of_a_sine() -> None:
+    found = values(walk_columns())
+    degrees = math.degrees(AMPLITUDE)
+    assert found["ankle_range"] == pytest.approx(2.0 * degrees, rel=1e-4)
+    # in swing, 60 to 100 %, the sine is below zero: highest at its end; half-way at 80 %
+    assert found["peak_swing_dorsiflexion"] == pytest.approx(0.0, abs=0.1)
+    assert found["mid_swing_angle"] == pytest.approx(degrees * math.sin(1.6 * math.pi), abs=0.05)
+    assert found["foot_pitch_at_contact"] == pytest.approx(-math.degrees(SHANK), abs=1e-6)
+
+
+def test_errors_of_a_shifted_ankle_are_the_shift() -> None:
+    found = values(walk_columns())
+    assert found["angle_error_recorded"] == pytest.approx(3.0, abs=1e-9)
+    assert found["gvs_recorded"] == pytest.approx(3.0, abs=1e-9)
+
+
+def test_errors_against_the_norm_are_zero_on_it_and_the_amplitude_over_root_two_beside_it() -> None:
+    columns = walk_columns()
+    on_it = gait_norm.read().at("ankle_angle", columns["gait/phase"])
+    columns["ankle/angle"] = on_it
+    # between the rows a stride's first and last angle differ, so that the last of 51 points is off a little
+    assert values(columns)["gvs_norm"] < 0.02
+    assert values(columns)["angle_error_norm"] < 1e-9
+    columns["ankle/angle"] = on_it + AMPLITUDE * np.sin(2.0 * np.pi * columns["gait/phase"])
+    effective = math.degrees(AMPLITUDE) / math.sqrt(2.0)
+    assert values(columns)["angle_error_norm"] == pytest.approx(effective, rel=1e-3)
+    assert values(columns)["gvs_norm"] == pytest.approx(effective * math.sqrt(50.0 / 51.0), rel=3e-3)
+
+
+# --- torque, work, air
+
+
+def test_a_steady_torque_against_a_need_in_swing() -> None:
+    columns = walk_columns()
+    found = values(with_orthosis(columns, np.full_like(columns["time"], 3.0)))
+    assert found["needed_dorsiflexion_torque"] == found["needed_swing_torque"] == 4.0
+    assert found["needed_plantarflexion_torque"] == 0.0
+    assert found["orthosis_peak_dorsiflexion_torque"] == 3.0
+    assert found["orthosis_mean_dorsiflexion_torque"] == pytest.approx(3.0)
+    assert found["orthosis_peak_plantarflexion_torque"] == 0.0
+    assert found["torque_covered"] == pytest.approx(75.0)
+    assert found["torque_missing"] == pytest.approx(1.0)
+    assert found["torque_unneeded"] == pytest.approx(3.0)  # all of it in stance, nothing in swing
+    healthy = 20.0 * AMPLITUDE * OMEGA
+    assert found["share_of_dorsiflexion_moment"] == pytest.approx(300.0 / healthy, rel=1e-4)
+    assert found["share_of_plantarflexion_moment"] == 0.0
+
+
+def test_a_torque_against_the_need_covers_nothing() -> None:
+    columns = walk_columns()
+    found = values(with_orthosis(columns, np.full_like(columns["time"], -2.0)))
+    assert found["torque_covered"] == 0.0
+    assert found["torque_missing"] == 4.0
+    assert found["torque_unneeded"] == 2.0
+    assert found["orthosis_peak_plantarflexion_torque"] == 2.0
+    assert found["orthosis_mean_plantarflexion_torque"] == pytest.approx(2.0)
+    assert found["orthosis_mean_dorsiflexion_torque"] == 0.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_work_of_a_torque_in_step_with_velocity(sign: float) -> None:
+    columns = walk_columns()
+    found = values(with_orthosis(columns, sign * 5.0 * columns["ankle/velocity"]))
+    peak = 5.0 * (AMPLITUDE * OMEGA) ** 2 / MASS
+    work = 0.5 * peak * STRIDE
+    given, taken = (work, 0.0) if sign > 0.0 else (0.0, work)
+    assert found["orthosis_positive_work"] == pytest.approx(given, rel=2e-3)
+    assert found["orthosis_negative_work"] == pytest.approx(-taken, rel=2e-3)
+    assert found["orthosis_peak_power"] == pytest.approx(peak if sign > 0.0 else 0.0, rel=1e-4)
+    assert found["orthosis_peak_absorption"] == pytest.approx(0.0 if sign > 0.0 else peak, rel=1e-4)
+    # the healthy ankle's moment is 20 times its velocity
+    assert found["share_of_positive_work"] == pytest.approx(25.0 if sign > 0.0 else 0.0, rel=2e-3)
+
+
+def test_air_is_what_the_inlet_takes_from_the_supply() -> None:
+    columns = walk_columns()
+    found = metrics(with_orthosis(columns, np.zeros_like(columns["time"]))).totals
+    grams = 2.0 * (1.0 - TOE_OFF) * STRIDE
+    assert found["air_per_stride"].value == pytest.approx(grams, rel=3e-3)
+    assert found["air_per_stride_front"].value == found["air_per_stride"].value
+    assert found["free_air_per_stride"] == Metric(pytest.approx(found["air_per_stride"].value / 1.185), "l")
+    assert found["peak_pressure_front"] == Metric(pytest.approx(3.0), "bar")
+    assert found["lowest_pressure_front"] == Metric(pytest.approx(0.5), "bar")
+
+
+# --- what cannot be told
+
+
+def test_without_an_orthosis_nothing_is_said_of_one() -> None:
+    found = metrics(walk_columns())
+    assert not [name for name in found.totals if "orthosis" in name or "air" in name or "share_of" in name]
+    assert found.totals["needed_swing_torque"].value == 4.0
+
+
+def test_a_share_of_nothing_is_left_out_with_a_warning() -> None:
+    columns = walk_columns()
+    columns["gait/ankle_moment"] = np.zeros_like(columns["time"])
+    found = metrics(with_orthosis(columns, np.ones_like(columns["time"])))
+    assert not [name for name in found.totals if name.startswith("share_of")]
+    assert any("share_of_positive_work is undefined" in warning for warning in found.warnings)
+
+
+def test_what_is_no_number_is_left_out_with_a_warning() -> None:
+    columns = walk_columns()
+    columns["toe/height"] = np.where(columns["gait/stride"] == 2, np.nan, columns["toe/height"])
+    found = metrics(columns)
+    assert any("toe_clearance is undefined in 1 of 3 strides" in warning for warning in found.warnings)
+    assert found.totals["toe_clearance"].value == pytest.approx(10.0, abs=1e-3)
+    columns["toe/height"] = np.full_like(columns["time"], np.nan)
+    found = metrics(columns)
+    assert "toe_clearance" not in found.totals
+    assert any("toe_clearance is undefined and left out" in warning for warning in found.warnings)
+    every = [m.value for row in (found.totals, *found.strides.values()) for m in row.values()]
+    assert np.isfinite(every).all()
+
+
+def test_strides_that_drift_are_told() -> None:
+    columns = walk_columns(4.0)
+    columns["toe/height"] = columns["toe/height"] + 0.002 * columns["gait/stride"]
+    assert any("+2.0 mm" in warning for warning in metrics(columns).warnings)
+
+
+# --- simulated
+
+
+def test_a_healthy_run_walks_as_recorded() -> None:
+    found = afo_sim.run("walk-healthy", {"duration": "3 s"})
+    assert found.metrics["angle_error_recorded"].value < 1.0
+    assert abs(found.metrics["toe_clearance_to_recorded"].value) < 1.0
+    assert abs(found.metrics["ball_clearance_to_recorded"].value) < 1.0
+    assert found.metrics["contacts_with_heel"].value == 100.0
+    assert found.metrics["needed_swing_torque"].value == 0.0
+
+
+def test_the_moment_balance_of_a_walking_run_holds_without_the_columns_to_compare_with() -> None:
+    run = afo_sim.run("walk-dropfoot-afo", {"duration": "1 s"})
+    assert "gait/needed_moment" in run.columns
+    assert not [name for name in run.columns if name.startswith("ankle/moment/") and "needed" in name]
+    # the drop foot lacks all of the dorsiflexors and none of the plantarflexors
+    assert run["gait/needed_moment"].min() >= -1e-9
+    assert run["gait/needed_moment"].max() > 2.0
+
+
+def test_strides_are_kept_in_the_files(tmp_path: pathlib.Path) -> None:
+    run = afo_sim.run("walk-dropfoot", {"duration": "2.6 s"})
+    assert list(run.strides) == [0, 1]
+    run.save(tmp_path, rrd=False)
+    assert afo_sim.read_recording(tmp_path).strides == run.strides
+    told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["strides"]
+    assert [row["stride"] for row in told] == [0, 1]
+    assert told[1]["metrics"]["toe_clearance"]["unit"] == "mm"
