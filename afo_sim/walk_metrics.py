@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from afo_sim import gait_norm
 from afo_sim.metrics import Metric
@@ -153,11 +152,20 @@ def dip(height: np.ndarray) -> tuple[int, bool]:
     Minimum toe clearance as a local minimum in mid-swing: Winter 1991; Schulz 2011 (which also counts the
     swings that have none).
     """
-    dips, _ = find_peaks(-height, prominence=RIPPLE)
-    if len(dips):
-        return int(dips[np.argmin(height[dips])]), True
+    inner = height[1:-1]
+    turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:])) + 1
+    dips = [int(k) for k in turns if min(_rise(height[k::-1]), _rise(height[k:])) >= RIPPLE]
+    if dips:
+        return min(dips, key=lambda k: height[k]), True
     start, end = (round(share * (len(height) - 1)) for share in MID_SWING)
     return start + int(np.argmin(height[start : end + 1])), False
+
+
+def _rise(height: np.ndarray) -> float:
+    """How far a height climbs above its first value before it falls below it [m]."""
+    below = height < height[0]
+    end = int(np.argmax(below)) if below.any() else len(height)
+    return float(height[:end].max() - height[0])
 
 
 def _clearance(stride: Stride) -> Found:

@@ -25,7 +25,8 @@ def test_every_description_loads_and_says_what_it_is(kind: str) -> None:
 def test_every_scenario_runs_a_second(name: str) -> None:
     run = afo_sim.run(name, {"duration": "1 s"})
     assert run.ok
-    assert [w for w in run.warnings if "extrapolated" not in w] == []
+    told = ("extrapolated", "no whole stride")  # a second of walking is less than a stride
+    assert [w for w in run.warnings if not any(known in w for known in told)] == []
 
 
 @pytest.mark.parametrize("name", assets.names("muscle"))

@@ -102,6 +102,9 @@ def test_a_ripple_is_no_dip_and_the_lowest_of_two_dips_counts() -> None:
     at, is_dip = dip(height)
     assert is_dip
     assert swing[at] == pytest.approx(0.75, abs=0.01)
+    # a floor between two slopes is one dip, a step on the way down is none
+    assert dip(np.array([5.0, 3.0, 3.0, 3.0, 4.0, 6.0])) == (1, True)
+    assert dip(np.array([9.0, 5.0, 5.0, 4.0, 3.0, 2.0]))[1] is False
 
 
 @pytest.mark.parametrize("stride", [1, 2])
