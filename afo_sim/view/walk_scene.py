@@ -13,6 +13,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim import assets, gait
+from afo_sim.carriage import Carriage
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
 from afo_sim.units import GRAVITY
@@ -40,29 +41,11 @@ PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 
 )
 
 
-@dataclass(frozen=True)
-class Carriage:
-    """Where the camera rides: x = start + length · strides [m]; the run goes from one strides to another."""
-
-    start: float
-    length: float
-    span: tuple[float, float]
-    stride_time: float  # mean [s]
-
-    def at(self, walked: np.ndarray) -> np.ndarray:
-        """Its places (n, 3) [m] at strides (n,)."""
-        x = self.start + self.length * walked
-        return np.column_stack([x, np.zeros((len(x), 2))])
-
-
 def carriage(source: Source) -> Carriage:
-    """The carriage that follows the ankle of a run most closely."""
-    blocks = list(source.read([*GAIT, "ankle/position/x"], source.every(100.0)))
-    walked = np.concatenate([strides(block) for block in blocks])
-    x = np.concatenate([block["ankle/position/x"] for block in blocks])
-    span = float(walked[0]), float(walked[-1])
-    took = len(walked) * source.every(100.0) / source.rate
-    return _follow(walked, x, span, took / max(span[1] - span[0], 1e-3))
+    """The carriage that keeps up with a run's ankle."""
+    blocks = list(source.read(["time", *GAIT, "ankle/position/x"], source.every(100.0)))
+    time, x = (np.concatenate([block[n] for block in blocks]) for n in ("time", "ankle/position/x"))
+    return Carriage.beside(time, np.concatenate([strides(block) for block in blocks]), x)
 
 
 def expected_carriage(source: Source) -> Carriage:
@@ -70,15 +53,10 @@ def expected_carriage(source: Source) -> Carriage:
     told = source.scenario.gait
     assert told is not None
     cycle = gait.read(assets.find_gait(told.cycle))
-    phase = np.linspace(0.0, 1.0, 101)
     stride_time = told.stride_time or cycle.stride_time
-    span = (told.start_phase, told.start_phase + source.scenario.duration / stride_time)
-    return _follow(phase, cycle.signal("ankle_x", phase), span, stride_time)
-
-
-def _follow(walked: np.ndarray, x: np.ndarray, span: tuple[float, float], stride_time: float) -> Carriage:
-    (start, length), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(x), walked]), x, rcond=None)
-    return Carriage(float(start), float(length), span, stride_time)
+    time = np.arange(0.0, source.scenario.duration + stride_time, 0.01)
+    walked = told.start_phase + time / stride_time
+    return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 
 def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
@@ -86,8 +64,7 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
 
     It is cut along the foot's side, as in a section: what sinks below the floor is seen.
     """
-    first, last = (way.start + way.length * walked for walked in way.span)
-    left, right = np.floor(first) - 2.0, np.ceil(last) + 2.0
+    left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
     size, centre = (np.array([right, FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
         half_sizes=[[*(0.5 * size), 0.002]],
@@ -140,12 +117,13 @@ class Walker:
 
     def log(self, stream: rr.RecordingStream, block: Columns) -> None:
         """A block of rows at the rate of poses."""
-        places = self.way.at(strides(block))
+        x = self.way.at(strides(block))
+        places = np.column_stack([x, np.zeros((len(x), 2))])
         if self.first:
             moved = rr.Transform3D.columns(translation=places.astype(np.float32))
             send(stream, CARRIAGE, block, moved)
             self._log_caption(stream, block)
-            self._log_marks(stream, block, places[:, 0])
+            self._log_marks(stream, block, x)
             self._log_force(stream, block)
             self._log_ghost(stream, block)
         if self.view.root.startswith(CARRIAGE):
