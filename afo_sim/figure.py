@@ -25,6 +25,7 @@ MOMENTS = {"orthosis": "#000000", "passive": "#009E73", "gravity": "#CC79A7"}
 WALKING_MOMENTS = {**MOMENTS, "biological": "#D55E00", "ground": "#56B4E9", "frame": "#999999"}
 SOLE = {"toe": "#E69F00", "ball": "#0072B2"}  # points whose height above the floor is drawn
 STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
+LOAD = "#E69F00"
 LINE_STYLES = ("-", "--", ":", "-.")  # of the muscles of a group, where they do not coincide
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
@@ -194,7 +195,7 @@ def _angle_panel(axis: Any, recording: Recording) -> None:
         recorded = np.degrees(recording["gait/ankle_angle"])
         _line(axis, recording, recorded, color="#0072B2", ls="--", lw=1.0, label="healthy, recorded")
     _line(axis, recording, np.degrees(recording["ankle/angle"]), color="black")
-    axis.set_ylabel("ankle angle [deg]\ndorsiflexion +")
+    axis.set_ylabel(f"{_words(recording)[0]} angle [deg]\n{_words(recording)[1]} +")
     if _groups(recording):
         _mark_range(axis, recording)
 
@@ -218,11 +219,13 @@ def _mark_range(axis: Any, recording: Recording) -> None:
 
 def _moment_panel(axis: Any, recording: Recording) -> None:
     axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
-    for name, colour in (WALKING_MOMENTS if _walks(recording) else MOMENTS).items():
+    moments = WALKING_MOMENTS if _walks(recording) else MOMENTS
+    moments = moments | ({"load": LOAD} if "ankle/moment/load" in recording.columns else {})
+    for name, colour in moments.items():
         if name == "orthosis" and not _groups(recording):
             continue
         _line(axis, recording, recording[f"ankle/moment/{name}"], color=colour, label=name)
-    axis.set_ylabel("ankle moment [N·m]\ndorsiflexion +")
+    axis.set_ylabel(f"{_words(recording)[0]} moment [N·m]\n{_words(recording)[1]} +")
 
 
 def _clearance_panel(axis: Any, recording: Recording) -> None:
@@ -346,6 +349,12 @@ def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour:
 
 def _walks(recording: Recording) -> bool:
     return "gait/phase" in recording.columns
+
+
+def _words(recording: Recording) -> tuple[str, str]:
+    """What the joint and its positive direction are called."""
+    leg = recording.scenario["leg"]
+    return leg["ankle"], leg["directions"][0]
 
 
 def _groups(recording: Recording) -> dict[str, str]:

@@ -5,53 +5,22 @@ parameters that the data do not tell apart; errors on points that the fit did no
 """
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.stats import qmc, t
+from scipy.optimize import OptimizeResult, least_squares
+from scipy.stats import qmc
 
-from afo_sim.characteristic import contractions, forces
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.fit_problem import Loss, Problem, errors, measurements, pressure_levels, take
+from afo_sim.identifiability import AT_BOUND, Estimate, intervals, refused, verdict
 from afo_sim.measured import Measured
-from afo_sim.physics.law import Braid, Law, LawParameter
-from afo_sim.physics.static_force import LAWS
 
-Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Progress = Callable[[str], None]
 
 STARTS = 12
-CORRELATED = 0.98  # two parameters with more are not told apart
-VAGUE = 0.5  # a half-interval of more than this share of the value tells nothing
-POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
-GEOMETRY = {
-    "braid_angle": LawParameter(
-        "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
-    ),
-    "end_length": LawParameter("end_length", "d", "m", 0.0, 0.5, "not contracting", (0.0, 0.06), 0.0),
-}
-NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is fitted to what: a law, its free parameters, the values of the others, the data."""
-
-    law: Law
-    data: tuple[Measured, ...]
-    free: tuple[str, ...]
-    fixed: Mapping[str, float]
-    loss: Loss = "linear"
-
-    def describe(self, name: str) -> LawParameter:
-        return GEOMETRY[name] if name in GEOMETRY else self.law.parameter(name)
-
-    @property
-    def loaded(self) -> bool:
-        """The residuals are changes of length [m] (a load was set), not forces [N]."""
-        return self.data[0].loaded
+ENOUGH = 3  # starts that end at the same place; with fewer there may be a better one
+OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
 
 
 @dataclass(frozen=True)
@@ -68,11 +37,13 @@ class Fit:
     correlation: np.ndarray
     residuals: np.ndarray
     agreeing_starts: int
+    starts: int
     verdict: tuple[str, ...]
     held_out: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
 
     @property
     def rms(self) -> float:
+        """Of the residuals [N or m]."""
         return rms(self.residuals)
 
     def held_out_rms(self, kind: str) -> float:
@@ -81,167 +52,13 @@ class Fit:
 
     @property
     def worst(self) -> float:
+        """The largest residual [N or m]."""
         return float(np.abs(self.residuals).max())
 
     @property
     def identifiable(self) -> bool:
+        """Whether the data tell every parameter."""
         return not self.verdict
-
-
-def select(data: Measured) -> tuple[Measured, int]:
-    """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
-
-    Stretched, the braid carries; slack, nothing does; without air there is no muscle.
-    """
-    shortening = data.contraction if data.contraction is not None else data.change
-    assert shortening is not None
-    keep = (data.pressure > 0.0) & (data.force >= 0.0) & (shortening >= 0.0)
-    return take(data, keep), int(np.sum(~keep))
-
-
-def take(data: Measured, keep: np.ndarray) -> Measured:
-    """Some points of the data."""
-    return replace(
-        data,
-        pressure=data.pressure[keep],
-        force=data.force[keep],
-        curve=data.curve[keep],
-        contraction=None if data.contraction is None else data.contraction[keep],
-        change=None if data.change is None else data.change[keep],
-    )
-
-
-def pose(
-    law_name: str,
-    data: Sequence[Measured],
-    *,
-    free: Sequence[str] = (),
-    fixed: Mapping[str, float] | None = None,
-    loss: Loss = "linear",
-) -> Problem:
-    """Decide what of a law is free, from the data and from what the caller says.
-
-    Parameters
-    ----------
-    law_name : of LAWS
-    data : one Measured per muscle, all with the same kind of residual
-    free : parameters to fit beside those that the law usually is fitted by
-    fixed : parameters that are known [SI]
-    loss : of scipy's `least_squares`
-
-    Raises
-    ------
-    InputError
-        Unknown law or parameter, data that do not determine the fit, or a length that is needed.
-    """
-    if law_name not in LAWS:
-        raise InputError(
-            "is an unknown law",
-            field="--law",
-            value=law_name,
-            allowed=", ".join([*LAWS, "all"]),
-            nearest=nearest_name(law_name, [*LAWS, "all"]),
-        )
-    law, given = LAWS[law_name], dict(fixed or {})
-    known = [*(p.name for p in law.parameters), *GEOMETRY]
-    for name in (*free, *given):
-        if name not in known:
-            raise InputError(
-                f"is no parameter of {law_name}",
-                field="--free" if name in free else "--fix",
-                value=name,
-                allowed=", ".join(known),
-                nearest=nearest_name(name, known),
-            )
-    if len({d.loaded for d in data}) > 1:
-        raise InputError(
-            "are given in one file and loads in another: their errors cannot be added",
-            field="force",
-            allowed="forces in all files, or loads in all files",
-        )
-    changes = data[0].contraction is None
-    wanted = [*law.fitted, *free]
-    if changes and "braid_angle" in law.fitted:
-        wanted.append("end_length")
-    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
-    problem = Problem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
-    _require_enough(problem)
-    return problem
-
-
-def _settled(
-    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
-) -> dict[str, float]:
-    """The values of what is not free: as given, as the data's header says, or the default."""
-    settled = dict(given)
-    for name, parameter in (*((p.name, p) for p in law.parameters), *GEOMETRY.items()):
-        if name in free or name in settled:
-            continue
-        stated = data[0].facts.get(name)
-        if stated is None and parameter.default is None:
-            raise InputError(
-                f"is neither free nor fixed in {law.name}",
-                field="--free",
-                value=name,
-                allowed=f'--free {name}, or --fix {name}="…"',
-            )
-        settled[name] = float(stated if stated is not None else parameter.default or 0.0)
-    for d in data:
-        if "bore" not in d.facts:
-            raise InputError(
-                "must be told", file=d.file, field="bore", allowed='a header line "# bore: 20 mm"'
-            )
-        if d.contraction is None and "total_length" not in d.facts:
-            raise InputError(
-                "must be told",
-                file=d.file,
-                field="total_length",
-                allowed='a header line "# total_length: 21.5 cm"',
-            )
-    return settled
-
-
-def _require_enough(problem: Problem) -> None:
-    points = sum(len(d) for d in problem.data)
-    file = problem.data[0].file
-    pressures = np.unique(np.round(np.concatenate([d.pressure for d in problem.data]), -2))
-    if points <= len(problem.free):
-        raise InputError(
-            f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
-            file=file,
-            allowed="more points than parameters; or a law with fewer, or --fix NAME=VALUE",
-        )
-    if len(pressures) < 2:
-        raise InputError(
-            "holds one pressure only: how the force depends on pressure cannot be told",
-            file=file,
-            field="pressure",
-            value=f"{pressures[0] * 1e-5:g} bar" if len(pressures) else "none",
-            allowed="at least two pressures",
-        )
-
-
-def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np.ndarray:
-    """What the law says where the data were measured: force [N], or change of length [m]."""
-    everything = {**problem.fixed, **values}
-    total = data.facts.get("total_length", NOMINAL_LENGTH)
-    active = total - (everything["end_length"] if data.contraction is None else 0.0)
-    braid = Braid(active, data.facts["bore"] / 2.0, everything["braid_angle"])
-    coefficients = problem.law.coefficients(braid, everything)
-    if data.loaded:
-        scale = active if data.contraction is None else 1.0
-        return scale * contractions(problem.law.native_id, coefficients, data.force, data.pressure)
-    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
-    return forces(problem.law.native_id, coefficients, kappa, data.pressure)
-
-
-def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
-    """Prediction less measurement over several data sets [N or m]."""
-    parts = []
-    for d in data:
-        measured = d.force if not d.loaded else (d.change if d.contraction is None else d.contraction)
-        parts.append(predict(problem, values, d) - measured)
-    return np.concatenate(parts)
 
 
 def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
@@ -258,13 +75,32 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
     Fit, without held-out errors
     """
     found = _search(problem, problem.data, _starts(problem, starts, seed))
+    if starts >= ENOUGH and _agreeing(found) < ENOUGH:
+        found += _search(problem, problem.data, _starts(problem, 3 * starts, seed + 1))
     best = min(found, key=lambda f: f.cost)
-    agreeing = int(sum(f.cost <= best.cost * 1.001 + 1e-300 for f in found))
-    scale = _scales(problem)
+    scale, outlying = _scales(problem), OUTLYING
+    if problem.loss != "linear":  # what is an outlier, the residuals of the first search tell
+        size = float(np.ptp(measurements(problem, problem.data))) or 1.0
+        first = errors(problem, dict(zip(problem.free, best.x * scale, strict=True)), problem.data) / size
+        outlying = max(1.4826 * float(np.median(np.abs(first - np.median(first)))), 1e-9)
+        best = _search(problem, problem.data, np.array([best.x * scale]), outlying)[0]
     values = dict(zip(problem.free, best.x * scale, strict=True))
     residuals = errors(problem, values, problem.data)
-    half, correlation, verdict = _believe(problem, best, residuals, scale)
-    return Fit(problem, values, half, correlation, residuals, agreeing, tuple(verdict))
+    half, correlation, verdict = _believe(problem, best, outlying)
+    agreeing = _agreeing(found)
+    if starts >= ENOUGH and agreeing < ENOUGH:
+        verdict.append(
+            f"{', '.join(problem.free)}: not identifiable: only {agreeing} of {len(found)} starts end here, "
+            "there may be a better fit"
+        )
+        half = dict.fromkeys(half, np.inf)
+    return Fit(problem, values, half, correlation, residuals, agreeing, len(found), tuple(verdict))
+
+
+def _agreeing(found: Sequence[OptimizeResult]) -> int:
+    """How many starts end where the best does, having settled."""
+    best = min(f.cost for f in found)
+    return sum(bool(f.cost <= best * 1.001 + 1e-300 and f.status > 0) for f in found)
 
 
 def _scales(problem: Problem) -> np.ndarray:
@@ -287,86 +123,95 @@ def _starts(problem: Problem, count: int, seed: int) -> np.ndarray:
     return low + (high - low) * qmc.LatinHypercube(len(described), seed=seed).random(count)
 
 
-def _search(problem: Problem, data: Sequence[Measured], starts: np.ndarray) -> list:
+def _search(
+    problem: Problem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
+) -> list[OptimizeResult]:
     """The optimiser's results from each start."""
     scale, (lower, upper) = _scales(problem), _bounds(problem)
-    size = float(np.ptp(_measurements(problem, data))) or 1.0
+    size = float(np.ptp(measurements(problem, data))) or 1.0
 
     def residuals(z: np.ndarray) -> np.ndarray:
         return errors(problem, dict(zip(problem.free, z * scale, strict=True)), data) / size
 
-    found = []
-    for start in starts:
-        z = np.clip(start, lower, upper) / scale
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            found.append(
-                least_squares(
-                    residuals,
-                    z,
-                    jac="3-point",
-                    bounds=(lower / scale, upper / scale),
-                    x_scale="jac",
-                    loss=problem.loss,
-                    f_scale=0.01,
-                    ftol=1e-12,
-                    xtol=1e-12,
-                    gtol=1e-12,
-                    max_nfev=300,
-                )
-            )
-    return found
+    starts = np.clip(starts, lower, upper) / scale
+    return [_least_squares(residuals, z, problem, problem.loss, outlying, 300) for z in starts]
 
 
-def _measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
-    return np.concatenate(
-        [d.force if not d.loaded else (d.change if d.contraction is None else d.contraction) for d in data]
-    )
+def _least_squares(
+    residuals: Callable[[np.ndarray], np.ndarray],
+    z: np.ndarray,
+    problem: Problem,
+    loss: Loss,
+    outlying: float,
+    evaluations: int,
+) -> OptimizeResult:
+    scale, (lower, upper) = _scales(problem), _bounds(problem)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return least_squares(
+            residuals,
+            z,
+            jac="3-point",
+            bounds=(lower / scale, upper / scale),
+            x_scale="jac",
+            loss=loss,
+            f_scale=outlying,
+            ftol=1e-12,
+            xtol=1e-12,
+            gtol=1e-12,
+            max_nfev=evaluations,
+        )
 
 
 def _believe(
-    problem: Problem, best: object, residuals: np.ndarray, scale: np.ndarray
+    problem: Problem, best: OptimizeResult, outlying: float
 ) -> tuple[dict[str, float], np.ndarray, list[str]]:
     """95 % half-widths, correlations, and what the data cannot tell."""
-    jacobian = best.jac  # type: ignore[attr-defined]
-    n, k = jacobian.shape
-    size = float(np.ptp(_measurements(problem, problem.data))) or 1.0
-    norms = np.linalg.norm(jacobian, axis=0)
-    norms[norms == 0.0] = 1e-300
-    _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
-    variance = float(np.sum((residuals / size) ** 2)) / (n - k)
-    inverse = (rows.T / np.maximum(singular, 1e-15) ** 2) @ rows
-    spread = np.sqrt(np.diag(inverse))
-    correlation = inverse / np.outer(spread, spread)
-    with np.errstate(over="ignore"):  # a parameter without any effect
-        half = t.ppf(0.975, n - k) * np.sqrt(variance) * spread / norms * scale
-    values = best.x * scale  # type: ignore[attr-defined]
-    verdict = list(_verdict(problem, n, values, half, correlation))
-    widths = dict(zip(problem.free, half.tolist(), strict=True))
-    refused = {name for line in verdict for name in line.split(":")[0].split(", ")}
-    return {name: np.inf if name in refused else w for name, w in widths.items()}, correlation, verdict
-
-
-def _verdict(
-    problem: Problem, points: int, values: np.ndarray, half: np.ndarray, correlation: np.ndarray
-) -> Iterator[str]:
-    """Lines "names: reason" on the parameters that the data do not identify."""
-    names = problem.free
-    if points < POINTS_PER_PARAMETER * len(names):
-        yield f"{', '.join(names)}: not identifiable: {points} points for {len(names)} parameters"
-        return
+    scale = _scales(problem)
+    values = best.x * scale
     lower, upper = _bounds(problem)
-    for i, name in enumerate(names):
-        for j in range(i):
-            if abs(correlation[i, j]) > CORRELATED:
-                yield (
-                    f"{names[j]}, {name}: not identifiable one by one: correlation {correlation[i, j]:.3f}; "
-                    "use them together"
-                )
-        if min(values[i] - lower[i], upper[i] - values[i]) <= 1e-6 * (upper[i] - lower[i]):
-            yield f"{name}: not identifiable: it ends at its bound"
-        elif half[i] > VAGUE * abs(values[i]):
-            yield f"{name}: not identifiable: {values[i]:.4g} ± {half[i]:.3g}"
+    size = float(np.ptp(measurements(problem, problem.data))) or 1.0
+
+    def residuals(z: np.ndarray) -> np.ndarray:
+        return errors(problem, dict(zip(problem.free, z * scale, strict=True)), problem.data) / size
+
+    # the search's own Jacobian is weighted by the loss; the interval's is not
+    jacobian = _least_squares(residuals, best.x, problem, "linear", OUTLYING, 1).jac
+    n, k = jacobian.shape
+    inner = np.minimum(values - lower, upper - values) > AT_BOUND * (upper - lower)
+    variance = _variance(residuals(best.x), problem.loss, outlying, n - int(inner.sum()))
+    half, correlation = np.full(k, np.inf), np.eye(k)
+    if inner.any():  # a parameter at its bound is held, for the others
+        half[inner], correlation[np.ix_(inner, inner)] = intervals(
+            jacobian[:, inner], variance, n - int(inner.sum())
+        )
+    half = half * scale
+    shown = [f"{value:.4g} ± {width:.3g}" for value, width in zip(values, half, strict=True)]
+    found = Estimate(problem.free, values, half, np.abs(values), lower, upper, shown)
+    lines = list(verdict(found, correlation, n))
+    widths = dict(zip(problem.free, half.tolist(), strict=True))
+    return {n: np.inf if n in refused(lines) else w for n, w in widths.items()}, correlation, lines
+
+
+def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) -> float:
+    """Variance of a residual that goes with the unweighted Jacobian.
+
+    Σψ²/freedom over (mean ψ′)², with ψ = ρ′(z) f of scipy's loss ρ(z), z = (f/outlying)²; for the linear
+    loss the usual Σf²/freedom (Huber 1981, Robust Statistics, section 7.6).
+    """
+    z = (residuals / outlying) ** 2
+    first, second = {
+        "linear": (np.ones_like(z), np.zeros_like(z)),
+        "soft_l1": ((1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+        "huber": (
+            np.where(z > 1.0, z, 1.0) ** -0.5,
+            np.where(z > 1.0, -0.5 * np.where(z > 1.0, z, 1.0) ** -1.5, 0.0),
+        ),
+        "cauchy": (1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+    }[loss]
+    influence = first * residuals
+    slope = float(np.mean(first + 2.0 * z * second))
+    return float(np.sum(influence**2)) / freedom / slope**2
 
 
 def held_out(
@@ -405,7 +250,7 @@ def rms(values: np.ndarray) -> float:
 def _groups(problem: Problem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
     """What can be left out: by kind, each group's name and its masks, one per data set."""
     data = problem.data
-    by_kind = {"pressure": [np.round(d.pressure * 1e-5, 3) for d in data]}
+    by_kind = {"pressure": pressure_levels(data)}
     if any(d.curve.dtype.kind != "f" for d in data):
         by_kind["curve"] = [d.curve for d in data]
     if problem.loaded:

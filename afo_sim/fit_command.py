@@ -8,9 +8,10 @@ from typing import Any, get_args
 
 from afo_sim import fit_files
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.fit import GEOMETRY, STARTS, Fit, Loss, fit, held_out, pose, select
+from afo_sim.fit import Fit, fit, held_out
 from afo_sim.fit_files import kinds, parameter_rows, ranking_rows, residual_unit
-from afo_sim.measured import HEADER, Measured, read_measured
+from afo_sim.fit_problem import GEOMETRY, Loss, pose, select
+from afo_sim.measured import HEADER, Measured, check_facts, read_measured
 from afo_sim.physics.static_force import LAWS
 from afo_sim.units import parse_quantity
 
@@ -114,6 +115,20 @@ def _check(request: Request) -> None:
                 nearest=nearest_name(value, allowed),
             )
     fit_files.require_like(request.like)
+    known = {p.name for law in LAWS.values() for p in law.parameters} | set(GEOMETRY)
+    for name in request.fixed:
+        if name not in known:
+            raise InputError(
+                "is no parameter of any law",
+                field="--fix",
+                value=name,
+                allowed=", ".join(sorted(known)),
+                nearest=nearest_name(name, known),
+            )
+    resolved = [file.resolve() for file in (*request.files, *request.test)]
+    for file in request.files:
+        if resolved.count(file.resolve()) > 1:
+            raise InputError("is given twice: its points would count double", file=file)
 
 
 def _read(files: tuple[pathlib.Path, ...], told: Mapping[str, Any]) -> tuple[list[Measured], int]:
@@ -131,6 +146,7 @@ def _read(files: tuple[pathlib.Path, ...], told: Mapping[str, Any]) -> tuple[lis
                 nearest=nearest_name(key, names),
             )
         facts[key] = _quantity("--tell", key, text, unit)
+    check_facts(None, facts, "--tell")
     data, left_out = [], 0
     for file in files:
         measured = read_measured(file, facts)
@@ -178,9 +194,10 @@ def tables(found: Answer) -> list[tuple[str, list[str], list[list[str]]]]:
     if len(found.fits) + len(found.skipped) > 1:
         header = ["law", "parameters", f"RMS [{unit}]"]
         header += [f"{kind} left out [{unit}]" for kind in kinds(found.fits)]
-        shown.append(
-            ("laws, best held-out first", [*header, "intervals"], ranking_rows(found.fits, found.skipped))
-        )
+        kind = fit_files.ranked_by(found.fits)
+        title = f"laws, best on {kind}s left out first" if kind else "laws, best on the fitted points first"
+        rows = ranking_rows(found.fits, found.skipped)
+        shown.append((title, [*header, "starts agree", "intervals"], rows))
     rows = parameter_rows(best)
     shown.append((best.problem.law.name, ["parameter", "value", "95 % interval", "unit"], rows))
     return shown
@@ -192,7 +209,7 @@ def remarks(found: Answer) -> list[str]:
     factor, unit = residual_unit(best)
     lines = [
         f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst {factor * best.worst:.3g} "
-        f"{unit}; {best.agreeing_starts} of {STARTS} starts agree"
+        f"{unit}; {best.agreeing_starts} of {best.starts} starts agree"
     ]
     for kind in best.held_out:
         groups = best.held_out[kind]

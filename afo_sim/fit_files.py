@@ -11,7 +11,8 @@ import numpy as np
 from afo_sim import assets, reader
 from afo_sim.errors import InputError
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
-from afo_sim.fit import Fit, predict, rms, take
+from afo_sim.fit import Fit, rms
+from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take
 from afo_sim.measured import Measured
 from afo_sim.units import EXAMPLES, format_quantity, in_unit
 from afo_sim.writing import replacing
@@ -50,16 +51,18 @@ def ranking_rows(fits: Sequence[Fit], skipped: dict[str, str]) -> list[list[str]
         factor, _ = residual_unit(fit)
         held = [f"{factor * fit.held_out_rms(k):.3g}" if k in fit.held_out else "-" for k in kinds(fits)]
         refused = sum(math.isinf(w) for w in fit.half_width.values())
+        agree = f"{fit.agreeing_starts} of {fit.starts}"
         rows.append(
             [
                 fit.problem.law.name,
                 str(len(fit.values)),
                 f"{factor * fit.rms:.3g}",
                 *held,
+                agree,
                 "all" if not refused else f"{len(fit.values) - refused} of {len(fit.values)}",
             ]
         )
-    return rows + [[law, "", "", *[""] * len(kinds(fits)), reason] for law, reason in skipped.items()]
+    return rows + [[law, "", "", *[""] * len(kinds(fits)), "", reason] for law, reason in skipped.items()]
 
 
 def kinds(fits: Sequence[Fit]) -> list[str]:
@@ -68,12 +71,18 @@ def kinds(fits: Sequence[Fit]) -> list[str]:
 
 
 def rank(fits: Sequence[Fit]) -> list[Fit]:
-    """Best first: by the error on pressures left out, or on the data where that was not asked."""
+    """Best first: by the error on what was left out, pressures first; on the data where nothing was."""
+    kind = ranked_by(fits)
 
     def error(fit: Fit) -> float:
-        return fit.held_out_rms("pressure") if "pressure" in fit.held_out else math.inf
+        return fit.held_out_rms(kind) if kind in fit.held_out else math.inf
 
     return sorted(fits, key=lambda fit: (error(fit), fit.rms))
+
+
+def ranked_by(fits: Sequence[Fit]) -> str:
+    """The kind of held-out error that laws are ranked by; "" where nothing was left out."""
+    return next((kind for kind in kinds(fits) if kind != "file"), "")
 
 
 def write_fit(fits: Sequence[Fit], skipped: dict[str, str], folder: pathlib.Path, like: str = LIKE) -> None:
@@ -92,20 +101,35 @@ def write_fit(fits: Sequence[Fit], skipped: dict[str, str], folder: pathlib.Path
         The folder cannot be written to, or there is no such muscle.
     """
     best = fits[0]
-    several = len(best.problem.data) > 1
+    data_sets = best.problem.data
+    stems = [data.file.stem for data in data_sets]
     told = {"fits": [_as_json(fit) for fit in fits], "skipped": skipped}
     texts = {folder / "fit.json": json.dumps(told, indent=2, ensure_ascii=False) + "\n"}
-    for data in best.problem.data:
-        place = folder / data.file.stem if several else folder
+    for data in data_sets:
+        own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
+        place = folder / own if len(data_sets) > 1 else folder
         texts[place / "muscle.toml"] = muscle_toml(best, data, like)
     for file, text in texts.items():
         with replacing(file) as path:
             path.write_text(text, encoding="utf-8")
             if file.suffix == ".toml":
-                reader.load("muscle", path)  # it must be a muscle
+                _require_a_muscle(path, best)
     for suffix in ("png", "pdf"):
         with replacing(folder / f"fit.{suffix}") as path:
             draw(fits, path, suffix)
+
+
+def _require_a_muscle(path: pathlib.Path, fit: Fit) -> None:
+    """Refuse a fit that ends where no muscle can be; the message is about the data, not the file."""
+    try:
+        reader.load("muscle", path)
+    except InputError as error:
+        raise InputError(
+            f"the fit of {fit.problem.law.name} is no muscle: {error.field} {error.problem}",
+            file=fit.problem.data[0].file,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
 
 
 def _as_json(fit: Fit) -> dict[str, Any]:
@@ -123,6 +147,7 @@ def _as_json(fit: Fit) -> dict[str, Any]:
         "rms": factor * fit.rms,
         "worst": factor * fit.worst,
         "agreeing_starts": fit.agreeing_starts,
+        "starts": fit.starts,
         "held_out": {
             kind: {"rms": factor * fit.held_out_rms(kind)}
             | {label: factor * rms(errors) for label, errors in groups.items()}
@@ -157,14 +182,15 @@ def muscle_toml(fit: Fit, data: Measured, like: str = LIKE) -> str:
         return _entry(value, "assumed", f"taken over from {like}, not measured on this muscle")
 
     told, active = data.facts, data.contraction is not None
-    length = over("total_length")
+    # with contraction ratios the law was fitted for this length, which some laws depend on
+    length = _entry(format_quantity(NOMINAL_LENGTH, "m"), "assumed", "contraction ratios were measured")
     if "total_length" in told:
         length = _entry(format_quantity(told["total_length"], "m"), "user", f"told with {data.file.name}")
     bore = _entry(format_quantity(told["bore"], "m"), "user", f"told with {data.file.name}")
     end = _entry("0 m", "assumed", "contractions were given: braid only") if active else None
     lines = [
         f"description = {_text(f'{data.file.stem}: {law.name} fitted to {files}')}",
-        'grade = "A"',
+        f'grade = "{"A" if fit.identifiable else "C"}"',
         f'law = "{law.name}"',
         f"total_length = {length}",
         f"end_length = {end or number('end_length', 'm')}",
@@ -182,9 +208,9 @@ def muscle_toml(fit: Fit, data: Measured, like: str = LIKE) -> str:
 def _ranges(fit: Fit, data: Measured) -> list[str]:
     """The range of the law and the muscle's limits: what was measured, no more."""
     low, high = (format_quantity(x, "Pa") for x in (data.pressure.min(), data.pressure.max()))
-    active = data.facts.get("total_length", 1.0) - fit.values.get("end_length", 0.0)
+    active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
     kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
-    most = max(float(kappa.max()), 0.01)
+    most = min(max(float(kappa.max()), 0.01), 0.6)
     strongest = format_quantity(max(float(data.force.max()), 1.0), "N")
     measured = f"the highest of {data.file.name}"
     return [
@@ -238,10 +264,11 @@ def draw(fits: Sequence[Fit], path: pathlib.Path, suffix: str = "png") -> None:
 def _draw_curves(axis: Any, fit: Fit, data: Measured) -> None:
     """Points, and the law's line through them at each pressure."""
     factor, unit = residual_unit(fit)
-    for pressure in np.unique(np.round(data.pressure, -2)):
-        colour = _colour(data, pressure)
-        points = take(data, np.round(data.pressure, -2) == pressure)
-        label = f"{pressure * 1e-5:g} bar"
+    levels = pressure_levels(fit.problem.data)[fit.problem.data.index(data)]
+    for level in np.unique(levels):
+        colour = _colour(data, level * 1e5)
+        points = take(data, levels == level)
+        label = f"{level:g} bar"
         if data.loaded:
             line = _line(points, force=np.linspace(0.7 * points.force.min(), 1.1 * points.force.max(), 60))
             measured = points.change if points.change is not None else points.contraction
@@ -272,13 +299,13 @@ def _colour(data: Measured, pressure: float) -> Any:
 
 
 def _line(points: Measured, **columns: np.ndarray) -> Measured:
-    """A data set to predict a smooth curve at: the first point's pressure, other columns replaced."""
+    """A data set to predict a smooth curve at: the points' mean pressure, other columns replaced."""
     import dataclasses
 
     size = len(next(iter(columns.values())))
     blank = {"force": np.zeros(size)} | columns
     return dataclasses.replace(
-        points, pressure=np.full(size, points.pressure[0]), curve=np.zeros(size), **blank
+        points, pressure=np.full(size, points.pressure.mean()), curve=np.zeros(size), **blank
     )
 
 

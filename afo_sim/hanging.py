@@ -81,14 +81,8 @@ def _model(hung: Sequence[Hung]) -> mujoco.MjModel:
 def _fill_parameters(model: mujoco.MjModel, number: int, muscle: Muscle) -> None:
     first = PER_MUSCLE * number
     model.actuator_user[first] = native.muscle_row(
-        law=muscle.law,
-        coefficients=muscle.coefficients,
-        lowest_pressure=muscle.law_set.pressure_range[0],
-        braid=muscle.braid,
+        **muscle.row,
         series_length=muscle.end_length,
-        damping=muscle.damping,
-        braid_stiffness=muscle.braid_stiffness,
-        dead_volume=muscle.dead_volume,
         chamber=first + 1,
         next_muscle=-1,
     )

@@ -1,7 +1,5 @@
 """Measured characteristics of a muscle: a CSV of pressure, contraction or length, and force or load."""
 
-import csv
-import math
 import pathlib
 import re
 from collections.abc import Mapping
@@ -11,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.errors import InputError, nearest_name
-from afo_sim.units import AMBIENT_PRESSURE, GRAVITY, parse_quantity
+from afo_sim.table import number, read_facts, read_table, scale_of, split_title
+from afo_sim.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
 
 # Column → the SI units that it may be given in.
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -26,7 +25,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 }
 EXAMPLE = "pressure [bar], contraction [-], force [N]; or pressure [bar], load [kg], change of length [cm]"
 # Header line "# key: value" → SI unit; text where there is none.
-HEADER = {
+HEADER: dict[str, str | None] = {
     "total_length": "m",
     "end_length": "m",
     "bore": "m",
@@ -36,10 +35,20 @@ HEADER = {
     "licence": None,
     "note": None,
 }
-_TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 
 
-@dataclass(frozen=True)
+# What a muscle can be, SI: from, to.
+POSSIBLE = {
+    "total_length": (1e-3, 2.0),
+    "end_length": (0.0, 1.0),
+    "bore": (5e-4, 0.2),
+    "braid_angle": (0.0873, 0.872),
+    "hanger": (0.0, 50.0),
+}
+SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
+
+
+@dataclass(frozen=True, eq=False)
 class Measured:
     """Points of a static characteristic, SI.
 
@@ -62,6 +71,7 @@ class Measured:
 
     @property
     def name(self) -> str:
+        """The file's name with its folder's, which is often the muscle's."""
         return f"{self.file.parent.name}/{self.file.stem}"
 
 
@@ -85,37 +95,23 @@ def read_measured(file: pathlib.Path, told: Mapping[str, float] | None = None) -
     InputError
         A column or unit is missing or unknown, a value is no finite number, or too few points.
     """
-    try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", file=file) from None
-    facts = dict(told or {}) | _facts(file, [line for line in lines if line.lstrip().startswith("#")])
-    numbered = [
-        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not numbered:
-        raise InputError("holds no points", file=file, allowed=EXAMPLE)
-    titles = next(csv.reader([numbered[0][1]], skipinitialspace=True))
-    columns = [_column(file, title) for title in titles]
-    names = [name for name, _ in columns]
+    table = read_table(file, EXAMPLE)
+    facts = dict(told or {}) | read_facts(table, HEADER)
+    check_facts(file, facts)
+    columns = [_column(file, title) for title in table.titles]
+    names = [name for name, _, _ in columns]
     _require(file, names)
     values: dict[str, list[Any]] = {name: [] for name in names}
-    for number, line in numbered[1:]:
-        cells = next(csv.reader([line], skipinitialspace=True))
-        if len(cells) != len(columns):
-            raise InputError(
-                f"line {number} has {len(cells)} values where the header names {len(columns)}", file=file
-            )
-        for (name, scale), cell in zip(columns, cells, strict=True):
-            values[name].append(cell.strip() if name == "curve" else _value(file, number, name, cell) * scale)
-    return _measured(file, values, dict(columns), titles, facts)
+    for line, cells in table.rows:
+        for (name, scale, _), cell in zip(columns, cells, strict=True):
+            values[name].append(cell if name == "curve" else number(file, line, name, cell) * scale)
+    return _measured(file, values, {name: si for name, _, si in columns}, facts)
 
 
 def _measured(
     file: pathlib.Path,
     values: dict[str, list[Any]],
-    scales: dict[str, float],
-    titles: list[str],
+    units: dict[str, str],
     facts: dict[str, Any],
 ) -> Measured:
     arrays = {name: np.array(v) for name, v in values.items()}
@@ -124,7 +120,7 @@ def _measured(
         pressure = arrays["absolute pressure"] - AMBIENT_PRESSURE
     if len(pressure) < 3:
         raise InputError(f"holds {len(pressure)} points", file=file, allowed="at least 3")
-    if pressure.min() < -1.0 or pressure.max() > 2e6:
+    if pressure.min() < -SENSOR_OFFSET or pressure.max() > 2e6:
         raise InputError(
             "is out of range",
             file=file,
@@ -165,9 +161,8 @@ def _measured(
     loaded = "load" in arrays
     force = arrays["load"] if loaded else arrays["force"]
     if loaded:
-        title = next(t for t in titles if t.strip().startswith("load"))
-        if _unit(title) not in ("N", "kN"):
-            force = (force + facts.get("hanger", 0.0)) * GRAVITY
+        weight = GRAVITY if units["load"] == "kg" else 1.0
+        force = weight * force + GRAVITY * facts.get("hanger", 0.0)
     curve = arrays.get("curve", np.round(pressure, -1))
     return Measured(file, pressure, force, contraction, change, curve, loaded, facts)
 
@@ -187,15 +182,27 @@ def _require(file: pathlib.Path, names: list[str]) -> None:
             raise InputError(problem, file=file, field="header", value=", ".join(names), allowed=EXAMPLE)
 
 
-def _unit(title: str) -> str:
-    found = _TITLE.match(title)
-    return (found[2] or "") if found else ""
+def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], option: str = "") -> None:
+    """Refuse facts about a muscle that cannot be, from a file's header or from an option."""
+    for key, (low, high) in POSSIBLE.items():
+        if key in facts and not low <= facts[key] <= high:
+            si = HEADER[key] or ""
+            usual = EXAMPLES[si].partition(" ")[2]
+            shown = [f"{in_unit(value, si, usual):.4g}" for value in (facts[key], low, high)]
+            raise InputError(
+                "is out of range",
+                file=file,
+                field=f"{option} {key}".strip(),
+                value=f"{shown[0]} {usual}",
+                allowed=f"{shown[1]} to {shown[2]} {usual}",
+            )
+    if facts.get("end_length", 0.0) >= facts.get("total_length", 2.0):
+        raise InputError("is not less than the total length", file=file, field="end_length")
 
 
-def _column(file: pathlib.Path, title: str) -> tuple[str, float]:
-    """Name of a column and the factor that takes its values to SI."""
-    found = _TITLE.match(title)
-    name = re.sub(r"[\s_]+", " ", found[1].strip().lower()) if found else title
+def _column(file: pathlib.Path, title: str) -> tuple[str, float, str]:
+    """Name of a column, the factor that takes its values to SI, and that SI unit."""
+    name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
     if name not in COLUMNS:
         raise InputError(
             "is an unknown column",
@@ -206,44 +213,6 @@ def _column(file: pathlib.Path, title: str) -> tuple[str, float]:
             nearest=nearest_name(name, COLUMNS),
         )
     if not COLUMNS[name]:
-        return name, 1.0
-    unit = found[2] if found else None
-    if not unit:
-        raise InputError("has no unit", file=file, field=name, value=title, allowed=f"as in: {EXAMPLE}")
-    if name == "contraction":
-        scales = {"-": 1.0, "1": 1.0, "%": 0.01}
-        if unit not in scales:
-            raise InputError("has an unknown unit", file=file, field=name, value=title, allowed="[-] or [%]")
-        return name, scales[unit]
-    problem = ""
-    for si in COLUMNS[name]:
-        try:
-            return name, parse_quantity(f"1 {unit}", si)
-        except ValueError as error:
-            problem = str(error)
-    raise InputError(problem, file=file, field=name, value=title, allowed=f"as in: {EXAMPLE}")
-
-
-def _value(file: pathlib.Path, line: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"line {line}: is not a finite number", file=file, field=name, value=cell.strip())
-    return value
-
-
-def _facts(file: pathlib.Path, lines: list[str]) -> dict[str, Any]:
-    facts: dict[str, Any] = {}
-    for line in lines:
-        key, colon, text = line.lstrip()[1:].partition(":")
-        key = key.strip().lower()
-        if not colon or key not in HEADER:
-            continue  # a comment
-        unit = HEADER[key]
-        try:
-            facts[key] = text.strip() if unit is None else parse_quantity(text.strip(), unit)
-        except ValueError as error:
-            raise InputError(str(error), file=file, field=key, value=text.strip()) from None
-    return facts
+        return name, 1.0, ""
+    scale, si = scale_of(file, name, title, COLUMNS[name], EXAMPLE)
+    return name, scale, si

@@ -47,7 +47,12 @@ def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
     return float(time[k - 1] + share * (time[k] - time[k - 1]))
 
 
-def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: float) -> dict[str, Metric]:
+def ankle_metrics(
+    columns: Mapping[str, np.ndarray],
+    timestep: float,
+    period: float,
+    directions: tuple[str, str] = ("dorsiflexion", "plantarflexion"),
+) -> dict[str, Metric]:
     """Angle, torque, pressure and air of a run.
 
     Parameters
@@ -55,6 +60,7 @@ def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: fl
     columns : of a recording at the full step rate, SI
     timestep : [s]
     period : the timer's cycle [s]
+    directions : what positive and negative angles are called
 
     Returns
     -------
@@ -64,11 +70,11 @@ def ankle_metrics(columns: Mapping[str, np.ndarray], timestep: float, period: fl
     torque = columns["ankle/moment/orthosis"]
     first_cycle = time < max(period, time[0] + timestep)  # of a later stretch, its first row
     found = {
-        "peak_dorsiflexion_angle": Metric(float(angle.max()), "deg"),
-        "peak_plantarflexion_angle": Metric(float(angle.min()), "deg"),
+        f"peak_{directions[0]}_angle": Metric(float(angle.max()), "deg"),
+        f"peak_{directions[1]}_angle": Metric(float(angle.min()), "deg"),
         "range_of_motion": Metric(float(np.ptp(angle)), "deg"),
-        "peak_dorsiflexion_torque": Metric(max(float(torque.max()), 0.0), "N*m"),
-        "peak_plantarflexion_torque": Metric(max(0.0, 0.0 - float(torque.min())), "N*m"),
+        f"peak_{directions[0]}_torque": Metric(max(float(torque.max()), 0.0), "N*m"),
+        f"peak_{directions[1]}_torque": Metric(max(0.0, 0.0 - float(torque.min())), "N*m"),
         "rise_time": Metric(rise_time(time[first_cycle], angle[first_cycle]), "s"),
     }
     cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)

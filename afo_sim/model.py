@@ -1,6 +1,7 @@
 """spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
 
 import dataclasses
+import math
 import pathlib
 from dataclasses import dataclass
 
@@ -12,13 +13,13 @@ from afo_sim.errors import InputError, nearest_name
 from afo_sim.foot import Foot, foot_of
 from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
 from afo_sim.patient import Active, active
-from afo_sim.physics.friction import FRICTIONS
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 from afo_sim.units import GRAVITY
 from afo_sim.walk import Walk, lay_out
 from afo_sim.walk_model import add_walking, fill_walking, scale, walking_actuators
 
 PASSIVE = "passive_ankle"
+STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,8 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
     orthosis = scenario.orthosis
     anchors = _attach(spec, scenario)
     for name, group in muscle_names(orthosis).items():
-        _add_tendon(spec, anchors, name, group)
+        add = _add_tendon if group.pulley is None else _add_pulley
+        add(spec, anchors, name, group)
     _add_actuators(spec, orthosis)
     if scenario.walking:
         add_walking(spec, scenario)
@@ -141,11 +143,21 @@ def _leg_spec(scenario: Scenario) -> mujoco.MjSpec:
         taller = (patient.body_height or leg.body_height) / leg.body_height
         if (heavier, taller) != (1.0, 1.0):
             scale(spec, heavier, taller)
+    ankle.armature += leg.inertia
+    if leg.friction:
+        _rub(ankle, leg.friction, scenario.timestep)
     return spec
 
 
+def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
+    """Coulomb friction [N·m] that holds: MuJoCo's own, by default, creeps at degrees a second."""
+    ankle.frictionloss += friction
+    ankle.solimp_friction = [STIFF, STIFF, 0.001, 0.5, 2.0]
+    ankle.solref_friction = [2.0 * timestep, 1.0]  # stopped within a step
+
+
 def _attach(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody]:
-    """Cuff and plate, each a spec of its own with its own prefix, on shank and foot.
+    """Cuff and plate, if there are any, each a spec of its own with its own prefix, on shank and foot.
 
     Returns
     -------
@@ -193,11 +205,11 @@ def _add_tendon(
     group: MuscleGroup,
 ) -> None:
     """The path of one muscle between two sites; half its mass stands at each end."""
-    number = int(name.rsplit("_", 1)[1])
+    assert group.origin is not None and group.insertion is not None
     tendon = spec.add_tendon(name=name, width=group.type.bore / 2.0)
     tendon.rgba = [0.75, 0.25, 0.2, 1.0]
     for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
-        offset = (number - 0.5 * (group.count + 1)) * anchor.spacing
+        offset = _side(name, group) * anchor.spacing
         body = anchors[anchor.segment]
         position = np.array(anchor.from_ankle) + np.array([0.0, offset, 0.0])
         site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
@@ -212,6 +224,45 @@ def _add_tendon(
             rgba=[0.8, 0.8, 0.82, 1.0],
         )
         tendon.wrap_site(site.name)
+
+
+def _side(name: str, group: MuscleGroup) -> float:
+    """Where a single muscle stands beside its parallel ones, in spacings from their middle."""
+    return int(name.rsplit("_", 1)[1]) - 0.5 * (group.count + 1)
+
+
+def _add_pulley(
+    spec: mujoco.MjSpec,
+    anchors: dict[str, mujoco.MjsBody],
+    name: str,
+    group: MuscleGroup,
+) -> None:
+    """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle.
+
+    The arm's stated inertia is taken to hold pulley and muscles, so that they add no mass. For
+    pictures only, the pulley is a disc, and the muscle hangs straight between two sites of the shank:
+    the point where its cable touches the pulley, and one a quarter turn of cable above the muscle.
+    """
+    assert group.pulley is not None
+    arm, muscle = group.pulley.moment_arm, group.type
+    tendon = spec.add_tendon(name=name, width=muscle.bore / 2.0)
+    tendon.wrap_joint(ANKLE, -arm)
+    offset = _side(name, group) * group.pulley.spacing
+    length = muscle.end_length - group.series_length
+    height = length + 0.5 * math.pi * group.pulley.radius
+    for end, z in (("origin", height), ("insertion", 0.0)):
+        anchors["shank"].add_site(name=f"{name}_{end}", pos=[arm, offset, z], size=[0.005] * 3)
+    half_width = 0.004 + (0.5 * group.pulley.spacing if group.count > 1 else 0.0)
+    anchors["foot"].add_geom(
+        name=f"{name}_pulley",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        fromto=[0.0, offset - half_width, 0.0, 0.0, offset + half_width, 0.0],
+        size=[group.pulley.radius, 0.0, 0.0],
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        rgba=[0.55, 0.57, 0.6, 1.0],
+    )
 
 
 def _add_actuators(spec: mujoco.MjSpec, orthosis: Orthosis) -> None:
@@ -301,22 +352,15 @@ def _fill_parameters(model: mujoco.MjModel, index: Index, scenario: Scenario) ->
                 if holder >= 0:
                     user[holder] = native.friction_row(muscle=i)
                 user[i] = native.muscle_row(
-                    law=muscle.law,
-                    coefficients=muscle.coefficients,
-                    lowest_pressure=muscle.law_set.pressure_range[0],
-                    braid=muscle.braid,
-                    series_length=muscle.end_length + group.link_length + group.slack,
-                    damping=muscle.damping,
-                    braid_stiffness=muscle.braid_stiffness,
-                    dead_volume=muscle.dead_volume,
+                    **muscle.row,
+                    series_length=group.series_length,
                     chamber=actuator,
                     next_muscle=following[i],
                     implicit_count=group.count if name.endswith("_1") else 0,
-                    damper=() if muscle.damper is None else muscle.damper.coefficients,
-                    friction=0 if muscle.friction == "none" else FRICTIONS[muscle.friction].native_id,
-                    friction_coefficients=muscle.friction_coefficients,
                     friction_states=holder,
                 )
     fill_walking(model, index.walking, scenario)
     passive = scenario.leg.passive
-    user[index.passive] = native.passive_row(scale=passive.scale, offset=passive.offset)
+    user[index.passive] = native.passive_row(
+        scale=passive.scale, offset=passive.offset, load=scenario.load_moment
+    )

@@ -155,16 +155,11 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
         role = name.rsplit("_", 1)[0]
         allowed = group.type.limits
         if least <= lock:
-            missing = (allowed.contraction_min - least) * group.type.nominal_length
-            raise InputError(
+            problem = (
                 f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
-                f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %",
-                file=scenario.orthosis.name,
-                field=f"orthosis.muscle.{role}.slack",
-                value=f"{group.slack * 1000:g} mm",
-                allowed=f"at least {math.ceil(1000 * (group.slack + missing))} mm, or as much more "
-                "link_length, or a narrower range_of_motion",
+                f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
             )
+            raise _too_taut(problem, scenario.orthosis.name, role, group, allowed.contraction_min - least)
         if not name.endswith("_1"):
             continue  # its neighbours say the same
         if least < allowed.contraction_min:
@@ -180,8 +175,31 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
                 f"{role} muscles cannot follow the whole range of motion: it takes up {travel:.1f} cm, "
                 f"they shorten by {gives:.1f} cm at most; a longer muscle, a shorter moment arm or a "
                 "narrower range_of_motion would do"
+                if travel > gives
+                else f"{role} muscles are mounted too slack to follow the whole range of motion: at its end "
+                f"they would have to be shorter by a contraction of {most:.3f}, and their limit is "
+                f"{allowed.contraction_max:g}; a shorter link_length would do"
             )
     return warnings
+
+
+def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: float) -> InputError:
+    """With what would do: `missing` is the contraction ratio that the mounting lacks."""
+    if group.pulley is not None:
+        kappa = group.pulley.initial_contraction
+        field, value = "pulley.initial_contraction", f"{kappa:g}"
+        enough = f"at least {math.ceil(1000 * (kappa + missing)) / 1000:g}"
+    else:
+        field, value = "slack", f"{group.slack * 1000:g} mm"
+        length = group.slack + missing * group.type.nominal_length
+        enough = f"at least {math.ceil(1000 * length)} mm, or as much more link_length"
+    return InputError(
+        problem,
+        file=file,
+        field=f"orthosis.muscle.{role}.{field}",
+        value=value,
+        allowed=f"{enough}, or a narrower range_of_motion",
+    )
 
 
 def check_stability(
@@ -268,10 +286,11 @@ def _laminar_slope(conductance: float, critical: float) -> float:
 def check_description(scenario: Scenario) -> list[str]:
     """What the description itself gives reason to say."""
     found = []
-    if scenario.shank.knee_angle is not None and scenario.shank.knee_angle > KNEE_LIMIT:
+    knee = scenario.shank.knee_angle
+    if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
         found.append(
             f"the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
-            f"here it is {np.degrees(scenario.shank.knee_angle):g} deg"
+            f"here it is {np.degrees(knee):g} deg"
         )
     for name, times in scenario.timer.chambers.items() if scenario.timer else ():
         for a, b in times.inlet:

@@ -171,12 +171,29 @@ class Muscle(Described):
         return FRICTIONS[self.friction].coefficients(self.braid, self.frictions[self.friction].parameters)
 
     @property
+    def row(self) -> dict[str, Any]:
+        """What `native.muscle_row` takes of the muscle itself, wherever it is mounted."""
+        return {
+            "law": self.law,
+            "coefficients": self.coefficients,
+            "lowest_pressure": self.law_set.pressure_range[0],
+            "braid": self.braid,
+            "damping": self.damping,
+            "braid_stiffness": self.braid_stiffness,
+            "dead_volume": self.dead_volume,
+            "damper": () if self.damper is None else self.damper.coefficients,
+            "friction": 0 if self.friction == "none" else FRICTIONS[self.friction].native_id,
+            "friction_coefficients": self.friction_coefficients,
+        }
+
+    @property
     def nominal_length(self) -> float:
         """L0: the active braid, unpressurised [m]."""
         return self.total_length - self.end_length
 
     @property
     def braid(self) -> Braid:
+        """Its geometry, as the laws take it."""
         return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
 
 
@@ -199,15 +216,15 @@ def _read_tables(table: dict[str, Any], kind: str, known: Mapping[str, Any]) -> 
         return read
     if chosen not in known:
         raise _unknown(chosen, kind, [*known, *none], kind)
-    missing = [p.name for p in known[chosen].parameters if p.default is None]
-    if missing:
-        raise refusal(
-            f"this muscle has no parameters for {chosen!r}: [{plural}.{chosen}] with {', '.join(missing)}",
-            f"one of those it has: {', '.join([*read, *none]) or 'none'}",
-            kind,
-            nearest_name(chosen, read) or "",
-        )
-    return read | {chosen: {kind: chosen}}
+    # even where every parameter has a default: the braid angle was fitted together with another law
+    wanted = ", ".join(p.name for p in known[chosen].parameters if p.default is None)
+    raise refusal(
+        f"this muscle has no parameters for {chosen!r}: a table [{plural}.{chosen}]"
+        + (f" with {wanted}" if wanted else ""),
+        f"one of those it has: {', '.join([*read, *none]) or 'none'}",
+        kind,
+        nearest_name(chosen, read) or "",
+    )
 
 
 def _unknown(name: str, kind: str, known: Iterable[str], key: str) -> PydanticCustomError:

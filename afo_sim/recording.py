@@ -17,6 +17,8 @@ from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
+from afo_sim.physics.hill import braid_force
+from afo_sim.physics.static_force import LAWS, static_force
 from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.walk_columns import WALKING, walking_columns
@@ -38,7 +40,8 @@ COLUMNS = {
         "N*m",
         "internal, dorsiflexion positive; all muscles of the orthosis, instantaneous",
     ),
-    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping and stops"),
+    "ankle/moment/passive": ("N*m", "internal, dorsiflexion positive; tissue, damping, friction and stops"),
+    "ankle/moment/load": ("N*m", "dorsiflexion positive; the scenario's constant load moment"),
     "ankle/moment/gravity": ("N*m", "dorsiflexion positive; weight of foot, plate and muscles"),
     **WALKING,
     "force": ("N", "tension positive"),
@@ -154,7 +157,8 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     scenario = built.scenario
     columns = _columns(built, control, rollout.rows, rollout.first_step)
     n = len(columns["time"])
-    metrics = ankle_metrics(columns, scenario.timestep, _period(scenario)) if n else {}
+    words = scenario.leg.directions
+    metrics = ankle_metrics(columns, scenario.timestep, _period(scenario), words) if n else {}
     stride = scenario.record_stride
     warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()))
     return Recording(
@@ -170,7 +174,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
             "steps_per_second": n / rollout.wall_seconds if rollout.wall_seconds else 0.0,
             **{f"{name}_stability_number": number for name, number in built.stability.items()},
         },
-        versions=_versions(),
+        versions=versions(),
         parameters={
             built.model.actuator(i).name: built.model.actuator_user[i].tolist() for i in range(built.model.nu)
         },
@@ -191,6 +195,7 @@ def _columns(
     n = len(rows["time"])
     dof, qpos = index.ankle_dof, index.ankle_qpos
     passive_tissue = rows["actuator_force"][:, index.passive]
+    load = built.scenario.load_moment
     columns = {
         "time": (first_step + np.arange(n)) * built.scenario.timestep,
         "ankle/angle": rows["qpos"][:, qpos],
@@ -198,10 +203,13 @@ def _columns(
         "ankle/acceleration": rows["qacc"][:, dof],
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - passive_tissue,
         "ankle/moment/passive": passive_tissue
+        + load
         + rows["qfrc_passive"][:, dof]
         + rows["qfrc_constraint"][:, dof],
         "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
+    if load:
+        columns["ankle/moment/load"] = np.full(n, -load)
     if built.walk is not None:
         columns |= walking_columns(built, rows, control[:n], first_step)
     for name, i in index.muscles.items():
@@ -277,10 +285,15 @@ def _limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[st
             yield from _law_warnings(name, group.type, time, pressure, contraction, force)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
-            yield (
-                f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: "
-                "its cable hangs through; shorten link_length or slack"
+            strongest = static_force(
+                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
             )
+            reason = (
+                "its cable hangs through; shorten link_length or slack"
+                if strongest > 1.0
+                else f"its law, {group.type.law}, gives no force at that pressure"
+            )
+            yield f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: {reason}"
     lower, upper = built.model.joint("ankle").range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
@@ -297,8 +310,11 @@ def _law_warnings(
 ) -> Iterator[str]:
     """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
     law = muscle.law_set
-    pulling = force > NEGLIGIBLE * muscle.limits.force
     # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
         ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
@@ -313,7 +329,8 @@ def _law_warnings(
             )
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """What this result was computed with."""
     packages = ("afo-sim", "mujoco", "numpy", "numba", "rerun-sdk")
     found = {"python": platform.python_version()}
     for package in packages:

@@ -187,6 +187,9 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
         mujoco.mj_forward(model, data)
         return float(data.qacc[index.ankle_dof])
 
+    if acceleration(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
+        fill_chambers(built, data, 0.0)
+        return get_state(model, data)
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
     if acceleration(lower) * acceleration(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
@@ -267,7 +270,7 @@ def _batch_rollout(
         except BatchError:
             reason = _named(built, batch.error(0))
             break
-        reason = _warning(batch.warning[0])
+        reason = instability(batch.warning[0])
         if reason is not None:
             spoilt = 1  # the step that warned has been recorded
             break
@@ -298,7 +301,7 @@ def _python_rollout(
             mujoco.mj_step(model, data)
         except FAILURES as error:
             return rows, k, _named(built, str(error))
-        reason = _warning(np.array([[w.lastinfo, w.number] for w in data.warning]))
+        reason = instability(np.array([[w.lastinfo, w.number] for w in data.warning]))
         if reason is not None:
             return rows, k, reason
         for name, values in rows.items():
@@ -317,7 +320,7 @@ def _blank(data: mujoco.MjData, n_step: int) -> Rows:
     return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
 
 
-def _warning(counters: np.ndarray) -> str | None:
+def instability(counters: np.ndarray) -> str | None:
     """MuJoCo's own signs that a simulation has become unstable."""
     bad = {
         mujoco.mjtWarning.mjWARN_BADQPOS: "position",

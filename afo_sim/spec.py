@@ -11,16 +11,18 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.errors import nearest_name
-from afo_sim.muscle import Distance, Muscle, Pressure
+from afo_sim.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
-from afo_sim.walk_spec import Gait, Ground, Patient, Phases
+from afo_sim.walk_spec import Gait, Patient, Phases
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
 Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
+Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 Coordinates = tuple[Length, Length, Length]
+Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
 
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
@@ -44,26 +46,69 @@ class Anchor(Described):
     spacing: Distance = 0.0
 
 
+class Pulley(Described):
+    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
+
+    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
+    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
+    """
+
+    radius: PositiveLength
+    direction: Literal["positive", "negative"]
+    initial_contraction: Contraction = 0.0
+    spacing: Distance = 0.0
+
+    @property
+    def moment_arm(self) -> float:
+        """−dL/dφ [m]: positive when tension turns the joint to positive angles."""
+        return self.radius if self.direction == "positive" else -self.radius
+
+
 class MuscleGroup(Described):
-    """Parallel muscles of one kind, mounted between two segments, on one chamber."""
+    """Parallel muscles of one kind on one chamber, between two anchors or over a pulley."""
 
     count: int = Field(ge=1, le=20)
     type: Muscle
-    origin: Anchor
-    insertion: Anchor
-    link_length: Distance
+    origin: Anchor | None = None
+    insertion: Anchor | None = None
+    link_length: Distance | None = None
     slack: Distance = 0.0
+    pulley: Pulley | None = None
     chamber: str | None = None
 
     @model_validator(mode="after")
-    def _spans_the_ankle(self) -> Self:
-        if self.origin.segment == self.insertion.segment:
+    def _spans_the_joint(self) -> Self:
+        between = {key: getattr(self, key) for key in ("origin", "insertion", "link_length")}
+        if self.pulley is None:
+            for key, given in between.items():
+                if given is None:
+                    either = "origin, insertion and link_length; or a pulley"
+                    raise refusal("is missing: the muscle is not mounted", either, key)
+        else:
+            for key, given in (between | {"slack": self.slack or None}).items():
+                if given is not None:
+                    raise refusal(
+                        "does not go with a pulley: its length follows from initial_contraction",
+                        "either a pulley, or origin, insertion, link_length and slack",
+                        key,
+                    )
+        if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
             raise refusal(
                 "both ends are on the same segment: the muscle cannot move the ankle",
                 "the segment that the other end is not on",
                 "insertion.segment",
             )
         return self
+
+    @property
+    def series_length(self) -> float:
+        """What the tendon is longer than the active braid [m]: ends, link and slack.
+
+        The tendon of a pulley measures from angle zero, so there it is minus the braid's length.
+        """
+        if self.pulley is not None:
+            return -self.type.nominal_length * (1.0 - self.pulley.initial_contraction)
+        return self.type.end_length + (self.link_length or 0.0) + self.slack
 
 
 class Chamber(Described):
@@ -76,7 +121,10 @@ class Chamber(Described):
 
 
 class Orthosis(Described):
-    """Cuff on the shank, plate under the foot, muscles between them, air to the muscles."""
+    """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
+
+    Cuff or plate may be missing where the leg's own bodies hold the muscles.
+    """
 
     name: str = ""
     description: str = ""
@@ -122,7 +170,13 @@ class PassiveAnkle(Described):
 
 
 class Leg(Described):
-    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle."""
+    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
+
+    `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
+    come on top of what the file has.
+    Any two bodies with one hinge will do, such as an arm on a stand; `directions` is what turning
+    the joint to positive and to negative angles is called.
+    """
 
     name: str = ""
     description: str = ""
@@ -130,9 +184,12 @@ class Leg(Described):
     shank: str = "shank"
     foot: str = "foot"
     ankle: str = "ankle"
+    directions: tuple[Word, Word] = ("dorsiflexion", "plantarflexion")
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] = 1.75
+    friction: Annotated[float, Quantity("N*m", at_least=0.0, at_most=100.0)] = 0.0
+    inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
     passive: PassiveAnkle = PassiveAnkle()
 
 
@@ -203,11 +260,11 @@ class Scenario(Described):
     callback: Literal["native", "python"] = "native"
     supply: Supply
     shank: Shank
+    load_moment: Moment = 0.0  # constant about the joint, against positive angles
     timer: Timer | None = None
     phases: Phases | None = None
     gait: Gait | None = None
     patient: Patient | None = None
-    ground: Ground = Ground()
 
     @property
     def walking(self) -> bool:

@@ -33,7 +33,9 @@ EXAMPLES = {
     "N*s/(m*Pa)": "0.00691 N*s/(mm*kPa)",
     "kg": "80 g",
     "W/K": "0.5 W/K",
+    "N*m": "1 N*m",
     "N*m*s/rad": "0.5 N*m*s/rad",
+    "kg*m^2": "0.002 kg*m^2",
     "": "0.3",
 }
 

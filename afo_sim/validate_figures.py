@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim import fit, reader
+from afo_sim import fit_problem, reader
 from afo_sim.characteristic import contractions
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.measured import Measured
@@ -109,7 +109,7 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
 def _s3(figure: Any) -> None:
     """Isobaric, isotonic and isometric: the maker's points, S3's printed numbers, the law fitted here."""
     axes = figure.subplots(1, 3)
-    data, _ = fit.select(characteristic(10))
+    data, _ = fit_problem.select(characteristic(10))
     muscle = reader.load("muscle", "dmsp_10")
     for axis, panel in zip(axes, (_isobaric, _isotonic, _isometric), strict=True):
         panel(axis, data, muscle)

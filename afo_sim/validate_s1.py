@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim import assets, fit, reader
+from afo_sim import assets, fit, fit_problem, reader
 from afo_sim.characteristic import contractions, forces
 from afo_sim.hanging import Hung, settled
 from afo_sim.measured import Measured, read_measured
@@ -122,7 +122,7 @@ def _bench() -> list[Row]:
 
 
 def _held_out(tables: dict[int, Measured]) -> dict[str, float]:
-    problem = fit.pose("tondu_lopez_2000_bladder", [tables[1], tables[2]])
+    problem = fit_problem.pose("tondu_lopez_2000_bladder", [tables[1], tables[2]])
     result = fit.held_out(fit.fit(problem, starts=4))
     found = {kind: CM * result.held_out_rms(kind) for kind in ("load", "pressure")}
     for left_out, errors in result.held_out["muscle"].items():

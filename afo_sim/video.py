@@ -30,6 +30,9 @@ STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to st
 ARROW = 0.5  # length of a ground force of one body weight [m]
 ARROW_COLOUR, SIDE = [0.1, 0.6, 0.2, 1.0], -0.065  # drawn beside the foot, towards the camera [m]
 
+DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
+PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
+
 Progress = Callable[[int, int], None]
 
 
@@ -134,7 +137,8 @@ class _Painter:
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
         ]
-        self.forces = [recording[f"muscle/{model.tendon(t).name}/force"] for t in range(model.ntendon)]
+        names = [model.tendon(t).name.removesuffix(DRAWN) for t in range(model.ntendon)]
+        self.forces = [recording[f"muscle/{name}/force"] for name in names]
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
         self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self.options.sitegroup[:] = 0
@@ -186,9 +190,10 @@ class _Painter:
 
     def _caption(self, row: int) -> tuple[str, str]:
         recording = self.recording
+        joint = recording.scenario["leg"]["ankle"]
         lines = {
             "time": f"{recording['time'][row]:.2f} s",
-            "ankle angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
+            f"{joint} angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
         }
         if self.walk is not None:
             stride, phase = (recording[f"gait/{name}"][row] for name in ("stride", "phase"))
@@ -256,6 +261,7 @@ def _scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | N
     else:
         _add_walkway(spec, *walkway)
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
+    _draw_pulley_muscles(spec)
     return spec.compile()
 
 
@@ -279,6 +285,17 @@ def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
         size=[0.5 * (end - start) + MARGIN, 0.5 * (FAR - EDGE), 0.1],
         material="squares",
     )
+
+
+def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
+    """A path beside each fixed tendon, which MuJoCo does not draw."""
+    plain = mujoco.MjModel.from_xml_string(spec.to_xml())
+    for t in range(plain.ntendon):
+        name = plain.tendon(t).name
+        if plain.wrap_type[plain.tendon_adr[t]] == mujoco.mjtWrap.mjWRAP_JOINT:
+            drawn = spec.add_tendon(name=name + DRAWN, width=PULLEY_MUSCLE)
+            for end in ("origin", "insertion"):
+                drawn.wrap_site(f"{name}_{end}")
 
 
 def _opengl(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:

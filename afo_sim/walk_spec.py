@@ -1,6 +1,6 @@
-"""Walking as it is described: the recorded gait, the patient, the ground, valves by gait phase."""
+"""Walking as it is described: the recorded gait, the patient, valves by gait phase."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -36,12 +36,6 @@ class Patient(Described):
     spasticity: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.0
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] | None = None
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] | None = None
-
-
-class Ground(Described):
-    """How the floor acts: as it was recorded, or by contact with this foot."""
-
-    mode: Literal["recorded", "contact"] = "recorded"
 
 
 class ValvePhases(Described):

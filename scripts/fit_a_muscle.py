@@ -10,8 +10,9 @@ import sys
 
 import afo_sim
 from afo_sim import assets
-from afo_sim.fit import fit, held_out, pose, rms
+from afo_sim.fit import fit, held_out, rms
 from afo_sim.fit_files import write_fit
+from afo_sim.fit_problem import pose
 from afo_sim.measured import read_measured
 
 

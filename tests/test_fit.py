@@ -1,20 +1,23 @@
 """Fits: published and planted numbers come back, and what the data do not tell is refused."""
 
+import dataclasses
 import json
 import math
 import pathlib
-import subprocess
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import scipy.stats
 
 import afo_sim
-from afo_sim import assets
+from afo_sim import assets, cli
 from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError
-from afo_sim.fit import Fit, errors, fit, held_out, pose, rms, select
+from afo_sim.fit import Fit, fit, held_out, rms
+from afo_sim.fit_files import rank, write_fit
+from afo_sim.fit_problem import errors, pose, pressure_levels, select, take
 from afo_sim.measured import Measured, read_measured
 from afo_sim.physics.law import Braid
 from afo_sim.physics.static_force import LAWS
@@ -151,8 +154,6 @@ def test_s1_tables_iii_and_iv_are_one_braid() -> None:
 
 def synthetic(characteristic: Measured, noise: float, seed: int) -> tuple[Measured, dict[str, float]]:
     """The exponential law's own forces at the maker's points, with noise."""
-    import dataclasses
-
     muscle = load("muscle", "dmsp_10")
     planted = muscle.laws["sarosi_2012"].parameters
     law = LAWS["sarosi_2012"]
@@ -204,6 +205,92 @@ def test_one_length_does_not_tell_the_ends_from_k() -> None:
     assert ratio == pytest.approx(0.16 / 1.2, rel=1e-6)
 
 
+def swept(data: Measured, noise: float) -> Measured:
+    """The same points with a regulator's scatter [Pa] of the pressures."""
+    scatter = noise * np.random.default_rng(5).standard_normal(len(data))
+    pressure = data.pressure + scatter
+    return dataclasses.replace(data, pressure=pressure, curve=np.round(pressure, -1))
+
+
+def test_pressures_of_one_level_are_left_out_together(characteristic: dict[int, Measured]) -> None:
+    data = swept(characteristic[20], 300.0)
+    levels = pressure_levels([data])[0]
+    assert len(np.unique(levels)) == 7
+    assert np.abs(levels - characteristic[20].pressure * 1e-5).max() < 0.01
+    one = take(data, np.round(characteristic[20].pressure) == 5e5)
+    with pytest.raises(InputError, match="one pressure only"):
+        pose("tondu_lopez_2000", [one])
+    steady = dataclasses.replace(data, pressure=np.linspace(1e5, 6e5, len(data)))
+    assert len(np.unique(pressure_levels([steady])[0])) == 5
+
+
+def test_what_the_header_states_is_held(characteristic: dict[int, Measured]) -> None:
+    stated = dataclasses.replace(
+        characteristic[20], facts=characteristic[20].facts | {"braid_angle": math.radians(24.0)}
+    )
+    problem = pose("tondu_lopez_2000", [stated])
+    assert problem.free == ("k",)
+    assert problem.fixed["braid_angle"] == math.radians(24.0)
+    assert pose("tondu_lopez_2000", [stated], free=["braid_angle"]).free == ("braid_angle", "k")
+    with pytest.raises(InputError, match="stated differently"):
+        other = dataclasses.replace(stated, facts=stated.facts | {"braid_angle": 0.5})
+        pose("tondu_lopez_2000", [stated, other])
+    with pytest.raises(InputError, match="no effect"):
+        pose("tondu_lopez_2000", [stated], fixed={"end_length": 0.01})
+    with pytest.raises(InputError, match="out of range"):
+        pose("tondu_lopez_2000", [stated], fixed={"k": 100.0})
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
+def test_robust_intervals_are_the_spread_of_the_estimates(
+    loss: str, characteristic: dict[int, Measured]
+) -> None:
+    widths, estimates = [], []
+    for seed in range(25):
+        data, _ = synthetic(characteristic[10], 1.0, seed)
+        data.force[np.random.default_rng(seed).choice(94, 5, replace=False)] += 20.0
+        found = fit(pose("sarosi_2012", [data], loss=loss), starts=1)  # type: ignore[arg-type]
+        widths.append(found.half_width["a5"])
+        estimates.append(found.values["a5"])
+    # 25 estimates tell a spread to 15 %
+    assert np.median(widths) == pytest.approx(1.96 * np.std(estimates), rel=0.45)
+
+
+@pytest.mark.parametrize("law", ["reynolds_2003", "martens_boblan_2017", "bolen_2026", "sarosi_2012"])
+def test_the_written_muscle_is_the_fit(
+    law: str, characteristic: dict[int, Measured], tmp_path: pathlib.Path
+) -> None:
+    found = fit(pose(law, [characteristic[20]]))
+    write_fit([found], {}, tmp_path)
+    muscle, data = load("muscle", tmp_path / "muscle.toml"), characteristic[20]
+    assert data.contraction is not None
+    again = forces(LAWS[law].native_id, muscle.coefficients, data.contraction, data.pressure)
+    assert rms(again - data.force) == pytest.approx(found.rms, rel=1e-9)
+
+
+def test_files_of_one_name_do_not_overwrite_each_other(
+    characteristic: dict[int, Measured], tmp_path: pathlib.Path
+) -> None:
+    write_fit([fit(pose("tondu_lopez_2000", list(characteristic.values())))], {}, tmp_path)
+    bores = {load("muscle", path).bore for path in tmp_path.glob("*/muscle.toml")}
+    assert bores == {0.01, 0.02}
+
+
+def test_a_held_end_length_counts_for_the_ranges(s1: list[Measured], tmp_path: pathlib.Path) -> None:
+    problem = pose("tondu_lopez_2000_bladder", [s1[0]], fixed={"end_length": 0.0519})
+    write_fit([fit(problem)], {}, tmp_path)
+    assert load("muscle", tmp_path / "muscle.toml").limits.contraction_max == pytest.approx(
+        0.037 / (0.215 - 0.0519), rel=1e-9
+    )
+
+
+def test_laws_are_ranked_by_what_was_left_out(s1: list[Measured]) -> None:
+    fits = [held_out(fit(pose(law, [s1[0]]))) for law in ("tondu_lopez_2000_bladder", "maximum_force")]
+    by_load = [dataclasses.replace(f, held_out={"load": f.held_out["load"]}) for f in fits]
+    ranked = rank(by_load)
+    assert [f.held_out_rms("load") for f in ranked] == sorted(f.held_out_rms("load") for f in fits)
+
+
 def test_an_outlier_matters_less_to_a_robust_loss(characteristic: dict[int, Measured]) -> None:
     data, planted = synthetic(characteristic[10], 0.5, 1)
     data.force[40] += 200.0
@@ -213,8 +300,6 @@ def test_an_outlier_matters_less_to_a_robust_loss(characteristic: dict[int, Meas
 
 
 def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -> None:
-    from afo_sim.fit import take
-
     one_pressure = take(characteristic[10], characteristic[10].pressure == 6e5)
     with pytest.raises(InputError, match="one pressure only"):
         pose("sarosi_2012", [one_pressure])
@@ -227,13 +312,31 @@ def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -
         pose("sarosi_2012", [characteristic[10]], fixed={"k": 1.0})
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "afo_sim", "fit", *arguments], capture_output=True, text=True, check=False
-    )
+@dataclasses.dataclass(frozen=True)
+class Done:
+    returncode: int
+    stdout: str
+    stderr: str
 
 
-def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path) -> None:
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Done]:
+    """`afo-sim fit …` in this process: the laws are compiled once."""
+
+    def call(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["afo-sim", "fit", *arguments])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        said = capsys.readouterr()
+        return Done(code, said.out, said.err)
+
+    return call
+
+
+def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path, run: Callable[..., Done]) -> None:
     data = MUSCLES / "s1_215mm/table_1.csv"
     done = run(str(data), "--law", "tondu_lopez_2000_bladder", "--out", str(tmp_path))
     assert done.returncode == 0, done.stderr
@@ -252,7 +355,7 @@ def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path) -> None:
     assert any("outside its range of 2 to 4 bar" in w for w in lifted.warnings)
 
 
-def test_every_law_is_ranked(tmp_path: pathlib.Path) -> None:
+def test_every_law_is_ranked(tmp_path: pathlib.Path, run: Callable[..., Done]) -> None:
     done = run(str(MUSCLES / "dmsp_10/characteristic.csv"), "--law", "all", "--out", str(tmp_path))
     assert done.returncode == 0, done.stderr
     told = json.loads((tmp_path / "fit.json").read_text())
@@ -274,9 +377,15 @@ def test_every_law_is_ranked(tmp_path: pathlib.Path) -> None:
         (("DATA", "--law", "tondu_lopez_2000", "--tell", "boar=2 cm"), "did you mean 'bore'"),
         (("DATA", "--law", "tondu_lopez_2000", "--like", "s1_215"), "s1_215mm"),
         (("DATA", "--law", "tondu_lopez_2000", "--hold-out", "load"), "cannot be left out"),
+        (("DATA", "DATA", "--law", "tondu_lopez_2000"), "given twice"),
+        (("DATA", "--law", "all", "--fix", "nonsense=3"), "no parameter of any law"),
+        (("DATA", "--law", "tondu_lopez_2000", "--fix", "braid_angle=0 deg"), "out of range"),
+        (("DATA", "--law", "tondu_lopez_2000", "--tell", "bore=0 mm"), "0.05 to 20 cm"),
     ],
 )
-def test_bad_requests_are_one_message(tmp_path: pathlib.Path, arguments: tuple[str, ...], said: str) -> None:
+def test_bad_requests_are_one_message(
+    tmp_path: pathlib.Path, run: Callable[..., Done], arguments: tuple[str, ...], said: str
+) -> None:
     data = str(MUSCLES / "dmsp_20/characteristic.csv")
     out = tmp_path / "out"
     done = run(*(data if a == "DATA" else a for a in arguments), "--out", str(out))

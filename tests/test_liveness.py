@@ -41,6 +41,7 @@ OUTPUTS = {
     "supply.pressure": "chamber/dorsiflexor/pressure",
     "shank.knee_angle": "ankle/moment/passive",
     "leg.*": "ankle/moment/passive",
+    "load_moment": "ankle/angle",
     "timer.period": "valve/dorsiflexor_inlet/coil",
     "timer.*": "valve/{role}_{side}/opening",
 }
@@ -54,8 +55,15 @@ NOT_PHYSICAL = (
     "*.plate",
     "*.law",
     "*.grade",
+    "phases",
+    "gait",
+    "patient",
+    "leg.body_mass",
+    "leg.body_height",
     "*.friction",
     "*.damper",
+    "*.pulley",  # none here; tests/test_arm.py moves those of the arm
+    "*.directions",
     "*.frictions.*",
     "*_range",
     "*.chamber",
@@ -92,13 +100,17 @@ def role_of(key: str) -> str:
 
 
 def nudged(value: Any, share: float = 0.05) -> Any:
-    """5 % more; a stated amount where it is zero: 5 mm, 2 deg, 0.05."""
+    """5 % more; a stated amount where it is zero: 5 mm, 2 deg, 0.1 N·m, 2 g·m², 0.05."""
     if isinstance(value, int):
         return value - 1
     if isinstance(value, float):
         return value * (1.0 + share) if value else 0.05
     number, unit = value.split(" ", 1)
-    amount = float(number) * (1.0 + share) if float(number) else {"m": 0.005, "rad": 0.035}[unit]
+    amount = (
+        float(number) * (1.0 + share)
+        if float(number)
+        else {"m": 0.005, "rad": 0.035, "N*m": 0.1, "kg*m^2": 0.002}[unit]
+    )
     return f"{amount!r} {unit}"
 
 

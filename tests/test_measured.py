@@ -52,6 +52,22 @@ def test_a_load_in_newtons_is_a_force(tmp_path: pathlib.Path) -> None:
     assert list(data.force) == [10.0, 10.0, 10.0]
 
 
+@pytest.mark.parametrize(
+    ("title", "loads"),
+    [
+        ("load [N]", "10,20,30"),
+        ("LOAD [newton]", "10,20,30"),
+        ("Load [daN]", "1,2,3"),
+        ("load [kgf]", ",".join(str(x / GRAVITY) for x in (10, 20, 30))),
+        ("load [kg]", ",".join(str(x / GRAVITY) for x in (10, 20, 30))),
+    ],
+)
+def test_every_unit_of_a_load_is_the_same_force(tmp_path: pathlib.Path, title: str, loads: str) -> None:
+    rows = "".join(f"{k + 1},{x},0.1\n" for k, x in enumerate(loads.split(",")))
+    data = read_measured(write(tmp_path, f"# hanger: 100 g\npressure [bar],{title},contraction [-]\n{rows}"))
+    assert data.force == pytest.approx(np.array([10.0, 20.0, 30.0]) + 0.1 * GRAVITY)
+
+
 def test_absolute_pressure_is_taken_to_gauge(tmp_path: pathlib.Path) -> None:
     text = "absolute pressure [Pa],contraction [-],force [N]\n201325,0,1\n301325,0,2\n401325,0,3\n"
     data = read_measured(write(tmp_path, text))
@@ -94,6 +110,12 @@ BAD = {
     ),
     "two points": ("pressure [bar],contraction [-],force [N]\n1,0,5\n2,0,6\n", "data.csv", "2 points"),
     "empty": ("# nothing\n", "data.csv", "no points"),
+    "semicolons": (GOOD.replace(",", ";"), "header", "semicolons"),
+    "underscore": (GOOD.replace("150", "1_50"), "1_50", "finite"),
+    "near header": ("# hangar: 0.1 kg\n" + GOOD, "hangar", "did you mean 'hanger'"),
+    "negative bore": ("# bore: -11.5 mm\n" + GOOD, "bore", "0.05 to 20 cm"),
+    "huge bore": ("# bore: 11.5 m\n" + GOOD, "bore", "out of range"),
+    "ends longer": ("# end_length: 30 cm\n" + GOOD, "end_length", "total length"),
     "bad header value": (GOOD.replace("20 cm", "20"), "total_length", "has no unit"),
 }
 

@@ -64,6 +64,7 @@ def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
     ("script", "says", "leaves"),
     [
         ("compare_laws.py", "sarosi_2012", ["compare_laws.png"]),
+        ("s2_arm.py", "maximum force and exponential alike: reproduced", ["s2_arm/arm/comparison.png"]),
         ("fit_a_muscle.py", "worn, it moves the foot by 19.5 deg", ["fit_a_muscle/table_1/muscle.toml"]),
     ],
 )

@@ -104,7 +104,7 @@ def test_tube_encloses_the_braids_volume() -> None:
     for kappa in (0.0, 0.1, 0.2, 0.3):
         x, b = 1.0 - kappa, 1.0 / np.sin(muscle.braid_angle) ** 2
         volume = np.pi * (muscle.bore / 2) ** 2 * muscle.nominal_length * x * (b - (b - 1.0) * x * x)
-        radius = tube_radius(np.array([kappa]), group)[0]
+        radius = tube_radius(np.array([kappa]), group.type)[0]
         assert np.pi * radius**2 * muscle.nominal_length * x == pytest.approx(volume, rel=1e-12)
 
 

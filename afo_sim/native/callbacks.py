@@ -71,6 +71,7 @@ from afo_sim.native.slots import (
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_SERIES_LENGTH,
     N_USER,
+    PASSIVE_LOAD,
     PASSIVE_OFFSET,
     PASSIVE_SCALE,
     SPASTIC_GAIN,
@@ -299,7 +300,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             )
             if moment != moment:
                 fail(0, i)
-            return moment
+            return moment - u[j + PASSIVE_LOAD]
         if kind == KIND_SPASTIC:
             return spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_GAIN])
         return 0.0

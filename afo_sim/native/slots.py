@@ -49,7 +49,7 @@ MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
     CHAMBER_USERDATA,
 ) = range(2, 8)
 VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELAY = range(2, 6)
-PASSIVE_SCALE, PASSIVE_OFFSET = range(2, 4)
+PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD = range(2, 5)
 FRICTION_MUSCLE = 2
 SPASTIC_GAIN = 2
 N_USER = MUSCLE_COEFFICIENTS + MAX_COEFFICIENTS  # slots per actuator
@@ -124,9 +124,9 @@ def valve_row(
     return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay)
 
 
-def passive_row(*, scale: float, offset: float) -> np.ndarray:
-    """`actuator_user` of the passive ankle."""
-    return _row(KIND_PASSIVE, scale, offset)
+def passive_row(*, scale: float, offset: float, load: float = 0.0) -> np.ndarray:
+    """`actuator_user` of the passive ankle, and of a constant load moment against positive angles."""
+    return _row(KIND_PASSIVE, scale, offset, load)
 
 
 def friction_row(*, muscle: int) -> np.ndarray:

@@ -20,6 +20,7 @@ MOMENTS = {
     "gravity": [150, 150, 240],
     "biological": [235, 110, 160],
     "ground": [110, 235, 120],
+    "load": [220, 200, 90],
 }
 ANGLE, HEALTHY = [235, 235, 235], [80, 140, 220]
 SOLE = {"toe": ([250, 200, 70], [140, 110, 40]), "ball": ([90, 190, 250], [50, 100, 140])}  # own, healthy
@@ -177,7 +178,7 @@ def _level(
 def colour_of(name: str) -> list[int]:
     """Colour of a muscle, <role>_<number>: warm for those that lift the foot, cold for the others."""
     role, number = name.rsplit("_", 1)
-    palette = PLANTARFLEXOR if role.startswith("plantar") else DORSIFLEXOR
+    palette = PLANTARFLEXOR if role.startswith(("plantar", "extensor")) else DORSIFLEXOR
     return list(palette[(int(number) - 1) % len(palette)])
 
 

@@ -25,6 +25,7 @@ class EventFinder:
         self._peaks: dict[str, tuple[float, float]] = {}
         self._knots: list[tuple[float, float]] = []  # time [s], strides
         self._torque = bool(source.named("muscle"))
+        self.positive, self.negative = source.scenario.leg.directions
 
     @property
     def columns(self) -> list[str]:
@@ -40,11 +41,11 @@ class EventFinder:
             is_open = block[f"valve/{valve}/opening"] > 0.5
             self._lane(f"valves/{valve}", time, np.where(is_open, "open", "shut"))
         peaks = {
-            "greatest dorsiflexion": block["ankle/angle"],
-            "greatest plantarflexion": -block["ankle/angle"],
+            f"greatest {self.positive}": block["ankle/angle"],
+            f"greatest {self.negative}": -block["ankle/angle"],
         }
         if self._torque:
-            peaks["greatest dorsiflexing torque of the orthosis"] = block["ankle/moment/orthosis"]
+            peaks[f"greatest {self.positive} torque of the orthosis"] = block["ankle/moment/orthosis"]
         if self.walks:
             stands = block["ground/force/z"] >= STANCE_FORCE
             self._lane("gait/support", time, np.where(stands, "stance", "swing"))
@@ -87,9 +88,9 @@ class EventFinder:
 
 
 def _said(peak: str, value: float) -> str:
-    if "torque" in peak:
+    if peak.endswith("torque of the orthosis"):
         return f"{value:.2f} N·m"
-    if "toe" in peak:
+    if peak.startswith("toe"):
         return f"{-1e3 * value:.0f} mm above the floor"
     return f"{abs(np.degrees(value)):.2f} deg"
 

@@ -18,7 +18,8 @@ class Contents:
 
     valves is the number of valve lanes; loop the time that is played over and over [s]; muscles whether
     any run has an orthosis; carriage the entity that a walk's camera rides on, trails the entities whose
-    last stride is shown, stride its duration [s]; compared, whether several runs are shown.
+    last stride is shown, stride its duration [s]; compared, whether several runs are shown; joint and
+    positive are what the joint and its positive direction are called.
     """
 
     valves: int
@@ -29,6 +30,8 @@ class Contents:
     trails: tuple[str, ...] = ()
     stride: float = 1.0
     lanes: int = 2
+    joint: str = "ankle"
+    positive: str = "dorsiflexion"
 
 
 def blueprint(contents: Contents) -> rrb.Blueprint:
@@ -51,12 +54,12 @@ def blueprint(contents: Contents) -> rrb.Blueprint:
 
 
 def _sitting(contents: Contents) -> rrb.Horizontal:
-    name = "runs overlaid" if contents.compared else "leg and orthosis"
+    name = "runs overlaid" if contents.compared else "device"
     return rrb.Horizontal(
         _space(name, "/world", CAMERA),
         rrb.Vertical(
-            _plot("/angle", "ankle angle [deg], dorsiflexion +"),
-            _plot("/moment", "ankle moment [N·m], dorsiflexion +"),
+            _plot("/angle", f"{contents.joint} angle [deg], {contents.positive} +"),
+            _plot("/moment", f"{contents.joint} moment [N·m], {contents.positive} +"),
             _plot("/pressure", "gauge pressure [bar]"),
             _lanes("/valves", "valves"),
             rrb.Tabs(*_details(contents), active_tab=0),
@@ -71,8 +74,8 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     name = "runs overlaid" if contents.compared else "walking leg"
     rows: list[tuple[Any, float]] = [
         (_plot("/clearance", "height of the sole above the floor [mm]"), 3.0),
-        (_plot("/angle", "ankle angle [deg], dorsiflexion +"), 3.0),
-        (_plot("/moment", "ankle moment [N·m], dorsiflexion +"), 3.0),
+        (_plot("/angle", f"{contents.joint} angle [deg], {contents.positive} +"), 3.0),
+        (_plot("/moment", f"{contents.joint} moment [N·m], {contents.positive} +"), 3.0),
     ]
     if contents.muscles:
         rows.append((_plot("/pressure", "gauge pressure [bar]"), 2.4))

@@ -84,8 +84,9 @@ def contents(shown: list[Shown]) -> Contents:
     """What there is of some runs to lay out."""
     walkers = [run.walker for run in shown if run.walker is not None]
     lanes = sum(len(run.source.named("valve")) for run in shown)
+    leg = shown[0].source.scenario.leg
     return Contents(
-        valves=lanes if len(shown) == 1 else min(lanes, 8),
+        valves=lanes if len(shown) == 1 else min(lanes, 4),
         loop=shown[0].source.cycle,
         muscles=any(run.source.named("muscle") for run in shown),
         compared=len(shown) > 1,
@@ -93,6 +94,8 @@ def contents(shown: list[Shown]) -> Contents:
         trails=tuple(trail for walker in walkers for trail in walker.trails),
         stride=walkers[0].stride_time if walkers else 1.0,
         lanes=2 * len(walkers),
+        joint=leg.ankle,
+        positive=leg.directions[0],
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.mounting import ANKLE, chamber_of, muscle_names
-from afo_sim.spec import MuscleGroup
+from afo_sim.spec import Muscle, MuscleGroup
 from afo_sim.view.clock import GAIT, send
 from afo_sim.view.source import Columns, Source
 
@@ -121,44 +121,45 @@ def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> Any:
 def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     """Replay a block's coordinates through the kinematics; bodies, muscles and cables."""
     model = view.model
-    position, quaternion, ends = replay(model, block)
+    position, quaternion, ends = replay(model, block, tuple(view.groups))
     for body in range(1, model.nbody):
         pose = rr.Transform3D.columns(
             translation=position[:, body].astype(np.float32),
             quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
         )
         send(stream, f"{view.root}/bodies/{model.body(body).name}", block, pose)
-    for name, group in view.groups.items():
-        _log_muscle(stream, view, block, name, group, ends[:, model.tendon(name).id])
+    for number, (name, group) in enumerate(view.groups.items()):
+        _log_muscle(stream, view, block, name, group, ends[:, number])
 
 
-def replay(model: mujoco.MjModel, block: Columns) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where bodies and tendons are at the coordinates of a block of rows.
+def replay(
+    model: mujoco.MjModel, block: Columns, muscles: tuple[str, ...] = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where bodies and muscles are at the coordinates of a block of rows.
 
     Parameters
     ----------
     model : of the run
     block : with a column qpos/<joint> for every joint [m], [rad] (n,)
+    muscles : names of those whose ends are wanted
 
     Returns
     -------
-    positions of the bodies (n, nbody, 3) [m], their quaternions wxyz (n, nbody, 4), and both ends of each
-    tendon's first span (n, ntendon, 2, 3) [m]
+    positions of the bodies (n, nbody, 3) [m], their quaternions wxyz (n, nbody, 4), and origin and
+    insertion of each muscle (n, number of muscles, 2, 3) [m]
     """
     data = mujoco.MjData(model)
     qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
+    sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in muscles]
+    pairs = np.array(sites, int).reshape(-1, 2)
     position = np.empty((len(qpos), model.nbody, 3))
     quaternion = np.empty((len(qpos), model.nbody, 4))
-    ends = np.empty((len(qpos), model.ntendon, 2, 3))
+    ends = np.empty((len(qpos), len(pairs), 2, 3))
     for k, row in enumerate(qpos):
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
         position[k], quaternion[k] = data.xpos, data.xquat
-        points = data.wrap_xpos.reshape(-1, 3)
-        for tendon, first in enumerate(data.ten_wrapadr):
-            ends[k, tendon] = points[first : first + 2]
+        ends[k] = data.site_xpos[pairs]
     return position, quaternion, ends
 
 
@@ -174,7 +175,7 @@ def _log_muscle(
     span = ends[:, 1] - ends[:, 0]
     path = np.linalg.norm(span, axis=1)
     direction = span / path[:, None]
-    radius = tube_radius(block[f"muscle/{name}/contraction"], group)
+    radius = tube_radius(block[f"muscle/{name}/contraction"], group.type)
     length = np.clip(block[f"muscle/{name}/length"] + group.type.end_length, 0.02, path)
     if view.colour_by == "pressure":
         share = block[f"chamber/{chamber_of(name, group)}/pressure"] / PRESSURE_SCALE
@@ -195,16 +196,16 @@ def _log_muscle(
     send(stream, f"{view.root}/cables/{name}", block, rr.LineStrips3D.columns(strips=strips))
 
 
-def tube_radius(contraction: np.ndarray, group: MuscleGroup) -> np.ndarray:
+def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
     """Radius of the braid at a contraction ratio: r0 sin α/sin α0 with cos α = (1 − κ) cos α0 [m].
 
     A slack muscle is as thick as at its greatest volume (54.74°); a stretched one never thinner than
     two thirds of its bore.
     """
-    angle = group.type.braid_angle
+    angle = muscle.braid_angle
     cosine = np.clip((1.0 - contraction) * np.cos(angle), np.sqrt(1.0 / 3.0), 1.0)
     grown = np.sqrt(1.0 - cosine**2) / np.sin(angle)
-    return 0.5 * group.type.bore * np.maximum(grown, 2.0 / 3.0)
+    return 0.5 * muscle.bore * np.maximum(grown, 2.0 / 3.0)
 
 
 def _turn_from_z(direction: np.ndarray) -> np.ndarray:

@@ -1,0 +1,33 @@
+"""The command line: reads options, calls the library, prints. Heavy imports wait for their command."""
+
+import sys
+
+from afo_sim.cli.apps import app, gait_app
+from afo_sim.errors import AfoSimError
+
+# each hangs its commands on the app, in the order in which --help shows them
+# ruff: isort: off
+from afo_sim.cli import run as _run  # noqa: F401
+from afo_sim.cli import look as _look  # noqa: F401
+from afo_sim.cli import stand as _stand  # noqa: F401
+from afo_sim.cli import fits as _fits  # noqa: F401
+from afo_sim.cli import gait as _gait  # noqa: F401
+from afo_sim.cli import lists as _lists  # noqa: F401
+
+# ruff: isort: on
+
+__all__ = ["app", "gait_app", "main"]
+
+
+def main() -> None:
+    """Run a command; turn what went wrong into one message and an exit code."""
+    try:
+        app()
+    except AfoSimError as error:
+        print(f"afo-sim: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except BrokenPipeError:
+        sys.exit(0)
+    except KeyboardInterrupt:
+        print("afo-sim: stopped", file=sys.stderr)
+        sys.exit(130)

@@ -1,0 +1,101 @@
+"""What the commands share: options, progress, tables, quantities from text."""
+
+import shutil
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+
+from afo_sim.errors import InputError
+
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"'),
+]
+Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun file, for example "200 Hz"')]
+Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
+
+
+def read_sets(
+    sets: list[str] | None, field: str = "--set", example: str = 'supply.pressure="3 bar"'
+) -> dict[str, Any]:
+    """`--set key=value` options as dotted keys and values; a value is TOML, or else plain text."""
+    values: dict[str, Any] = {}
+    for text in sets or []:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
+        try:
+            values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            values[key.strip()] = value.strip()
+    return values
+
+
+def hertz_of(text: str) -> float:
+    hertz = quantity("--rate", text, "Hz")
+    if hertz <= 0.0:
+        raise InputError("is out of range", field="--rate", value=text, allowed="more than 0 Hz")
+    return hertz
+
+
+@contextmanager
+def watching(live: bool) -> Iterator[Any]:
+    """What watches a run grow: a viewer, or nobody."""
+    if not live:
+        yield None
+        return
+    from afo_sim.view.live import live_viewer
+
+    with live_viewer() as watch:
+        yield watch
+
+
+def quantity(field: str, text: str, unit: str) -> float:
+    from afo_sim.units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=text) from None
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[..., None]]:
+    """A line on the terminal that moves while something takes time, and then goes away."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(title, total=None)
+
+        def report(done: int, total: int, what: str = "simulating") -> None:
+            progress.update(task, description=what, completed=done, total=total or None)
+
+        yield report
+
+
+def print_table(title: str, header: list[str], rows: list[list[str]], droppable: int | None = None) -> None:
+    """Aligned columns; on a narrow terminal a table of many may drop one."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console()
+    if droppable is not None:
+        console = Console(width=shutil.get_terminal_size((200, 24)).columns)
+        if console.width < 140:
+            header = header[:droppable] + header[droppable + 1 :]
+            rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
+    table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
+    for k, name in enumerate(header):
+        rigid = k == 0 if len(header) == 2 else droppable is not None and k > 1
+        table.add_column(escape(name), overflow="fold", no_wrap=rigid)
+    for row in rows:
+        table.add_row(*map(escape, row))
+    console.print(table)
+    console.print()

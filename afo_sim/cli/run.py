@@ -1,0 +1,172 @@
+"""Commands that simulate: run, torque-map."""
+
+import pathlib
+import sys
+from typing import Annotated, Any
+
+import typer
+
+from afo_sim.cli.apps import app
+from afo_sim.cli.common import (
+    Rate,
+    Scenario,
+    Sets,
+    hertz_of,
+    print_table,
+    progress,
+    quantity,
+    read_sets,
+    watching,
+)
+from afo_sim.errors import InputError
+
+
+@app.command()
+def run(
+    scenario: Scenario = "seated",
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario> by default")
+    ] = None,
+    sets: Sets = None,
+    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rate: Rate = None,
+    live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
+) -> None:
+    """Simulate one scenario; without an argument, the seated solenoid-timer test."""
+    values = read_sets(sets)
+    hertz = None if rate is None else hertz_of(rate)
+    with watching(live) as watch, progress("reading, compiling the muscles") as report:
+        from afo_sim.model import build
+        from afo_sim.reader import load
+        from afo_sim.simulate import run_built
+        from afo_sim.writing import check_writable
+
+        built = build(load("scenario", scenario, values))
+        folder = out or pathlib.Path("runs") / built.scenario.name
+        check_writable(folder)
+        recording = run_built(built, progress=report, watch=watch)
+        recording.save(folder, rrd=rrd, rate=hertz)
+        _print_run(recording, folder)
+    if not recording.ok:
+        print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
+        sys.exit(3)
+
+
+@app.command()
+def compare(
+    scenario: Scenario,
+    laws: Annotated[
+        str, typer.Option(help="names with commas between; by default every law that all muscles know")
+    ] = "",
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-laws by default")
+    ] = None,
+    sets: Sets = None,
+    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
+) -> None:
+    """One scenario with several muscle laws, side by side."""
+    values = read_sets(sets)
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim import compare as comparing
+        from afo_sim.writing import check_writable
+
+        folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
+        check_writable(folder)
+        names = [name.strip() for name in laws.split(",") if name.strip()]
+        runs = comparing.compare_laws(scenario, names, values, report=report)
+        comparing.write(runs, folder, rrd=rrd)
+    for title, header, rows in comparing.tables(runs):
+        print_table(title, header, rows)
+    for name, recording in runs.items():
+        for warning in recording.warnings:
+            print(f"warning: {name}: {warning}")
+    print(f"written to {folder}" + (f"; look at it with: afo-sim view {folder}/recording.rrd" if rrd else ""))
+    failed = {name: recording.status for name, recording in runs.items() if not recording.ok}
+    for name, status in failed.items():
+        print(f"afo-sim: {name}: {status.removeprefix('failed: ')}", file=sys.stderr)
+    if failed:
+        sys.exit(3)
+
+
+@app.command("torque-map")
+def torque_map_command(
+    scenario: Scenario = "seated",
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/torque-map"),
+    sets: Sets = None,
+    angle: Annotated[tuple[str, str, str], typer.Option(help="from, to, step", metavar="FROM TO STEP")] = (
+        "-20 deg",
+        "25 deg",
+        "1 deg",
+    ),
+    pressure: Annotated[
+        list[str] | None, typer.Option(help="gauge pressure; may be given several times")
+    ] = None,
+) -> None:
+    """Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
+    values = read_sets(sets)
+    start, stop, step = (quantity("--angle", text, "rad") for text in angle)
+    pressures = [quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
+    if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
+        raise InputError("is no range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0")
+    for text, value in zip(pressure or [], pressures, strict=False):
+        if not 0.0 <= value <= 2e6:
+            raise InputError("is out of range", field="--pressure", value=text, allowed="0 bar to 20 bar")
+    with progress("computing torques"):
+        import numpy as np
+
+        from afo_sim import torque_map as tm
+        from afo_sim.model import build
+        from afo_sim.reader import load
+        from afo_sim.writing import check_writable, replacing
+
+        built = build(load("scenario", scenario, values))
+        check_writable(out)
+        angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
+        supply = built.scenario.supply.pressure
+        tm.require_angles(built, angles)
+        maps = tm.torque_map(built, angles, np.array(sorted({*pressures, supply})))
+        warnings = tm.limit_warnings(built, maps)
+        title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
+        with replacing(out / "torque_map.csv") as path:
+            tm.write_csv(maps, path)
+        for suffix in ("png", "pdf"):
+            with replacing(out / f"torque_map.{suffix}") as path:
+                tm.draw(maps, path, title, suffix)
+        answers = tm.answer(maps, supply)
+    _print_torque_maps(maps, answers, supply, out)
+    for warning in warnings:
+        print(f"warning: {warning}")
+
+
+def _print_run(recording: Any, folder: pathlib.Path) -> None:
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items()]
+    print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    for warning in recording.warnings:
+        print(f"warning: {warning}")
+    timing = recording.timing
+    print(
+        f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
+        f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
+    )
+    print(f"written to {folder}; look at it with: afo-sim view {folder}")
+
+
+def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:
+    import numpy as np
+
+    for found in maps:
+        chosen = np.unique(np.linspace(0, len(found.angles) - 1, 10).round().astype(int))
+        header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in found.pressures)]
+        rows = [
+            [f"{np.degrees(found.angles[k]):.0f}", *(f"{t:.2f}" for t in found.torque[k])] for k in chosen
+        ]
+        print_table(f"{found.chamber}: orthosis torque [N·m], dorsiflexion +", header, rows)
+    for chamber, needs in answers.items():
+        for need, span in needs.items():
+            reach = (
+                "nowhere"
+                if span is None
+                else f"from {np.degrees(span[0]):.0f} to {np.degrees(span[1]):.0f} deg"
+            )
+            print(f"{chamber}: enough for {need} {reach}, at the supply's {supply * 1e-5:g} bar")
+    print(f"written to {out}")

@@ -1,0 +1,181 @@
+"""What of a scenario's dynamics can be fitted to a log: short names, the keys they set, bounds, units."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.spec import Scenario
+from afo_sim.units import format_quantity, in_unit
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A dynamic parameter in general. SI; `shown` is the unit for people's eyes.
+
+    `key` is the dotted key that it sets, with {} for each muscle group or chamber (`each`); without a key
+    it belongs to the log. A `logarithmic` one is searched, and its interval given, as a ratio; `typical`
+    is its size, from which the search starts where the scenario says zero.
+    """
+
+    name: str
+    meaning: str
+    key: str
+    each: str
+    unit: str
+    shown: str
+    lower: float
+    upper: float
+    typical: float
+    logarithmic: bool
+
+
+_CONDUCTANCE = ("chamber", "m^3/(s*Pa)", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind(
+            "damping",
+            "R of the muscles' damper",
+            "orthosis.muscle.{}.type.damping",
+            *("muscle", "m^2*s", "m^2*s", 1e-7, 1e-1, 1e-4, True),
+        ),
+        Kind("inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
+        Kind(
+            "outlet_conductance", "C of the outlets", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE
+        ),
+        Kind(
+            "wall_conductance",
+            "heat from the air to the wall, hA",
+            "orthosis.chamber.{}.wall_conductance",
+            *("chamber", "W/K", "W/K", 1e-3, 1e2, 0.3, True),
+        ),
+        Kind(
+            "tube_volume",
+            "between valves and muscles",
+            "orthosis.chamber.{}.tube_volume",
+            *("chamber", "m^3", "ml", 1e-8, 1e-3, 4e-6, True),
+        ),
+        Kind(
+            "friction",
+            "Coulomb friction about the ankle",
+            *("leg.friction", "", "N*m", "N*m", 0.0, 20.0, 0.1, False),
+        ),
+        Kind(
+            "inertia",
+            "about the ankle, on top of the model's",
+            *("leg.inertia", "", "kg*m^2", "kg*m^2", 0.0, 1.0, 5e-3, False),
+        ),
+        Kind(
+            "time_offset",
+            "what the log's clock reads when the timer starts",
+            *("", "", "s", "ms", -0.5, 0.5, 0.05, False),
+        ),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A dynamic parameter of one scenario: its value there, and the keys that it sets.
+
+    `keys` holds each key's share: the value of the first is the parameter's, the others keep the ratio to
+    it that they have in the scenario.
+    """
+
+    name: str
+    kind: Kind
+    start: float
+    keys: dict[str, float]
+
+    @property
+    def size(self) -> float:
+        """What the search measures steps and uncertainties by [SI]."""
+        return (self.start or self.kind.typical) if self.kind.logarithmic else self.kind.typical
+
+    def search(self, value: float) -> float:
+        """A value [SI] as the number that is searched: a logarithm, or a multiple of the typical size."""
+        return math.log(value / self.size) if self.kind.logarithmic else value / self.size
+
+    def value(self, x: float) -> float:
+        """The value [SI] of a searched number."""
+        inside = self.size * math.exp(x) if self.kind.logarithmic else self.size * x
+        return float(min(max(inside, self.kind.lower), self.kind.upper))
+
+    def sets(self, value: float, source: str) -> dict[str, Any]:
+        """Dotted keys and values that give a scenario this value."""
+        first = next(iter(self.keys), "")
+        found = {}
+        for key, share in self.keys.items():
+            told = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
+            text = format_quantity(share * value, self.kind.unit)
+            found[key] = {"value": text, "source": told, "kind": "fitted"}
+        return found
+
+    def shown(self, value: float) -> float:
+        """A value in the unit for people's eyes."""
+        return in_unit(value, self.kind.unit, self.kind.shown)
+
+
+def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[Parameter, ...]:
+    """The parameters of a scenario by name.
+
+    Parameters
+    ----------
+    names : of KINDS; `damping.dorsiflexor` is that of one muscle group or chamber alone
+    scenario : description
+
+    Raises
+    ------
+    InputError
+        An unknown name, one that is named twice, or a value in the scenario that is beyond what is searched.
+    """
+    found = [_find(name, scenario) for name in names]
+    taken: dict[str, str] = {}
+    for parameter in found:
+        for key in parameter.keys or {parameter.name: 1.0}:
+            if key in taken:
+                raise InputError(
+                    f"sets what {taken[key]!r} sets already", field="--fit", value=parameter.name
+                )
+            taken[key] = parameter.name
+    return tuple(found)
+
+
+def _find(name: str, scenario: Scenario) -> Parameter:
+    general, dot, one = name.partition(".")
+    kind = KINDS.get(general)
+    members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
+    if kind is None or (dot and one not in members):
+        allowed = [*KINDS] if kind is None else [general, *(f"{general}.{member}" for member in members)]
+        raise InputError(
+            "is no dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}",
+            field="--fit",
+            value=name,
+            allowed=", ".join(allowed),
+            nearest=nearest_name(name, allowed),
+        )
+    if not kind.key:
+        return Parameter(name, kind, 0.0, {})
+    keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
+    values = [_value_at(scenario, key) for key in keys]
+    start = values[0]
+    # from zero no ratio can be kept
+    shares = [value / start for value in values] if all(values) else [1.0] * len(values)
+    if start and not kind.lower <= start <= kind.upper:
+        low, high = (in_unit(limit, kind.unit, kind.shown) for limit in (kind.lower, kind.upper))
+        raise InputError(
+            "starts beyond what is searched",
+            field=keys[0],
+            value=format_quantity(start, kind.unit),
+            allowed=f"{low:g} to {high:g} {kind.shown}",
+        )
+    return Parameter(name, kind, start, dict(zip(keys, shares, strict=True)))
+
+
+def _value_at(scenario: Scenario, key: str) -> float:
+    node: Any = scenario
+    for part in key.split("."):
+        node = node[part] if isinstance(node, dict) else getattr(node, part)
+    return float(node)

@@ -1,0 +1,270 @@
+"""What is fitted to what: a law, its free and held parameters, the data, and its predictions of them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from afo_sim.characteristic import contractions, forces
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.measured import Measured
+from afo_sim.physics.law import Braid, Law, LawParameter
+from afo_sim.physics.static_force import LAWS
+
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+
+MOST_LEVELS = 12  # of pressure; more is a sweep
+GEOMETRY = {
+    "braid_angle": LawParameter(
+        "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
+    ),
+    "end_length": LawParameter("end_length", "d", "m", 0.0, 0.5, "not contracting", (0.0, 0.06), 0.0),
+}
+NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted to what: a law, its free parameters, the values of the others, the data."""
+
+    law: Law
+    data: tuple[Measured, ...]
+    free: tuple[str, ...]
+    fixed: Mapping[str, float]
+    loss: Loss = "linear"
+
+    def describe(self, name: str) -> LawParameter:
+        """What a free or fixed parameter is."""
+        return _describe(self.law, name)
+
+    @property
+    def loaded(self) -> bool:
+        """The residuals are changes of length [m] (a load was set), not forces [N]."""
+        return self.data[0].loaded
+
+
+def select(data: Measured) -> tuple[Measured, int]:
+    """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
+
+    Stretched, the braid carries; slack, nothing does; without air there is no muscle.
+    """
+    shortening = data.contraction if data.contraction is not None else data.change
+    assert shortening is not None
+    keep = (data.pressure > 0.0) & (data.force >= 0.0) & (shortening >= 0.0)
+    return take(data, keep), int(np.sum(~keep))
+
+
+def take(data: Measured, keep: np.ndarray) -> Measured:
+    """Some points of the data."""
+    return replace(
+        data,
+        pressure=data.pressure[keep],
+        force=data.force[keep],
+        curve=data.curve[keep],
+        contraction=None if data.contraction is None else data.contraction[keep],
+        change=None if data.change is None else data.change[keep],
+    )
+
+
+def pose(
+    law_name: str,
+    data: Sequence[Measured],
+    *,
+    free: Sequence[str] = (),
+    fixed: Mapping[str, float] | None = None,
+    loss: Loss = "linear",
+) -> Problem:
+    """Decide what of a law is free, from the data and from what the caller says.
+
+    Parameters
+    ----------
+    law_name : of LAWS
+    data : one Measured per muscle, all with the same kind of residual
+    free : parameters to fit beside those that the law usually is fitted by
+    fixed : parameters that are known [SI]
+    loss : of scipy's `least_squares`
+
+    Raises
+    ------
+    InputError
+        Unknown law or parameter, data that do not determine the fit, or a length that is needed.
+    """
+    if law_name not in LAWS:
+        raise InputError(
+            "is an unknown law",
+            field="--law",
+            value=law_name,
+            allowed=", ".join([*LAWS, "all"]),
+            nearest=nearest_name(law_name, [*LAWS, "all"]),
+        )
+    law, given = LAWS[law_name], dict(fixed or {})
+    known = [*(p.name for p in law.parameters), *GEOMETRY]
+    for name in (*free, *given):
+        if name not in known:
+            raise InputError(
+                f"is no parameter of {law_name}",
+                field="--free" if name in free else "--fix",
+                value=name,
+                allowed=", ".join(known),
+                nearest=nearest_name(name, known),
+            )
+    if len({d.loaded for d in data}) > 1:
+        raise InputError(
+            "are given in one file and loads in another: their errors cannot be added",
+            field="force",
+            allowed="forces in all files, or loads in all files",
+        )
+    changes = data[0].contraction is None
+    if not changes and "end_length" in (*free, *given):
+        raise InputError(
+            "has no effect where contraction ratios were measured",
+            field="--free" if "end_length" in free else "--fix",
+            value="end_length",
+        )
+    _require_possible(law, given)
+    given = _stated(data, [*free, *given]) | given
+    wanted = [*law.fitted, *free]
+    if changes and "braid_angle" in law.fitted:
+        wanted.append("end_length")
+    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
+    problem = Problem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
+    _require_enough(problem)
+    return problem
+
+
+def _describe(law: Law, name: str) -> LawParameter:
+    return GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
+
+
+def _require_possible(law: Law, given: Mapping[str, float]) -> None:
+    """Refuse values to hold that the parameter cannot have."""
+    for name, value in given.items():
+        parameter = _describe(law, name)
+        if not parameter.lower <= value <= parameter.upper:
+            raise InputError(
+                "is out of range",
+                field=f"--fix {name}",
+                value=f"{value:g} {parameter.unit}".strip(),
+                allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
+            )
+
+
+def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
+    """What the headers state of the braid: it is held, unless it is asked to be free."""
+    found: dict[str, float] = {}
+    for name in GEOMETRY:
+        values = {d.facts[name] for d in data if name in d.facts}
+        if name in but or not values:
+            continue
+        if len(values) > 1:
+            raise InputError(
+                "is stated differently in the files, which are fitted with one value",
+                field=name,
+                allowed=f"the same in all files, or --free {name}",
+            )
+        found[name] = values.pop()
+    return found
+
+
+def _settled(
+    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
+) -> dict[str, float]:
+    """The values of what is not free: as given, or the default."""
+    settled = dict(given)
+    for name, parameter in (*((p.name, p) for p in law.parameters), *GEOMETRY.items()):
+        if name in free or name in settled:
+            continue
+        if parameter.default is None:
+            raise InputError(
+                f"is neither free nor fixed in {law.name}",
+                field="--free",
+                value=name,
+                allowed=f'--free {name}, or --fix {name}="…"',
+            )
+        settled[name] = parameter.default
+    for d in data:
+        if "bore" not in d.facts:
+            raise InputError(
+                "must be told", file=d.file, field="bore", allowed='a header line "# bore: 20 mm"'
+            )
+        if d.contraction is None and "total_length" not in d.facts:
+            raise InputError(
+                "must be told",
+                file=d.file,
+                field="total_length",
+                allowed='a header line "# total_length: 21.5 cm"',
+            )
+    return settled
+
+
+def _require_enough(problem: Problem) -> None:
+    points = sum(len(d) for d in problem.data)
+    file = problem.data[0].file
+    pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
+    if len(pressures) < 2:
+        raise InputError(
+            "holds one pressure only: how the force depends on pressure cannot be told",
+            file=file,
+            field="pressure",
+            value=f"{pressures[0]:g} bar" if len(pressures) else "none",
+            allowed="at least two pressures",
+        )
+    if points <= len(problem.free):
+        raise InputError(
+            f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
+            file=file,
+            allowed="more points than parameters; or a law with fewer, or --fix NAME=VALUE",
+        )
+
+
+def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
+    """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one.
+
+    Pressures nearer than 2 % of their span (and 50 mbar) are one level. Where that makes one of them all,
+    or more than 12 (a pressure that was swept), they are five blocks of as many points.
+
+    Returns
+    -------
+    per data set the level of each point [bar]
+    """
+    everything = np.concatenate([d.pressure for d in data])
+    ordered = np.sort(everything)
+    span = float(np.ptp(ordered))
+    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
+    if (len(starts) == 1 and span > 2e4) or len(starts) > MOST_LEVELS:
+        starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
+    blocks = np.split(ordered, starts[1:])
+    means = np.array([round(float(block.mean()) * 1e-5, 3) for block in blocks])
+    edges = ordered[starts]
+    return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
+
+
+def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np.ndarray:
+    """What the law says where the data were measured: force [N], or change of length [m]."""
+    everything = {**problem.fixed, **values}
+    total = data.facts.get("total_length", NOMINAL_LENGTH)
+    active = total - (everything["end_length"] if data.contraction is None else 0.0)
+    braid = Braid(active, data.facts["bore"] / 2.0, everything["braid_angle"])
+    coefficients = problem.law.coefficients(braid, everything)
+    if data.loaded:
+        scale = active if data.contraction is None else 1.0
+        return scale * contractions(problem.law.native_id, coefficients, data.force, data.pressure)
+    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    return forces(problem.law.native_id, coefficients, kappa, data.pressure)
+
+
+def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Prediction less measurement over several data sets [N or m]."""
+    parts = []
+    for d in data:
+        measured = d.force if not d.loaded else (d.change if d.contraction is None else d.contraction)
+        parts.append(predict(problem, values, d) - measured)
+    return np.concatenate(parts)
+
+
+def measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
+    """What was measured, end to end: forces [N], or changes of length [m]."""
+    return np.concatenate(
+        [d.force if not d.loaded else (d.change if d.contraction is None else d.contraction) for d in data]
+    )

@@ -1,0 +1,140 @@
+"""What a dynamic fit leaves behind: its numbers, a scenario that runs at once, and its tables as text."""
+
+import json
+import pathlib
+from typing import Any
+
+from afo_sim import reader
+from afo_sim.fit_run import FitRun
+from afo_sim.log_figure import draw_log
+from afo_sim.toml_text import toml_text
+from afo_sim.writing import replacing
+
+SCENARIO, NUMBERS, FIGURE = "scenario.toml", "fit_run.json", "fit_run"
+MISFIT = 1.5  # times the noise: above it the model lacks something that the log shows
+
+
+def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
+    """Write fit_run.json, fit_run.png/.pdf and, if anything was fitted, scenario.toml, each whole or not.
+
+    Parameters
+    ----------
+    fit : from `fit_run`
+    folder : made if need be
+    """
+    texts = {NUMBERS: json.dumps(as_json(fit), indent=2, ensure_ascii=False) + "\n"}
+    if fit.values:
+        texts[SCENARIO] = scenario_toml(fit)
+    else:
+        (folder / SCENARIO).unlink(missing_ok=True)  # not another fit's
+    for name, text in texts.items():
+        with replacing(folder / name) as path:
+            path.write_text(text, encoding="utf-8")
+            if name == SCENARIO:
+                reader.load("scenario", path)  # it must be one
+    for suffix in ("png", "pdf"):
+        with replacing(folder / f"{FIGURE}.{suffix}") as path:
+            draw_log(fit, path, suffix)
+
+
+def scenario_toml(fit: FitRun) -> str:
+    """The scenario with the fitted values, each with its source; what belongs to the log as a comment."""
+    problem = fit.problem
+    sets: dict[str, Any] = {}
+    comments = [f"# Fitted to {problem.log.file.name}; what it does not say is as it was before."]
+    for parameter in problem.parameters:
+        low_high, value = fit.interval[parameter.name], fit.values[parameter.name]
+        unit = parameter.kind.shown
+        belief = f"no interval: {fit.reason(parameter.name)}"
+        if low_high is not None:
+            low, high = map(parameter.shown, low_high)
+            belief = f"95 % interval {low:.4g} to {high:.4g} {unit}"
+        source = f"fitted to {problem.log.file.name}; {belief}"
+        sets |= parameter.sets(value, source)
+        if not parameter.keys:
+            comments.append(f"# {parameter.name} = {parameter.shown(value):.4g} {unit}, of the log: {belief}")
+    scenario = reader.load("scenario", problem.scenario, sets).resolved()
+    scenario["name"] = f"{scenario['name'] or 'scenario'}-fitted"
+    return "\n".join(comments) + "\n" + toml_text(scenario)
+
+
+def as_json(fit: FitRun) -> dict[str, Any]:
+    """The fit as plain data, SI."""
+    problem = fit.problem
+    channels = {c.title: c for c in problem.log.channels}
+    return {
+        "log": str(problem.log.file),
+        "scenario": problem.scenario["name"],
+        "parameters": {
+            p.name: {
+                "start": p.start,
+                "value": fit.values[p.name],
+                "interval_95": fit.interval[p.name],
+                "refused": fit.reason(p.name) or None,
+                "unit": p.kind.unit,
+                "sets": {key: share * fit.values[p.name] for key, share in p.keys.items()},
+            }
+            for p in problem.parameters
+        },
+        "correlation": fit.correlation.tolist(),
+        "verdict": list(fit.verdict),
+        "channels": {
+            title: {
+                "columns": list(channels[title].columns),
+                "unit": channels[title].si,
+                "noise": problem.noise[title],
+                "rms_before": errors.before,
+                "rms_after": errors.after,
+                "rms_before_held_out": errors.before_held_out,
+                "rms_held_out": errors.held_out,
+            }
+            for title, errors in fit.errors.items()
+        },
+        "held_out_share": problem.hold_out,
+        "samples": len(problem.log.time),
+        "errors_in_noise": fit.misfit,
+        "correlation_of_neighbouring_errors": fit.memory,
+        "runs": fit.runs,
+        "converged": fit.converged,
+    }
+
+
+def tables(fit: FitRun) -> list[tuple[str, list[str], list[list[str]]]]:
+    """(title, header, rows) to print: the parameters, then the errors of each channel."""
+    rows = []
+    for p in fit.problem.parameters:
+        interval = fit.interval[p.name]
+        belief = f"refused: {fit.reason(p.name)}"
+        if interval is not None:
+            belief = " to ".join(f"{p.shown(end):.4g}" for end in interval)
+        rows.append(
+            [p.name, f"{p.shown(p.start):.4g}", f"{p.shown(fit.values[p.name]):.4g}", p.kind.shown, belief]
+        )
+    found = [("parameters", ["parameter", "start", "fitted", "unit", "95 % interval"], rows)] if rows else []
+    header = ["channel", "unit", "noise", "before", "after"]
+    if fit.problem.hold_out and fit.values:
+        header += ["held out: before", "after"]
+    channels = []
+    for channel in fit.problem.log.channels:
+        errors = fit.errors[channel.title]
+        numbers = [fit.problem.noise[channel.title], errors.before, errors.after]
+        numbers += [e for e in (errors.before_held_out, errors.held_out) if e is not None]
+        cells = [f"{number / channel.scale:.3g}" for number in numbers]
+        channels.append([channel.title, channel.unit, *cells])
+    return [*found, ("errors, RMS", header, channels)]
+
+
+def remarks(fit: FitRun) -> list[str]:
+    """Lines to print below the tables."""
+    samples, plural = len(fit.problem.log.time), "s" if fit.runs > 1 else ""
+    lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
+    if fit.values and fit.misfit > MISFIT:
+        lines.append(
+            "the run differs from the log by more than noise: something else is missing in the scenario, and "
+            "the values make up for it as well as they can"
+        )
+    if not fit.converged:
+        lines.append("the search was stopped before it converged")
+    lines += [f"the log does not tell: {line}" for line in fit.verdict]
+    lines += [f"warning: {warning}" for warning in fit.after.warnings]
+    return lines

@@ -1,0 +1,186 @@
+"""Tests of the stand → figures with the papers' axes: a panel a muscle and law, a colour a curve."""
+
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.stand import Trial, static
+from afo_sim.stand_compare import Comparison
+from afo_sim.stand_measures import AXES
+
+# Column → (label, factor from SI)
+SHOWN = {
+    "pressure": ("gauge pressure [bar]", 1e-5),
+    "contraction": ("contraction [%]", 100.0),
+    "force": ("force [N]", 1.0),
+    "velocity": ("shortening speed [m/s]", -1.0),
+    "time": ("time [s]", 1.0),
+}
+SET = {
+    "isobaric": ("pressure", "{:.3g} bar", 1e-5),
+    "isotonic": ("load", "{:.3g} N", 1.0),
+    "isometric": ("contraction", "{:.3g} %", 100.0),
+    "step": ("supply", "{:.3g} bar", 1e-5),
+    "release": ("pressure", "{:.3g} bar", 1e-5),
+}
+PANEL = (3.6, 2.9)  # of one panel [inch]
+COLUMNS = 3  # panels side by side
+
+
+def set_point_text(trial: Trial, curve: int) -> str:
+    """What tells a curve from the others, for people."""
+    _, form, factor = SET[trial.plan.kind]
+    return form.format(factor * trial.plan.set_points[curve])
+
+
+def draw_trials(
+    trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path, suffix: str = "png"
+) -> None:
+    """Draw tests of one kind on one page.
+
+    Isobaric: force over contraction; isotonic: contraction over pressure; isometric: force over pressure
+    (Takosoglu et al. 2016, fig. 7-9): up solid, down dashed, the formula thin and grey, measured points as
+    circles. Step: pressure and response over time, time constant and response over pressure (S0, fig.
+    4.4-4.6). Release: contraction and speed over time.
+
+    Parameters
+    ----------
+    trials : at least one, of one kind
+    compared : per trial, or none
+    path, suffix : file and format
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    kind = trials[0].plan.kind
+    fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
+    tall = {"step": 3, "release": 2}.get(kind, 1)
+    across = min(len(trials), COLUMNS)
+    down = -(-len(trials) // across)
+    height = PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(PANEL[0] * across + 0.9, height + 0.4), layout="constrained")
+        alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
+        axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
+        for k in range(down * across):
+            row, column = divmod(k, across)
+            own = axes[tall * row : tall * (row + 1), column]
+            if k >= len(trials):
+                for axis in own:
+                    axis.set_axis_off()
+                continue
+            fill(own, trials[k], compared[k] if compared else None)
+            own[0].set_title(_title(trials[k]), loc="left")
+            own[0].tick_params(labelbottom=True, labelleft=True)
+            if not _same_points(trials) or k == across - 1:
+                _legend(own[0], trials[k], compared)
+        figure.savefig(path, format=suffix, dpi=RESOLUTION)
+
+
+def _same_points(trials: Sequence[Trial]) -> bool:
+    return all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
+
+
+def _title(trial: Trial) -> str:
+    muscle = trial.plan.muscle
+    lines = [f"{muscle.name} · {trial.plan.kind}{', formula' if trial.static else ''}", muscle.law]
+    return "\n".join(lines + ([muscle.friction] if muscle.friction != "none" else []))
+
+
+def colour(trial: Trial, curve: int) -> Any:
+    """A curve's colour: from dark to light as the set point rises."""
+    from matplotlib import colormaps
+
+    count = len(trial.curves)
+    return colormaps["viridis"](0.88 * curve / max(count - 1, 1))
+
+
+def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
+    axis = axes[0]
+    abscissa, _, ordinate, _ = AXES[trial.plan.kind]
+    (x_label, x_factor), (y_label, y_factor) = SHOWN[abscissa], SHOWN[ordinate]
+    for k in range(len(trial.curves)):
+        loop, shade = trial.loop(k), colour(trial, k)
+        down = loop["branch"] % 2 == 1
+        for way, style in ((~down, "-"), (down, "--")):
+            label = set_point_text(trial, k) if style == "-" else None
+            x, y = x_factor * loop[abscissa][way], y_factor * loop[ordinate][way]
+            axis.plot(x, y, style, color=shade, label=label)
+        if compared is not None:
+            own = compared.curve == k
+            x, y = x_factor * compared.x[own], y_factor * compared.measured[own]
+            axis.plot(x, y, "o", ms=3.5, mfc="none", color=shade)
+    for columns in () if trial.static else static(trial.plan, 120).curves:
+        axis.plot(x_factor * columns[abscissa], y_factor * columns[ordinate], color="0.6", lw=0.8, zorder=1)
+    if compared is not None:
+        unit = {"force": "N", "contraction": "%"}[ordinate]
+        rms, worst = (f"{y_factor * error:.3g} {unit}" for error in (compared.rms, compared.worst))
+        text = f"{compared.name}\nRMS {rms}, worst {worst}"
+        corner = {"x": 0.98, "ha": "right"} if trial.plan.kind == "isobaric" else {"x": 0.02, "ha": "left"}
+        axis.text(y=0.98, s=text, transform=axis.transAxes, va="top", fontsize=8.0, **corner)
+    axis.margins(0.03)
+    axis.set_xlabel(x_label)
+    axis.set_ylabel(y_label)
+
+
+def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
+    """The curves, and what the line styles mean."""
+    from matplotlib.lines import Line2D
+
+    handles, _ = axis.get_legend_handles_labels()
+    if trial.plan.kind in AXES and not trial.static:
+        handles += [
+            Line2D([], [], color="0.2", label="up"),
+            Line2D([], [], color="0.2", ls="--", label="down"),
+            Line2D([], [], color="0.6", lw=0.8, label="formula"),
+        ]
+    if compared:
+        handles.append(Line2D([], [], color="0.2", marker="o", mfc="none", ms=3.5, ls="", label="data"))
+    title = SET[trial.plan.kind][0]
+    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    axis.legend(handles=handles, title=title, title_fontsize=8.0, handlelength=2.0, **place)
+
+
+def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
+    response = "force" if trial.plan.held else "contraction"
+    for axis, name in zip(axes, ("pressure", response), strict=False):
+        label, factor = SHOWN[name]
+        for k, columns in enumerate(trial.curves):
+            text = set_point_text(trial, k)
+            axis.plot(columns["time"], factor * columns[name], color=colour(trial, k), label=text)
+        axis.axvline(trial.plan.duration, color="0.75", lw=0.8, zorder=0)
+        axis.set_xlabel("time [s]: filled, then vented")
+        axis.set_ylabel(label)
+    pressure = trial.plan.set_points * 1e-5
+    left, right = axes[2], axes[2].twinx()
+    for word, style in (("fill", "o-"), ("vent", "o--")):
+        tau = [m[f"{word}_{response}_time_constant"].value for m in trial.metrics]
+        face = COLOURS[1] if word == "fill" else "white"
+        left.plot(pressure, tau, style, ms=3.5, mfc=face, color=COLOURS[1], label=f"{word}: time constant")
+    label, factor = SHOWN[response]
+    filled = [factor * m[f"filled_{response}"].value for m in trial.metrics]
+    right.plot(pressure, filled, "s-", ms=3.5, color=COLOURS[0])
+    left.set_ylim(bottom=0.0)
+    right.set_ylim(0.0, 1.15 * max(filled))
+    edge = 0.05 * np.ptp(pressure) or 0.5
+    left.set_xlim(pressure.min() - edge, pressure.max() + edge)
+    left.set_xlabel("supply, gauge pressure [bar]")
+    left.set_ylabel(f"63 % of {response} [s]", color=COLOURS[1])
+    right.set_ylabel(f"filled: {label}", color=COLOURS[0])
+    right.spines["right"].set_visible(True)
+    left.legend(loc="best", handlelength=2.6)
+
+
+def _release(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
+    settled = max(8.0 * max(m["time_constant"].value for m in trial.metrics), 0.05)
+    for axis, name in zip(axes, ("contraction", "velocity"), strict=True):
+        label, factor = SHOWN[name]
+        for k, columns in enumerate(trial.curves):
+            text = set_point_text(trial, k)
+            axis.plot(1e3 * columns["time"], factor * columns[name], color=colour(trial, k), label=text)
+        axis.set_xlim(0.0, 1e3 * min(settled, trial.plan.duration))
+        axis.set_xlabel("time since release [ms]")
+        axis.set_ylabel(label)

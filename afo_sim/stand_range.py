@@ -1,0 +1,85 @@
+"""What a muscle does at rest: its force by the formula, and the loads, lengths and pressures it allows."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from afo_sim.muscle import Muscle
+from afo_sim.physics.hill import hill_force
+from afo_sim.physics.static_force import LAWS, MAX_COEFFICIENTS, muscle_static_force
+from afo_sim.units import AMBIENT_PRESSURE
+
+LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
+
+
+def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Tension at rest and without friction, exactly as the compiled muscle computes it.
+
+    Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
+
+    Parameters
+    ----------
+    muscle : description
+    contraction : κ [-] (n,)
+    pressure : gauge [Pa] (n,)
+
+    Returns
+    -------
+    (n,) force [N], ≥ 0
+    """
+    law, lowest = float(LAWS[muscle.law].native_id), muscle.law_set.pressure_range[0]
+    coefficients = (*muscle.coefficients, *[0.0] * MAX_COEFFICIENTS)
+    stiffness = muscle.braid_stiffness
+    kappa, gauge = np.broadcast_arrays(np.asarray(contraction, float), np.asarray(pressure, float))
+    out = np.empty(kappa.size)
+    for k, (x, p) in enumerate(zip(kappa.flat, gauge.flat, strict=True)):
+        spring = muscle_static_force(law, float(x), float(p), lowest, coefficients, 0)
+        out[k] = hill_force(spring, float(x), 0.0, 0.0, 0.0, 0.0, stiffness)[0]
+    return out.reshape(kappa.shape)
+
+
+def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
+    """`rest_force` of one contraction [-] and gauge pressure [Pa]."""
+    return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
+
+
+def lock(muscle: Muscle) -> float:
+    """The (negative) contraction ratio at which the braid's threads lie along each other [-]."""
+    return 1.0 - 1.0 / math.cos(muscle.braid_angle)
+
+
+def slack(muscle: Muscle, pressure: float) -> float:
+    """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
+
+
+def hanging(muscle: Muscle, load: float, pressure: float) -> float:
+    """Contraction ratio at which a load [N] rests on a muscle at a gauge pressure [Pa]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
+
+
+def lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
+    """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
+    return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
+
+
+def damping(muscle: Muscle, pressure: float) -> float:
+    """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
+    total = muscle.damping * (pressure + AMBIENT_PRESSURE)
+    if muscle.damper is not None:
+        above = muscle.damper.relaxing_above or muscle.damper.relaxing
+        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
+        total += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
+    return total
+
+
+def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function that falls from low to high changes its sign, by bisection."""
+    for _ in range(52):
+        middle = 0.5 * (low + high)
+        if falling(middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)

@@ -1,0 +1,151 @@
+"""A CSV that people bring: titles with units, "# key: value" lines above, one clear word on what is wrong."""
+
+import csv
+import difflib
+import math
+import pathlib
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.errors import InputError
+from afo_sim.units import parse_quantity
+
+_TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
+RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
+
+
+@dataclass(frozen=True)
+class Table:
+    """The text of a CSV: titles, cells by line, and the header's facts as they were written."""
+
+    file: pathlib.Path
+    titles: tuple[str, ...]
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    facts: dict[str, str]
+
+
+def read_table(file: pathlib.Path, example: str) -> Table:
+    """Read a CSV as text.
+
+    Parameters
+    ----------
+    file : path
+    example : titles as they could be, for the message when there are none
+
+    Returns
+    -------
+    Table: every row has as many cells as there are titles
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is empty, or a line has more or fewer values than titles.
+    """
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot be read: {error}", file=file) from None
+    facts, numbered = {}, []
+    for number, line in enumerate(lines, 1):
+        if line.lstrip().startswith("#"):
+            key, colon, text = line.lstrip()[1:].partition(":")
+            if colon:
+                facts[key.strip().lower()] = text.strip()
+        elif line.strip():
+            numbered.append((number, line))
+    if not numbered:
+        raise InputError("holds no points", file=file, allowed=example)
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if separator in numbered[0][1]:
+            raise InputError(
+                f"its values stand between {word}",
+                file=file,
+                field="header",
+                value=numbered[0][1].strip(),
+                allowed=f"commas between the values, and a point for decimals: {example}",
+            )
+    titles = _cells(numbered[0][1])
+    rows = []
+    for number, line in numbered[1:]:
+        cells = _cells(line)
+        if len(cells) != len(titles):
+            raise InputError(
+                f"line {number} has {len(cells)} values where the header names {len(titles)}",
+                file=file,
+                allowed="a point for decimals, and commas between the values only",
+            )
+        rows.append((number, cells))
+    return Table(file, titles, tuple(rows), facts)
+
+
+def split_title(title: str) -> tuple[str, str]:
+    """Name and unit of a title such as "pressure [bar]"; the unit is "" where there is none."""
+    found = _TITLE.match(title)
+    return (found[1], found[2] or "") if found else (title, "")
+
+
+def scale_of(
+    file: pathlib.Path, name: str, title: str, units: tuple[str, ...], example: str
+) -> tuple[float, str]:
+    """The factor that takes a column's values to the first of `units` (SI) that its unit fits, and that.
+
+    Raises
+    ------
+    InputError
+        The title has no unit, an unknown one, one of another dimension, or one with a zero of its own.
+    """
+    unit = split_title(title)[1]
+    if not unit:
+        raise InputError("has no unit", file=file, field=name, value=title, allowed=f"as in: {example}")
+    if units == ("",):
+        if unit not in RATIOS:
+            raise InputError("has an unknown unit", file=file, field=name, value=title, allowed="[-] or [%]")
+        return RATIOS[unit], ""
+    problem = ""
+    for si in units:
+        try:
+            scale = parse_quantity(f"1 {unit}", si)
+            if math.isclose(parse_quantity(f"2 {unit}", si), 2.0 * scale):
+                return scale, si
+            problem = f"is in {unit}, whose zero is not that of {si}"
+        except ValueError as error:
+            problem = str(error)
+    raise InputError(problem, file=file, field=name, value=title, allowed=f"as in: {example}")
+
+
+def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
+    """A cell as a finite number; anything else is an `InputError` with its line and column."""
+    value = float(cell) if _NUMBER.match(cell) else math.nan
+    if not math.isfinite(value):
+        raise InputError(f"line {line}: is not a finite number", file=file, field=name, value=cell.strip())
+    return value
+
+
+def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
+    """The header's facts that have a meaning: by key their SI unit, None for text."""
+    facts: dict[str, Any] = {}
+    for key, text in table.facts.items():
+        if key not in units:
+            nearest = difflib.get_close_matches(key, list(units), n=1, cutoff=0.75)
+            if nearest:
+                raise InputError(
+                    "is an unknown header line",
+                    file=table.file,
+                    field=key,
+                    value=text,
+                    allowed=", ".join(units),
+                    nearest=nearest[0],
+                )
+            continue  # a comment
+        unit = units[key]
+        try:
+            facts[key] = text if unit is None else parse_quantity(text, unit)
+        except ValueError as error:
+            raise InputError(str(error), file=table.file, field=key, value=text) from None
+    return facts
+
+
+def _cells(line: str) -> tuple[str, ...]:
+    return tuple(cell.strip() for cell in next(csv.reader([line], skipinitialspace=True)))

@@ -1,0 +1,296 @@
+"""Dynamic fits: planted values come back, what the log does not tell is refused, the written files run."""
+
+import json
+import pathlib
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim import cli
+from afo_sim.errors import InputError
+from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
+from afo_sim.fit_run_files import scenario_toml, write_fit_run
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.toml_text import toml_text
+
+SHORT = {"duration": "8 s"}
+FINE = {"timestep": "0.5 ms", "record_rate": "2 kHz"}  # of the run that a log is made of
+CHAMBERS = ("dorsiflexor", "plantarflexor")
+VALVES = {f"orthosis.chamber.{c}.inlet.conductance": "0.04 dm^3/(s*bar)" for c in CHAMBERS}
+WALLS = {  # in the ratio that they have in the orthosis
+    "orthosis.chamber.dorsiflexor.wall_conductance": "0.9 W/K",
+    "orthosis.chamber.plantarflexor.wall_conductance": "0.594 W/K",
+}
+NOISE = {"angle": 0.1, "pressure dorsiflexor": 0.01}  # [deg], [bar]
+
+
+def write_log(
+    file: pathlib.Path,
+    run: Recording,
+    *,
+    span: tuple[float, float] = (0.0, 8.0),
+    offset: float = 0.0,
+    noise: float = 1.0,
+    seed: int = 1,
+    channels: tuple[str, ...] = tuple(NOISE),
+) -> pathlib.Path:
+    """A log of a run at 100 Hz, with the noise of a sensor upon it."""
+    random = np.random.default_rng(seed)
+    time = np.arange(*span, 0.01)
+    read = {
+        "angle": ("deg", np.degrees(run["ankle/angle"])),
+        "pressure dorsiflexor": ("bar", run["chamber/dorsiflexor/pressure"] * 1e-5),
+    }
+    columns, titles = [time], ["time [s]"]
+    for channel in channels:
+        unit, values = read[channel]
+        spread = noise * NOISE[channel]
+        columns.append(np.interp(time - offset, run["time"], values) + random.normal(0.0, spread, len(time)))
+        titles.append(f"{channel} [{unit}]")
+    rows = [", ".join(map(repr, row)) for row in np.column_stack(columns).tolist()]
+    file.write_text("\n".join([", ".join(titles), *rows]) + "\n", encoding="utf-8")
+    return file
+
+
+def fitted(file: pathlib.Path, *names: str, **options: Any) -> FitRun:
+    return fit_run(pose("seated", file, names, sets=SHORT | options.pop("sets", {}), **options))
+
+
+@pytest.fixture(scope="module")
+def planted(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """A log of other valves and walls, from a run at half the step."""
+    run = afo_sim.run("seated", SHORT | FINE | VALVES | WALLS)
+    return write_log(tmp_path_factory.mktemp("planted") / "bench.csv", run, offset=0.03)
+
+
+@pytest.fixture(scope="module")
+def found(planted: pathlib.Path) -> FitRun:
+    return fitted(planted, "inlet_conductance", "wall_conductance", "time_offset")
+
+
+def test_planted_values_come_back_inside_their_intervals(found: FitRun) -> None:
+    truth = {"inlet_conductance": 4e-10, "wall_conductance": 0.9, "time_offset": 0.03}
+    for name, value in truth.items():
+        interval = found.interval[name]
+        assert interval is not None
+        assert interval[0] <= value <= interval[1]
+        assert interval[1] - interval[0] < 0.2 * value
+    assert found.converged
+    assert found.identifiable
+    assert found.misfit == pytest.approx(1.0, abs=0.05)  # in units of the noise that the log was given
+    assert abs(found.memory) < 0.1
+
+
+def test_noise_is_estimated_and_errors_fall_to_it(found: FitRun) -> None:
+    units = {"angle": np.radians(1.0), "pressure dorsiflexor": 1e5}
+    for channel, spread in NOISE.items():
+        assert found.problem.noise[channel] == pytest.approx(spread * units[channel], rel=0.15)
+        errors = found.errors[channel]
+        assert errors.after == pytest.approx(spread * units[channel], rel=0.1)
+        assert errors.before > 10.0 * errors.after
+        assert errors.held_out == pytest.approx(spread * units[channel], rel=0.2)
+        assert errors.before_held_out is not None
+        assert errors.before_held_out > 1.5 * errors.after
+
+
+def test_held_out_part_is_the_last_and_was_not_seen(found: FitRun) -> None:
+    problem = found.problem
+    assert problem.log.time[problem.seen][-1] == pytest.approx(0.7 * 8.0, abs=0.02)
+    assert found.forecast is not None
+    values, run = found.forecast
+    assert values != found.values
+    rest = differences(problem, values, run)["angle"][~problem.seen]
+    assert found.errors["angle"].held_out == pytest.approx(np.sqrt(np.mean(rest**2)))
+
+
+def test_chambers_keep_their_ratio_and_name_their_source(found: FitRun) -> None:
+    scenario = load("scenario", found.problem.scenario, found.problem.with_values(found.values))
+    walls = [scenario.orthosis.chamber[c].wall_conductance for c in CHAMBERS]
+    assert walls[1] / walls[0] == pytest.approx(0.33 / 0.5)
+    told = scenario.orthosis.chamber["dorsiflexor"].inlet.provenance["conductance"]
+    assert told.kind == "fitted"
+    assert "bench.csv" in told.source
+
+
+def test_one_chamber_alone(planted: pathlib.Path) -> None:
+    problem = pose("seated", planted, ["wall_conductance.plantarflexor"], sets=SHORT)
+    keys = set(problem.with_values({"wall_conductance.plantarflexor": 1.0}))
+    assert keys == {"orthosis.chamber.plantarflexor.wall_conductance"}
+
+
+def test_written_scenario_runs_and_is_the_fitted_run(found: FitRun, tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text(scenario_toml(found), encoding="utf-8")
+    run = afo_sim.run(file)
+    rows = len(run["time"])
+    assert rows == 8000
+    for column in ("ankle/angle", "chamber/dorsiflexor/pressure", "muscle/dorsiflexor_1/force"):
+        assert np.array_equal(run[column], found.after[column][:rows])
+
+
+def test_fill_is_not_told_by_a_log_of_the_vent_alone(tmp_path: pathlib.Path) -> None:
+    """What was full long before 4 s vents alike, however fast it was filled."""
+    fast = {"orthosis.chamber.dorsiflexor.inlet.conductance": "0.3 dm^3/(s*bar)"}
+    run = afo_sim.run("seated", SHORT | FINE | fast)
+    file = write_log(tmp_path / "vent.csv", run, span=(4.5, 8.0))
+    names = ("inlet_conductance.dorsiflexor", "outlet_conductance")
+    vent = fitted(file, *names, sets=fast, hold_out=0.0)
+    assert vent.interval["inlet_conductance.dorsiflexor"] is None
+    assert "and as well" in vent.reason("inlet_conductance.dorsiflexor")
+    interval = vent.interval["outlet_conductance"]
+    assert interval is not None
+    assert interval[0] <= 5.5e-10 <= interval[1]
+
+
+def test_damping_is_not_told_at_rest(tmp_path: pathlib.Path) -> None:
+    file = write_log(tmp_path / "rest.csv", afo_sim.run("seated", SHORT | FINE), span=(0.0, 0.4))
+    rest = fitted(file, "damping", "tube_volume", hold_out=0.0)
+    assert rest.interval["damping"] is None
+    assert any(line.startswith("damping: not identifiable") for line in rest.verdict)
+
+
+def test_two_names_for_one_effect_are_not_told_apart(tmp_path: pathlib.Path) -> None:
+    """The first fill of a muscle at rest: a valve twice as wide is a tube half as large."""
+    quiet = {"orthosis.muscle.dorsiflexor.type.dead_volume": "0.01 ml"}
+    tube = {f"orthosis.chamber.{c}.tube_volume": "0.5 l" for c in CHAMBERS}
+    run = afo_sim.run("seated", SHORT | FINE | quiet | tube)
+    file = write_log(
+        tmp_path / "tube.csv", run, span=(0.05, 3.0), channels=("pressure dorsiflexor",), noise=0.1
+    )
+    both = fitted(file, "inlet_conductance", "tube_volume", sets=quiet | tube, hold_out=0.0)
+    assert [both.interval[name] for name in ("inlet_conductance", "tube_volume")] == [None, None]
+    assert "not identifiable one by one: correlation" in both.reason("tube_volume")
+    assert "with inlet_conductance" in both.reason("tube_volume")
+
+
+def test_what_the_model_lacks_widens_the_intervals(planted: pathlib.Path, found: FitRun) -> None:
+    """Without the clock's offset the errors hang together, and there is less to believe."""
+    wrong = fitted(planted, "inlet_conductance", hold_out=0.0)
+    right = found.interval["inlet_conductance"]
+    wide = wrong.interval["inlet_conductance"]
+    assert wrong.misfit > 2.0
+    assert wrong.memory > 0.5
+    assert right is not None
+    assert wide is not None
+    assert np.log(wide[1] / wide[0]) > 5.0 * np.log(right[1] / right[0])
+
+
+def test_friction_that_is_not_there_is_none(tmp_path: pathlib.Path) -> None:
+    file = write_log(tmp_path / "free.csv", afo_sim.run("seated", SHORT | FINE))
+    free = fitted(file, "friction", hold_out=0.0)
+    assert free.values["friction"] < 0.01
+    interval = free.interval["friction"]
+    assert interval is None or (interval[0] < 0.001 and interval[1] < 0.02)
+
+
+def test_overlay_fits_nothing(planted: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    overlay = fitted(planted)
+    assert overlay.values == {}
+    errors = overlay.errors["angle"]
+    assert errors.before == errors.after
+    assert errors.held_out is None
+    write_fit_run(overlay, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"fit_run.json", "fit_run.png", "fit_run.pdf"}
+
+
+BAD = {
+    "unknown parameter": (["dampng"], {}, "no dynamic parameter.*did you mean 'damping'"),
+    "unknown chamber": (["tube_volume.dorsiflexr"], {}, "no such chamber.*dorsiflexor'"),
+    "part of what has none": (["friction.dorsiflexor"], {}, "no such part"),
+    "twice": (["damping", "damping.dorsiflexor"], {}, "'damping' sets already"),
+    "share": (["damping"], {"hold_out": 0.95}, "--hold-out.*0 to 0.9"),
+    "noise": (["damping"], {"noise": {"torque": "1 N*m"}}, "no such channel"),
+    "beyond the search": (
+        ["damping"],
+        {"sets": {"orthosis.muscle.dorsiflexor.type.damping": "0.5 m^2*s"}},
+        "beyond what is searched",
+    ),
+    "shorter than the log": ([], {"sets": {"duration": "2 s"}}, "outside the scenario"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_requests_are_one_message(case: str, planted: pathlib.Path) -> None:
+    names, options, expected = BAD[case]
+    sets = SHORT | options.pop("sets", {}) if "sets" in options else SHORT
+    with pytest.raises(InputError, match=expected) as error:
+        pose("seated", planted, names, sets=sets, **options)
+    assert "\n" not in str(error.value)
+
+
+def test_values_that_cannot_be_built_do_not_end_the_search(planted: pathlib.Path) -> None:
+    problem = pose("seated", planted, ["tube_volume", "outlet_conductance"], sets=SHORT)
+    with pytest.raises(InputError, match="time step"):
+        run_at(problem, {"tube_volume": 1e-8, "outlet_conductance": 1e-7})
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    sys.argv = ["afo-sim", *arguments]
+    try:
+        cli.main()
+        code = 0
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_command_writes_table_figure_numbers_and_scenario(
+    planted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = ["--scenario", "seated", "--set", "duration=8 s", "--fit", "inlet_conductance, time_offset"]
+    out = tmp_path / "fit"
+    noise = ["--noise", "angle=0.1 deg", "--hold-out", "0"]
+    code, printed, complaint = call(capsys, "fit-run", str(planted), *asked, *noise, "--out", str(out))
+    assert code == 0, complaint
+    names = {"fit_run.json", "fit_run.png", "fit_run.pdf", "scenario.toml"}
+    assert {path.name for path in out.iterdir()} == names
+    for expected in ("inlet_conductance", "dm^3/(s*bar)", "ms", "0.055", "angle"):
+        assert expected in printed
+    told = json.loads((out / "fit_run.json").read_text())
+    low, high = told["parameters"]["time_offset"]["interval_95"]
+    assert low < told["parameters"]["time_offset"]["value"] < high
+    assert told["channels"]["angle"]["noise"] == pytest.approx(np.radians(0.1))
+    assert "time_offset = " in (out / "scenario.toml").read_text()
+    code, _, complaint = call(
+        capsys, "run", str(out / "scenario.toml"), "--no-rrd", "--out", str(tmp_path / "r")
+    )
+    assert code == 0, complaint
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("nowhere.csv", "--scenario", "seated"),
+        ("README.md", "--scenario", "seated"),
+        ("{log}", "--scenario", "seted"),
+        ("{log}", "--scenario", "seated", "--fit", "dampng"),
+        ("{log}", "--scenario", "seated", "--noise", "angle"),
+        ("{log}", "--scenario", "seated", "--noise", "angle=1"),
+        ("{log}", "--scenario", "seated", "--hold-out", "2"),
+    ],
+)
+def test_command_refuses_with_exit_2_and_writes_nothing(
+    arguments: tuple[str, ...],
+    planted: pathlib.Path,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    filled = [argument.format(log=planted) for argument in arguments]
+    code, _, complaint = call(capsys, "fit-run", *filled, "--out", str(tmp_path / "x"))
+    assert code == 2
+    assert complaint.startswith("afo-sim: ")
+    assert complaint.strip().count("\n") == 0
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("name", ["seated", "seated-antagonist"])
+def test_toml_text_reads_again_exactly(name: str, tmp_path: pathlib.Path) -> None:
+    scenario = load("scenario", name)
+    file = tmp_path / "again.toml"
+    file.write_text(toml_text(scenario.resolved()), encoding="utf-8")
+    assert load("scenario", file) == scenario

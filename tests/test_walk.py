@@ -1,0 +1,286 @@
+"""Walking: the driven shank, the healthy trial returned, a foot that drops, an orthosis that lifts it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import afo_sim
+from afo_sim import assets
+from afo_sim import gait as gait_file
+from afo_sim.errors import InputError
+from afo_sim.foot import turned
+from afo_sim.gait import fit_to_leg
+from afo_sim.model import Built, build
+from afo_sim.patient import needed_moment
+from afo_sim.physics.passive_ankle import passive_moment
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.units import GRAVITY
+from afo_sim.walk import phase_at
+from afo_sim.walk_spec import Gait
+
+TEN_STRIDES = {"duration": "12.2 s"}
+SWING = (0.68, 0.97)
+
+
+@pytest.fixture(scope="module")
+def healthy() -> Recording:
+    return afo_sim.run("walk-healthy")
+
+
+@pytest.fixture(scope="module")
+def drop_foot() -> Recording:
+    return afo_sim.run("walk-dropfoot")
+
+
+@pytest.fixture(scope="module")
+def lifted() -> Recording:
+    return afo_sim.run("walk-dropfoot-afo", TEN_STRIDES)
+
+
+def settled(run: Recording) -> np.ndarray:
+    """Rows after the first stride."""
+    return run["gait/stride"] >= 1.0
+
+
+def in_swing(run: Recording) -> np.ndarray:
+    phase = run["gait/phase"]
+    return settled(run) & (phase > SWING[0]) & (phase < SWING[1])
+
+
+def walk_built(name: str = "walk-healthy", sets: dict[str, object] | None = None) -> Built:
+    return build(load("scenario", name, sets))
+
+
+def test_the_shank_is_where_the_recording_says_after_ten_strides(lifted: Recording) -> None:
+    cycle, _ = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)
+    phase = lifted["time"] / cycle.stride_time
+    for column, name, bound in (
+        ("ankle/position/x", "ankle_x", 1e-4),
+        ("ankle/position/z", "ankle_z", 1e-4),
+        ("shank/angle", "shank_angle", math.radians(0.01)),
+    ):
+        assert np.abs(lifted[column] - cycle.signal(name, phase)).max() < bound
+    assert phase[-1] > 10.0
+
+
+def test_the_foot_feels_the_shanks_true_acceleration(healthy: Recording) -> None:
+    # one step of the finite differences is off by a fourth derivative of a 10 Hz signal
+    cycle, _ = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)
+    built = walk_built()
+    assert built.walk is not None
+    exact = cycle.signal("ankle_z", built.walk.phase[1:-1], 2)
+    assert np.abs(built.walk.acceleration[:, 1] - exact).max() < 1e-2 * np.abs(exact).max()
+
+
+def test_a_healthy_ankle_follows_its_recording(healthy: Recording) -> None:
+    rows = settled(healthy)
+    error = np.degrees(healthy["ankle/angle"] - healthy["gait/ankle_angle"])[rows]
+    assert math.sqrt(np.mean(error**2)) <= 1.0
+
+
+@pytest.mark.parametrize("stride", ["gatk_stride1", "gatk_stride2"])
+def test_inverse_dynamics_returns_the_toolkits_moment(stride: str) -> None:
+    built = walk_built(sets={"gait.cycle": stride, "duration": "1.2 s"})
+    walk = built.walk
+    assert walk is not None and built.foot is not None
+    mass = walk.cycle.body_mass
+    ours = needed_moment(walk, built.foot, mass) / mass
+    phase = walk.phase[1:-1]
+    theirs = np.interp(phase % 1.0, walk.cycle.phase, walk.cycle.ankle_moment)
+    assert math.sqrt(np.mean((ours - theirs) ** 2)) <= 0.05
+    assert ours.min() == pytest.approx(theirs.min(), rel=0.04)
+
+
+def test_all_moments_sum_to_the_ankles_acceleration(lifted: Recording) -> None:
+    total = sum(lifted[name] for name in lifted.columns if name.startswith("ankle/moment/"))
+    built = walk_built("walk-dropfoot-afo")
+    assert built.foot is not None
+    assert np.abs(total - built.foot.inertia * lifted["ankle/acceleration"]).max() < 1e-9
+
+
+def independent_foot(run: Recording, built: Built) -> tuple[np.ndarray, np.ndarray]:
+    """Ankle angle of the bare foot by an integration of its own, over the second stride."""
+    cycle, scenario = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)[0], built.scenario
+    mass, foot_mass, inertia = 75.0, 1.09, 0.0061 + 1.09 * (0.055**2 + 0.030**2)
+    period, begin = cycle.stride_time, cycle.stride_time
+
+    def signal(name: str, t: float, order: int = 0) -> float:
+        return float(cycle.signal(name, t / period, order))
+
+    def internal(t: float) -> float:
+        """What the healthy motion needs of the muscles: moments about the ankle, written out."""
+        theta, phi = signal("ankle_angle", t), signal("shank_angle", t)
+        needed = rigid(theta, signal("ankle_angle", t, 2), t) - ground(t)
+        passive = passive_moment(theta, signal("knee_angle", t), 1.0, 0.0)
+        del phi
+        return needed - passive + 0.5 * signal("ankle_angle", t, 1)
+
+    def ground(t: float) -> float:
+        forward, upward, place = (float(v) for v in cycle.ground(t / period))
+        return mass * GRAVITY * (place * upward + signal("ankle_z", t) * forward)
+
+    def rigid(theta: float, theta2: float, t: float) -> float:
+        """I ψ̈ + m (c_x (a_z + g) − c_z a_x)."""
+        pitch = theta - signal("shank_angle", t)
+        cx = 0.055 * math.cos(pitch) + 0.030 * math.sin(pitch)
+        cz = 0.055 * math.sin(pitch) - 0.030 * math.cos(pitch)
+        weight = cx * (signal("ankle_z", t, 2) + GRAVITY) - cz * signal("ankle_x", t, 2)
+        return inertia * (theta2 - signal("shank_angle", t, 2)) + foot_mass * weight
+
+    knots = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
+    at, value = np.array(knots).T
+
+    def rhs(t: float, y: np.ndarray) -> list[float]:
+        theta, rate = y
+        own = internal(t)
+        left = 0.0 if own > 0.0 else 1.0  # no dorsiflexors
+        stiffness = left * mass * float(np.interp((t / period) % 1.0, at, value))
+        moment = left * own + stiffness * (signal("ankle_angle", t) - theta)
+        moment += passive_moment(theta, signal("knee_angle", t), 1.0, 0.0) - 0.5 * rate + ground(t)
+        return [rate, (moment - rigid(theta, 0.0, t)) / inertia]
+
+    assert scenario.leg.damping == 0.5
+    first = round(begin / scenario.timestep)
+    time = run["time"][first : first + 1200]
+    y0 = [run["ankle/angle"][first], run["ankle/velocity"][first]]
+    found = solve_ivp(rhs, (time[0], time[-1]), y0, t_eval=time, max_step=2e-3, rtol=1e-7, atol=1e-9)
+    return found.y[0], run["ankle/angle"][first : first + 1200]
+
+
+def test_a_foot_without_dorsiflexors_drops(drop_foot: Recording) -> None:
+    middle = settled(drop_foot) & (np.abs(drop_foot["gait/phase"] - 0.80) < 0.01)
+    angle = np.degrees(drop_foot["ankle/angle"])[middle]
+    assert -26.0 < angle.mean() < -12.0
+
+
+def test_the_drop_is_that_of_an_independent_foot(drop_foot: Recording) -> None:
+    theirs, ours = independent_foot(drop_foot, walk_built("walk-dropfoot"))
+    assert np.degrees(np.abs(theirs - ours)).max() < 1.0
+
+
+def test_the_orthosis_gives_the_clearance_back(
+    healthy: Recording, drop_foot: Recording, lifted: Recording
+) -> None:
+    for point in ("ball", "toe"):
+        clearance = [run[f"{point}/height"][in_swing(run)].min() for run in (healthy, drop_foot, lifted)]
+        assert clearance[1] < clearance[0] - 0.02  # a drop foot scuffs
+        assert clearance[2] >= clearance[0] - 0.005
+    assert lifted.ok
+
+
+def test_half_the_time_step_changes_the_clearance_little(lifted: Recording) -> None:
+    fine = afo_sim.run("walk-dropfoot-afo", TEN_STRIDES | {"timestep": "0.5 ms"})
+    for point in ("ball", "toe"):
+        coarse, finer = (run[f"{point}/height"][in_swing(run)].min() for run in (lifted, fine))
+        assert abs(coarse - finer) < 0.3e-3
+
+
+def test_heights_are_those_of_the_model(lifted: Recording) -> None:
+    """Sole points from pose and angle, against MuJoCo's own kinematics."""
+    import mujoco
+
+    built = walk_built("walk-dropfoot-afo")
+    data = mujoco.MjData(built.model)
+    for row in range(0, len(lifted["time"]), 1777):
+        for name in ("shank_x", "shank_z", "shank_angle", "ankle"):
+            joint = built.model.joint(name)
+            data.qpos[joint.qposadr[0]] = lifted[f"qpos/{name}"][row]
+        mujoco.mj_kinematics(built.model, data)
+        for point in ("heel", "ball", "toe"):
+            height = data.site(point).xpos[2]
+            assert lifted[f"{point}/height"][row] == pytest.approx(height, abs=1e-9)
+
+
+def test_varied_strides_have_the_stated_mean_and_spread() -> None:
+    gait = Gait(cycle="gatk_stride1", stride_time="1.1 s", variability=0.04, seed=3)
+    time = np.arange(0.0, 2200.0, 0.01)
+    phase = phase_at(gait, 1.2, time)
+    strikes = np.interp(np.arange(1.0, 1900.0), phase, time)
+    strides = np.diff(strikes)
+    assert strides.mean() == pytest.approx(1.1, rel=0.004)
+    assert strides.std() / 1.1 == pytest.approx(0.04, rel=0.1)
+    assert np.all(np.diff(phase) > 0.0)
+    # no kink: the rate of phase has no jump from one sample to the next
+    assert np.abs(np.diff(phase, 2)).max() / 1e-4 < 1.0
+
+
+def test_valves_follow_the_gait_phase_whatever_the_cadence() -> None:
+    for stride_time in ("1 s", "1.4 s"):
+        run = afo_sim.run("walk-dropfoot-afo", {"gait.stride_time": stride_time, "duration": "5 s"})
+        on = run["valve/dorsiflexor_inlet/coil"] == 1.0
+        phase = run["gait/phase"]
+        assert np.array_equal(on, (phase >= phase[on].min()) & (phase <= phase[on].max()))
+        timer = load("scenario", "walk-dropfoot-afo").phases.chambers["dorsiflexor"].inlet[0]
+        assert (phase[on].min(), phase[on].max()) == pytest.approx(timer, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "column"),
+    [
+        ("patient.dorsiflexor_strength", 0.5, "ankle/angle"),
+        ("patient.plantarflexor_strength", 0.5, "ankle/angle"),
+        ("patient.stiffness", 0.5, "ankle/angle"),
+        ("patient.spasticity", "3 N*m*s/rad", "ankle/moment/biological"),
+        ("patient.body_mass", "90 kg", "ground/force/z"),
+        ("patient.body_height", "1.9 m", "ankle/position/z"),
+        ("gait.stride_time", "1.1 s", "gait/phase"),
+        ("gait.variability", 0.05, "gait/phase"),
+        ("gait.seed", 7, "gait/phase"),
+        ("gait.start_phase", 0.3, "gait/phase"),
+        ("gait.ankle_offset", "3 deg", "ankle/angle"),
+        ("gait.cycle", "gatk_stride2", "shank/angle"),
+    ],
+)
+def test_every_parameter_of_walking_acts(key: str, value: object, column: str) -> None:
+    base = {"duration": "2.5 s", "gait.variability": 0.02, "patient.dorsiflexor_strength": 0.9}
+    before, after = (afo_sim.run("walk-healthy", sets)[column] for sets in (base, base | {key: value}))
+    assert np.abs(after - before).max() > 1e-6 * np.abs(before).max()
+
+
+@pytest.mark.parametrize("patient", assets.names("patient"))
+def test_every_patient_walks(patient: str) -> None:
+    run = afo_sim.run("walk-healthy", {"patient": patient, "duration": "2.5 s"})
+    assert run.ok
+    peak = np.degrees(np.abs(run["ankle/angle"] - run["gait/ankle_angle"])).max()
+    assert peak < 0.5 if patient == "healthy" else peak > 1.0
+
+
+def test_a_bigger_patient_is_the_same_shape() -> None:
+    """All lengths × 1.2, masses × 1.5: the foot's inertia × 1.5 × 1.44."""
+    sets = {"patient.body_mass": "112.5 kg", "patient.body_height": "2.1 m"}
+    small, big = (walk_built(sets=s).foot for s in ({}, sets))
+    assert small is not None and big is not None
+    assert big.mass == pytest.approx(1.5 * small.mass, rel=1e-9)
+    assert big.inertia == pytest.approx(1.5 * 1.44 * small.inertia, rel=1e-9)
+    assert big.ankle_height == pytest.approx(1.2 * small.ankle_height, rel=1e-9)
+
+
+def test_a_turned_foot() -> None:
+    x, z = turned((0.1, -0.05), np.array([math.pi / 2.0]))
+    assert (x[0], z[0]) == pytest.approx((0.05, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("name", "sets", "said"),
+    [
+        ("walk-healthy", {"gait.cycle": "gatk_stride3"}, "did you mean 'gatk_stride"),
+        ("walk-healthy", {"gait.stride_time": "1.2"}, "has no unit"),
+        ("walk-healthy", {"gait.variability": 0.5}, "at most 0.2"),
+        ("walk-healthy", {"patient": "dropfoot"}, "did you mean 'drop-foot'"),
+        ("walk-healthy", {"patient.dorsiflexor_strength": 1.5}, "at most 1"),
+        ("walk-healthy", {"shank.knee_angle": "90 deg"}, "told by the gait"),
+        ("walk-healthy", {"shank.pose": "fixed"}, "needs it"),
+        ("walk-dropfoot-afo", {"timer.period": "1 s"}, "one of them"),
+        ("walk-dropfoot-afo", {"phases.dorsiflexors.inlet": [[0.1, 0.2]]}, "did you mean 'dorsiflexor'"),
+        ("walk-dropfoot-afo", {"phases.dorsiflexor.inlet": [[0.1, 1.2]]}, "at most 1"),
+        ("seated", {"patient": "healthy"}, "driven shank"),
+        ("seated", {"gait.cycle": "gatk_stride1"}, "driven shank"),
+    ],
+)
+def test_bad_walks_are_refused(name: str, sets: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as refused:
+        build(load("scenario", name, sets))
+    assert said in str(refused.value)
