@@ -7,9 +7,12 @@ import textwrap
 from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from afo_sim.errors import InputError
+from afo_sim.foot import foot_of, turned
+from afo_sim.mounting import ANKLE
 from afo_sim.recording import Recording
 from afo_sim.units import parse_quantity
 from afo_sim.writing import replacing
@@ -19,6 +22,9 @@ RESOLUTION = 200  # of PNG [1/inch]
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#D55E00", "#0072B2", "#E69F00", "#56B4E9", "#009E73", "#CC79A7")
 MOMENTS = {"orthosis": "#000000", "passive": "#009E73", "gravity": "#CC79A7"}
+WALKING_MOMENTS = {**MOMENTS, "biological": "#D55E00", "ground": "#56B4E9", "frame": "#999999"}
+SOLE = {"toe": "#E69F00", "ball": "#0072B2"}  # points whose height above the floor is drawn
+STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
 LOAD = "#E69F00"
 LINE_STYLES = ("-", "--", ":", "-.")  # of the muscles of a group, where they do not coincide
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
@@ -39,9 +45,13 @@ STYLE = {
     "pdf.fonttype": 42,  # text stays text
 }
 
+Panel = Callable[[Any, Recording], None]  # draws on an axis
+
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
-    """Draw a run on one page: angle, moments, pressures, valves and forces over time.
+    """Draw a run on one page over time: angle, moments, pressures, valves and forces, as far as it has them.
+
+    In walking also the height of the sole, with the time that the foot stands shaded.
 
     Parameters
     ----------
@@ -53,8 +63,11 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     InputError
         The recording has no rows, or the suffix is no format.
     """
-    panels = (_angle_panel, _moment_panel, _pressure_panel, _valve_panel, _force_panel)
-    _draw(functools.partial(_stack, panels=panels, title=True), (7.1, 7.6), recording, path)
+    panels: list[Panel] = [_angle_panel, _moment_panel]
+    panels += [_clearance_panel] if _walks(recording) else []
+    panels += [_pressure_panel, _valve_panel, _force_panel] if _groups(recording) else []
+    size = (7.1, 2.0 + 1.6 * len(panels) - (2.4 if _groups(recording) else 0.0))
+    _draw(functools.partial(_stack, panels=tuple(panels), title=True), size, recording, path)
 
 
 def draw_angle(recording: Recording, path: pathlib.Path) -> None:
@@ -65,6 +78,11 @@ def draw_angle(recording: Recording, path: pathlib.Path) -> None:
 def draw_torque(recording: Recording, path: pathlib.Path) -> None:
     """Draw the moments about the ankle over time; parameters and errors as in `draw_run`."""
     _draw(functools.partial(_stack, panels=(_moment_panel,)), (3.6, 2.5), recording, path)
+
+
+def draw_clearance(recording: Recording, path: pathlib.Path) -> None:
+    """Draw the heights of toe and ball in walking; parameters and errors as in `draw_run`."""
+    _draw(functools.partial(_stack, panels=(_clearance_panel,)), (3.6, 2.5), recording, path)
 
 
 def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
@@ -81,13 +99,21 @@ FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
     "overview": draw_run,
     "angle": draw_angle,
     "torque": draw_torque,
+    "clearance": draw_clearance,
     "pressure": draw_pressure,
     "force_contraction": draw_force_contraction,
 }
 
 
+def figures_of(recording: Recording) -> list[str]:
+    """The names in FIGURES that have something to show of a run."""
+    absent = set() if _walks(recording) else {"clearance"}
+    absent |= set() if _groups(recording) else {"pressure", "force_contraction"}
+    return [name for name in FIGURES if name not in absent]
+
+
 def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Write every figure as PNG and as PDF, and return the files.
+    """Write every figure that a run has as PNG and as PDF, and return the files.
 
     Parameters
     ----------
@@ -101,10 +127,11 @@ def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Pa
     """
     _refuse_empty(recording)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = {folder / f"{name}.{suffix}": draw for name, draw in FIGURES.items() for suffix in FORMATS[:2]}
-    for path, draw in paths.items():
-        draw(recording, path)
-    return list(paths)
+    paths = []
+    for name, suffix in itertools.product(figures_of(recording), FORMATS[:2]):
+        paths.append(folder / f"{name}.{suffix}")
+        FIGURES[name](recording, paths[-1])
+    return paths
 
 
 def _refuse_empty(recording: Recording) -> None:
@@ -135,7 +162,7 @@ def _draw(
 def _stack(
     figure: Any,
     recording: Recording,
-    panels: tuple[Callable[[Any, Recording], None], ...],
+    panels: tuple[Panel, ...],
     title: bool = False,
 ) -> None:
     """Panels under one another on one time axis."""
@@ -144,6 +171,8 @@ def _stack(
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for axis, panel in zip(axes, panels, strict=True):
         panel(axis, recording)
+        if _walks(recording) and panel is not _valve_panel:
+            _shade_stance(axis, recording)
         if axis.get_legend_handles_labels()[1] and title:
             axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         elif axis.get_legend_handles_labels()[1]:
@@ -161,6 +190,17 @@ def _stack(
 
 
 def _angle_panel(axis: Any, recording: Recording) -> None:
+    axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
+    if _walks(recording):
+        recorded = np.degrees(recording["gait/ankle_angle"])
+        _line(axis, recording, recorded, color="#0072B2", ls="--", lw=1.0, label="healthy, recorded")
+    _line(axis, recording, np.degrees(recording["ankle/angle"]), color="black")
+    axis.set_ylabel(f"{_words(recording)[0]} angle [deg]\n{_words(recording)[1]} +")
+    if _groups(recording):
+        _mark_range(axis, recording)
+
+
+def _mark_range(axis: Any, recording: Recording) -> None:
     limits = recording.scenario["orthosis"]["range_of_motion"]
     low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
     axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0)
@@ -175,17 +215,44 @@ def _angle_panel(axis: Any, recording: Recording) -> None:
         fontsize=8.0,
         color="0.4",
     )
-    axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
-    _line(axis, recording, np.degrees(recording["ankle/angle"]), color="black")
-    axis.set_ylabel(f"{_words(recording)[0]} angle [deg]\n{_words(recording)[1]} +")
 
 
 def _moment_panel(axis: Any, recording: Recording) -> None:
     axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
-    moments = MOMENTS | ({"load": LOAD} if "ankle/moment/load" in recording.columns else {})
+    moments = WALKING_MOMENTS if _walks(recording) else MOMENTS
+    moments = moments | ({"load": LOAD} if "ankle/moment/load" in recording.columns else {})
     for name, colour in moments.items():
+        if name == "orthosis" and not _groups(recording):
+            continue
         _line(axis, recording, recording[f"ankle/moment/{name}"], color=colour, label=name)
     axis.set_ylabel(f"{_words(recording)[0]} moment [N·m]\n{_words(recording)[1]} +")
+
+
+def _clearance_panel(axis: Any, recording: Recording) -> None:
+    """Heights of toe and ball, and what they would be at the recorded ankle angle."""
+    axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
+    healthy = _healthy_heights(recording)
+    for name, colour in SOLE.items():
+        _line(axis, recording, 1e3 * healthy[name], color=colour, ls="--", lw=0.8)
+        _line(axis, recording, 1e3 * recording[f"{name}/height"], color=colour, label=name)
+    axis.plot([], [], color="0.4", ls="--", lw=0.8, label="healthy")
+    axis.set_ylabel("height of the sole\nabove the floor [mm]")
+
+
+def _healthy_heights(recording: Recording) -> dict[str, np.ndarray]:
+    """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
+    model = mujoco.MjModel.from_xml_string(recording.model_xml)
+    points = foot_of(model, recording.scenario["leg"]["foot"], ANKLE).points
+    pitch = recording["gait/ankle_angle"] - recording["shank/angle"]
+    return {name: recording["ankle/position/z"] + turned(points[name], pitch)[1] for name in SOLE}
+
+
+def _shade_stance(axis: Any, recording: Recording) -> None:
+    """A band wherever the foot stands, behind all else."""
+    stands = np.r_[False, recording["ground/force/z"] >= STANCE_FORCE, False]
+    time = np.r_[recording["time"], recording["time"][-1]]
+    for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
+        axis.axvspan(time[start], time[end], color="#56B4E9", alpha=0.10, lw=0.0, zorder=-1)
 
 
 def _pressure_panel(axis: Any, recording: Recording) -> None:
@@ -278,6 +345,10 @@ def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour:
             "shrinkB": 0.0,
         }
         axis.annotate("", points[k + 4], points[k], arrowprops=look)
+
+
+def _walks(recording: Recording) -> bool:
+    return "gait/phase" in recording.columns
 
 
 def _words(recording: Recording) -> tuple[str, str]:

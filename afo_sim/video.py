@@ -14,13 +14,21 @@ from typing import IO, Any
 import mujoco
 import numpy as np
 
+from afo_sim.carriage import Carriage
 from afo_sim.errors import InputError
 from afo_sim.recording import Recording
+from afo_sim.units import GRAVITY, parse_quantity
 from afo_sim.writing import replacing
 
 FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
 LOOK_AT, DISTANCE, AZIMUTH, ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
+# Beside somebody walking, from the carriage.
+WALK_LOOK_AT, WALK_DISTANCE, WALK_AZIMUTH, WALK_ELEVATION = (0.02, 0.0, 0.24), 1.25, 99.0, -9.0
+EDGE, FAR, MARGIN = -0.06, 1.2, 3.0  # sides of the walkway, and its length beyond both ends [m]
+STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
+ARROW = 0.5  # length of a ground force of one body weight [m]
+ARROW_COLOUR, SIDE = [0.1, 0.6, 0.2, 1.0], -0.065  # drawn beside the foot, towards the camera [m]
 
 DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
 PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
@@ -122,7 +130,9 @@ class _Painter:
 
     def __init__(self, recording: Recording, width: int, height: int):
         self.recording = recording
-        self.model = model = _scenery(recording.model_xml, width, height)
+        self.walk = _Walk(recording) if "gait/phase" in recording.columns else None
+        ends = None if self.walk is None else self.walk.carriage.ends
+        self.model = model = _scenery(recording.model_xml, width, height, ends)
         self.data = mujoco.MjData(model)
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
@@ -134,6 +144,9 @@ class _Painter:
         self.options.sitegroup[:] = 0
         self.camera.lookat, self.camera.distance = LOOK_AT, DISTANCE
         self.camera.azimuth, self.camera.elevation = AZIMUTH, ELEVATION
+        if self.walk is not None:
+            self.camera.distance = WALK_DISTANCE
+            self.camera.azimuth, self.camera.elevation = WALK_AZIMUTH, WALK_ELEVATION
         self.viewport = mujoco.MjrRect(0, 0, width, height)
         self.pixels = np.empty((height, width, 3), np.uint8)
         self.opengl, self.context = _opengl(model, width, height)
@@ -156,9 +169,13 @@ class _Painter:
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
         mujoco.mj_tendon(self.model, self.data)
+        if self.walk is not None:
+            self.camera.lookat = self.walk.look_at(row)
         mujoco.mjv_updateScene(
             self.model, self.data, self.options, None, self.camera, mujoco.mjtCatBit.mjCAT_ALL, self.scene
         )
+        if self.walk is not None:
+            self.walk.add_force(self.scene, row)
         mujoco.mjr_render(self.viewport, self.scene, self.context)
         caption = self._caption(row)
         mujoco.mjr_overlay(
@@ -178,13 +195,52 @@ class _Painter:
             "time": f"{recording['time'][row]:.2f} s",
             f"{joint} angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
         }
+        if self.walk is not None:
+            stride, phase = (recording[f"gait/{name}"][row] for name in ("stride", "phase"))
+            lines["stride"] = f"{stride + 1:.0f}, {100.0 * phase:.0f} %"
         for chamber in recording.scenario["orthosis"]["chamber"]:
             lines[f"{chamber} pressure"] = f"{recording[f'chamber/{chamber}/pressure'][row] * 1e-5:.2f} bar"
         return "\n".join(lines), "\n".join(lines.values())
 
 
-def _scenery(xml: str, width: int, height: int) -> mujoco.MjModel:
-    """The model of a run with a floor, a light and a background, for pictures of a size [pixel]."""
+class _Walk:
+    """What walking adds to the pictures: a camera that keeps up, and the ground's force."""
+
+    def __init__(self, recording: Recording):
+        self.recording = recording
+        self.walked = recording["gait/stride"] + recording["gait/phase"]
+        self.carriage = Carriage.beside(recording["time"], self.walked, recording["ankle/position/x"])
+        scenario = recording.scenario
+        mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
+        self.weight = parse_quantity(mass, "kg") * GRAVITY
+
+    def look_at(self, row: int) -> tuple[float, float, float]:
+        """Where the camera looks [m]."""
+        x, y, z = WALK_LOOK_AT
+        return x + float(self.carriage.at(self.walked[row])), y, z
+
+    def add_force(self, scene: mujoco.MjvScene, row: int) -> None:
+        """An arrow at the centre of pressure, where the foot stands."""
+        place, forward, upward = (
+            self.recording[f"ground/{name}"][row] for name in ("position/x", "force/x", "force/z")
+        )
+        if upward < STANCE_FORCE:
+            return
+        start = np.array([place, SIDE, 0.0])
+        # MuJoCo draws an arrow half as long as it is said to be.
+        end = start + 2.0 * np.array([forward, 0.0, upward]) * ARROW / self.weight
+        kind, geom = mujoco.mjtGeom.mjGEOM_ARROW, scene.geoms[scene.ngeom]
+        colour = np.array(ARROW_COLOUR, np.float32)
+        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), colour)
+        mujoco.mjv_connector(geom, kind, 0.014, start, end)
+        scene.ngeom += 1
+
+
+def _scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | None = None) -> mujoco.MjModel:
+    """The model of a run with a floor, a light and a background, for pictures of a size [pixel].
+
+    A walkway reaches from one x to another [m], and has squares of 25 cm.
+    """
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.5] * 3, [0.25] * 3
@@ -200,10 +256,35 @@ def _scenery(xml: str, width: int, height: int) -> mujoco.MjModel:
         height=1536,
     )
     plane, sun = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
+    if walkway is None:
+        spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
+    else:
+        _add_walkway(spec, *walkway)
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
     _draw_pulley_muscles(spec)
     return spec.compile()
+
+
+def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
+    """A floor cut along the foot's side, as in a section: what sinks below it is seen."""
+    spec.add_texture(
+        name="squares",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.90, 0.90, 0.90],
+        rgb2=[0.80, 0.81, 0.83],
+        width=256,
+        height=256,
+    )
+    squares = spec.add_material(name="squares", texuniform=True, texrepeat=[2.0, 2.0])
+    squares.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), 0.0],
+        size=[0.5 * (end - start) + MARGIN, 0.5 * (FAR - EDGE), 0.1],
+        material="squares",
+    )
 
 
 def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:

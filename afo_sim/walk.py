@@ -8,7 +8,6 @@ the foot feels the true acceleration, and the pose is kept to rounding.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from afo_sim import assets
 from afo_sim import gait as gait_file
@@ -89,6 +88,8 @@ def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:
     mean = gait.stride_time or recorded
     if gait.variability == 0.0:
         return gait.start_phase + time / mean
+    from scipy.interpolate import CubicSpline  # large, and seldom needed
+
     count = int(np.ceil(time[-1] / (0.4 * mean))) + 6
     drawn = np.random.default_rng(gait.seed).standard_normal(count).clip(-3.0, 3.0)
     strikes = np.concatenate([[0.0], np.cumsum(mean * (1.0 + gait.variability * drawn))])

@@ -6,9 +6,10 @@ from contextlib import contextmanager
 import rerun as rr
 
 from afo_sim.recording import Recording
-from afo_sim.view import scene, signals
-from afo_sim.view.recording_file import APPLICATION, POSE_RATE, layout_of
-from afo_sim.view.source import from_recording
+from afo_sim.view import curves, scene, walk_scene
+from afo_sim.view.layout import blueprint
+from afo_sim.view.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still
+from afo_sim.view.source import Source, from_recording
 from afo_sim.view.viewer import require_display, viewer_process
 
 Watch = Callable[[Recording], None]
@@ -35,23 +36,29 @@ def live_viewer(*, headless: bool = False) -> Iterator[Watch]:
 
 
 def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
-    started: list[tuple[scene.Stage, list[signals.Curve]]] = []
+    started: list[Shown] = []
 
     def watch(stretch: Recording) -> None:
         source = from_recording(stretch)
         if not started:
-            stream.connect_grpc(url, default_blueprint=layout_of(source))
+            started.append(_shown(source))
+            stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
             stream.send_recording_name(source.name)
-            started.append((scene.stage(source), signals.curves(source)))
-            scene.log_floor(stream)
-            scene.log_shapes(stream, started[0][0])
-            signals.log_styles(stream, started[0][1])
-        view, lines = started[0]
-        names = list(dict.fromkeys(["time", *(line.column for line in lines)]))
-        for block in source.read(names, 1):
-            signals.log_curves(stream, lines, block)
-        for block in source.read(view.columns, source.every(POSE_RATE)):
-            scene.log_poses(stream, view, block)
+            log_still(stream, started)
+        run = started[0]
+        for block in source.read(curves.columns_of(source, run.lines), 1):
+            curves.log_curves(stream, run.lines, block)
+        for block in source.read(run.view.columns, source.every(POSE_RATE)):
+            log_poses(stream, run, block)
         stream.flush()
 
     return watch
+
+
+def _shown(source: Source) -> Shown:
+    """How a run is shown of which only the beginning is there."""
+    view = scene.stage(source)
+    walker = None
+    if source.walks:
+        walker = walk_scene.Walker(view, source, walk_scene.expected_carriage(source))
+    return Shown(source, view, curves.curves(source), walker)

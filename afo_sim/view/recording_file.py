@@ -2,18 +2,31 @@
 
 import pathlib
 import re
+from dataclasses import dataclass
 
+import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 
 from afo_sim.recording import Recording
-from afo_sim.view import scene, signals
-from afo_sim.view.layout import blueprint
-from afo_sim.view.source import Source, from_folder, from_recording, require_rows
+from afo_sim.view import curves, events, scene, texts, walk_scene
+from afo_sim.view.clock import GAIT
+from afo_sim.view.layout import Contents, blueprint
+from afo_sim.view.source import Columns, Source, from_folder, from_recording, require_rows
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second unless told otherwise [Hz]; signals keep the run's own rate
 GHOST = 0.55  # opacity of every run after the first
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One run and how it is shown; the label tells it from others, "" where it is the only one."""
+
+    source: Source
+    view: scene.Stage
+    lines: list[curves.Curve]
+    walker: walk_scene.Walker | None
+    label: str = ""
 
 
 def write_rrd(
@@ -34,13 +47,11 @@ def write_rrd(
     """
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
-    stream = _stream(path, source.name, layout_of(source))
-    scene.log_floor(stream)
-    _write_run(stream, source, scene.stage(source, colour_by=colour_by), signals.curves(source), rate, "")
-    signals.log_range(stream, source, (source.n_row - 1) / source.rate)
-    signals.log_texts(stream, [(source.name, source)])
-    stream.flush()
-    stream.disconnect()
+    view = scene.stage(source, colour_by=colour_by)
+    walker = None
+    if source.walks:
+        walker = walk_scene.Walker(view, source, walk_scene.carriage(source))
+    _write(path, source.name, [Shown(source, view, curves.curves(source), walker)], rate)
 
 
 def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
@@ -53,73 +64,105 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     rate : as in `write_rrd` [Hz]
     """
     sources = [from_folder(folder) for folder in folders]
-    labels = _labels(folders)
     for source in sources:
         require_rows(source)
-    lanes = sum(len(source.named("valve")) for source in sources)
-    layout = layout_of(sources[0], valves=min(lanes, 4), compared=True)
-    stream = _stream(path, " · ".join(labels), layout)
-    scene.log_floor(stream)
-    for number, (label, source) in enumerate(zip(labels, sources, strict=True)):
-        view = scene.stage(source, f"world/runs/{label}", 1.0 if number == 0 else GHOST)
-        lines = signals.compared_curves(source, label, number)
-        _write_run(stream, source, view, lines, rate, f"{label}/")
-    longest = max(sources, key=lambda source: source.n_row / source.rate)
-    signals.log_range(stream, sources[0], (longest.n_row - 1) / longest.rate)
-    signals.log_texts(stream, list(zip(labels, sources, strict=True)))
+    walking = any(source.walks for source in sources)
+    root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
+    shown: list[Shown] = []
+    for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
+        view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else GHOST)
+        walker, first = None, source.walks and not any(other.walker for other in shown)
+        if source.walks:
+            colour = curves.run_colour(number)
+            walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first)
+        lines = curves.compared_curves(source, label, number, healthy=first)
+        shown.append(Shown(source, view, lines, walker, label))
+    _write(path, " · ".join(run.label for run in shown), shown, rate)
+
+
+def contents(shown: list[Shown]) -> Contents:
+    """What there is of some runs to lay out."""
+    walkers = [run.walker for run in shown if run.walker is not None]
+    lanes = sum(len(run.source.named("valve")) for run in shown)
+    leg = shown[0].source.scenario.leg
+    return Contents(
+        valves=lanes if len(shown) == 1 else min(lanes, 4),
+        loop=shown[0].source.cycle,
+        muscles=any(run.source.named("muscle") for run in shown),
+        compared=len(shown) > 1,
+        carriage=f"/{walk_scene.CARRIAGE}" if walkers else "",
+        trails=tuple(trail for walker in walkers for trail in walker.trails),
+        stride=walkers[0].stride_time if walkers else 1.0,
+        lanes=2 * len(walkers),
+        joint=leg.ankle,
+        positive=leg.directions[0],
+    )
+
+
+def _write(path: pathlib.Path, name: str, shown: list[Shown], rate: float | None) -> None:
+    """Everything of some runs."""
+    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
+    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
+    stream.set_log_time_enabled(False)
+    stream.save(path, default_blueprint=blueprint(contents(shown)))
+    stream.send_recording_name(name)
+    log_still(stream, shown)
+    for run in shown:
+        _write_run(stream, run, rate)
+    longest = max((run.source for run in shown), key=lambda source: source.n_row / source.rate)
+    curves.log_limits(stream, [run.source for run in shown], _ends(longest))
+    texts.log_texts(stream, [(run.label or run.source.name, run.source) for run in shown])
     stream.flush()
     stream.disconnect()
 
 
-def layout_of(source: Source, *, valves: int | None = None, compared: bool = False) -> rrb.Blueprint:
-    """The layout in a run's own words; its valves' number of lanes unless told otherwise."""
-    leg = source.scenario.leg
-    return blueprint(
-        len(source.named("valve")) if valves is None else valves,
-        source.cycle,
-        joint=leg.ankle,
-        positive=leg.directions[0],
-        compared=compared,
-    )
+def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:
+    """All that does not change over some runs, once."""
+    scene.log_axes(stream)
+    if not any(run.walker for run in shown):
+        scene.log_floor(stream)
+    for run in shown:
+        scene.log_shapes(stream, run.view)
+        curves.log_styles(stream, run.lines)
+        if run.walker is not None:
+            walk_scene.log_walker_styles(stream, run.walker)
 
 
-def _stream(path: pathlib.Path, name: str, layout: object) -> rr.RecordingStream:
-    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
-    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
-    stream.set_log_time_enabled(False)
-    stream.save(path, default_blueprint=layout)
-    stream.send_recording_name(name)
-    return stream
-
-
-def _write_run(
-    stream: rr.RecordingStream,
-    source: Source,
-    view: scene.Stage,
-    lines: list[signals.Curve],
-    rate: float | None,
-    prefix: str,
-) -> None:
-    """Everything of one run, block by block."""
-    scene.log_shapes(stream, view)
-    signals.log_styles(stream, lines)
-    finder = signals.EventFinder(source)
-    switched = [f"valve/{valve}/opening" for valve in finder.valves]
-    columns = ["time", "ankle/angle", "ankle/moment/orthosis", *switched, *(c.column for c in lines)]
-    every = source.every(rate)
-    for block in source.read(list(dict.fromkeys(columns)), 1):
+def _write_run(stream: rr.RecordingStream, run: Shown, rate: float | None) -> None:
+    """Everything of one run that changes, block by block."""
+    source, every = run.source, run.source.every(rate)
+    finder = events.EventFinder(source)
+    plotted = curves.columns_of(source, run.lines)
+    for block in source.read(list(dict.fromkeys([*finder.columns, *plotted])), 1):
         finder.see(block)
         if every == 1:
-            signals.log_curves(stream, lines, block)
+            curves.log_curves(stream, run.lines, block)
             stream.flush()
     if every > 1:
-        for block in source.read(list(dict.fromkeys(["time", *(c.column for c in lines)])), every):
-            signals.log_curves(stream, lines, block)
+        for block in source.read(plotted, every):
+            curves.log_curves(stream, run.lines, block)
             stream.flush()
-    for block in source.read(view.columns, source.every(rate or POSE_RATE)):
-        scene.log_poses(stream, view, block)
+    for block in source.read(run.view.columns, source.every(rate or POSE_RATE)):
+        log_poses(stream, run, block)
         stream.flush()
-    signals.log_events(stream, finder, source, prefix)
+    events.log_events(stream, finder, source, f"{run.label}/" if run.label else "")
+
+
+def log_poses(stream: rr.RecordingStream, run: Shown, block: Columns) -> None:
+    """What is seen in space at a block of rows."""
+    scene.log_poses(stream, run.view, block)
+    if run.walker is not None:
+        run.walker.log(stream, block)
+
+
+def _ends(source: Source) -> Columns:
+    """First and last row of a run, as rows to be sent."""
+    last = source.n_row - 1
+    rows = {"time": np.array([0.0, last / source.rate])}
+    if source.walks:
+        blocks = list(source.read(list(GAIT), 1))
+        rows |= {name: np.array([blocks[0][name][0], blocks[-1][name][-1]]) for name in GAIT}
+    return rows
 
 
 def _labels(folders: list[pathlib.Path]) -> list[str]:

@@ -1,6 +1,5 @@
 """What is seen in space: segments, orthosis, muscles as tubes, floor, joint axis."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,23 +9,20 @@ import rerun as rr
 
 from afo_sim.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.spec import Muscle, MuscleGroup
-from afo_sim.view.layout import TIMELINE
+from afo_sim.view.clock import GAIT, send
 from afo_sim.view.source import Columns, Source
 
 FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
 PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]
 SLACK, PULLING = np.array([150, 155, 165]), np.array([245, 60, 30])
 CABLE_RADIUS = 0.0015  # [m]
-
-
-def stamps(time: np.ndarray) -> np.ndarray:
-    """Times [s] on the timeline's grid of nanoseconds."""
-    return np.round(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
-
-
-def send(stream: rr.RecordingStream, entity: str, time: np.ndarray, columns: Any) -> None:
-    """Log columns at times [s]."""
-    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=stamps(time))], columns)
+WALKING = (  # columns that walking is shown by, beside the model's coordinates
+    *GAIT,
+    "gait/ankle_angle",
+    "shank/angle",
+    *(f"ankle/position/{x}" for x in "xz"),
+    *(f"ground/{x}" for x in ("force/x", "force/z", "position/x")),
+)
 
 
 @dataclass(frozen=True)
@@ -38,6 +34,7 @@ class Stage:
     root: str
     opacity: float
     colour_by: str
+    walking: tuple[str, ...] = ()  # columns that a walking run is shown by besides
 
     @property
     def columns(self) -> list[str]:
@@ -45,18 +42,23 @@ class Stage:
         joints = [f"qpos/{self.model.joint(j).name}" for j in range(self.model.njnt)]
         muscles = [f"muscle/{m}/{x}" for m in self.groups for x in ("length", "contraction", "force")]
         chambers = [f"chamber/{chamber_of(m, g)}/pressure" for m, g in self.groups.items()]
-        return ["time", *joints, *muscles, *dict.fromkeys(chambers)]
+        return ["time", *joints, *muscles, *dict.fromkeys(chambers), *self.walking]
 
 
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
-    return Stage(model, muscle_names(source.scenario.orthosis), root, opacity, colour_by)
+    walking = WALKING if source.walks else ()
+    return Stage(model, muscle_names(source.scenario.orthosis), root, opacity, colour_by, walking)
+
+
+def log_axes(stream: rr.RecordingStream) -> None:
+    """Which way is up, once."""
+    stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
 
 def log_floor(stream: rr.RecordingStream) -> None:
-    """Floor and axes, once."""
-    stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    """A floor to sit at, once."""
     floor = rr.Boxes3D(
         half_sizes=[[0.45, 0.3, 0.002]],
         centers=[[0.05, 0.0, 0.0]],
@@ -69,15 +71,8 @@ def log_floor(stream: rr.RecordingStream) -> None:
 def log_shapes(stream: rr.RecordingStream, view: Stage) -> None:
     """Everything that does not move within its body, once."""
     model = view.model
-    for geom in range(model.ngeom):
-        body = model.body(model.geom_bodyid[geom]).name
-        entity = f"{view.root}/bodies/{body}/{model.geom(geom).name or f'geom_{geom}'}"
-        pose = rr.Transform3D(
-            translation=model.geom_pos[geom], quaternion=model.geom_quat[geom][[1, 2, 3, 0]]
-        )
-        shape = _shape(model, geom, view.opacity)
-        if shape is not None:
-            stream.log(entity, pose, shape, static=True)
+    for body in range(1, model.nbody):
+        log_body(stream, view, body, f"{view.root}/bodies/{model.body(body).name}")
     joint = model.joint(ANKLE)
     body = model.body(joint.bodyid[0]).name
     ends = [joint.pos + side * 0.085 * joint.axis for side in (-1.0, 1.0)]
@@ -90,9 +85,23 @@ def log_shapes(stream: rr.RecordingStream, view: Stage) -> None:
         stream.log(f"{view.root}/cables/{name}", cable, static=True)
 
 
-def _shape(model: mujoco.MjModel, geom: int, opacity: float) -> Any:
+def log_body(
+    stream: rr.RecordingStream, view: Stage, body: int, root: str, colour: list[int] | None = None
+) -> None:
+    """The shapes of one body of the model under an entity, in their own colours or all in one (RGBA)."""
+    model = view.model
+    for geom in np.flatnonzero(model.geom_bodyid == body):
+        pose = rr.Transform3D(
+            translation=model.geom_pos[geom], quaternion=model.geom_quat[geom][[1, 2, 3, 0]]
+        )
+        own = (255 * model.geom_rgba[geom] * [1, 1, 1, view.opacity]).astype(np.uint8)
+        shape = _shape(model, int(geom), own if colour is None else np.array(colour, np.uint8))
+        if shape is not None:
+            stream.log(f"{root}/{model.geom(geom).name or f'geom_{geom}'}", pose, shape, static=True)
+
+
+def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> Any:
     size, kind = model.geom_size[geom], model.geom_type[geom]
-    colour = (255 * model.geom_rgba[geom] * [1, 1, 1, opacity]).astype(np.uint8)
     look: dict[str, Any] = {"colors": [colour], "fill_mode": "solid"}
     types = mujoco.mjtGeom
     if kind == types.mjGEOM_SPHERE:
@@ -111,26 +120,47 @@ def _shape(model: mujoco.MjModel, geom: int, opacity: float) -> Any:
 
 def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     """Replay a block's coordinates through the kinematics; bodies, muscles and cables."""
-    model, data = view.model, mujoco.MjData(view.model)
-    time = block["time"]
-    qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
-    position = np.empty((len(time), model.nbody, 3))
-    quaternion = np.empty((len(time), model.nbody, 4))
-    sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in view.groups]
-    ends = np.empty((len(time), len(sites), 2, 3))
-    for k, row in enumerate(qpos):
-        data.qpos[:] = row
-        mujoco.mj_kinematics(model, data)
-        position[k], quaternion[k] = data.xpos, data.xquat
-        ends[k] = data.site_xpos[sites]
+    model = view.model
+    position, quaternion, ends = replay(model, block, tuple(view.groups))
     for body in range(1, model.nbody):
         pose = rr.Transform3D.columns(
             translation=position[:, body].astype(np.float32),
             quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
         )
-        send(stream, f"{view.root}/bodies/{model.body(body).name}", time, pose)
+        send(stream, f"{view.root}/bodies/{model.body(body).name}", block, pose)
     for number, (name, group) in enumerate(view.groups.items()):
         _log_muscle(stream, view, block, name, group, ends[:, number])
+
+
+def replay(
+    model: mujoco.MjModel, block: Columns, muscles: tuple[str, ...] = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where bodies and muscles are at the coordinates of a block of rows.
+
+    Parameters
+    ----------
+    model : of the run
+    block : with a column qpos/<joint> for every joint [m], [rad] (n,)
+    muscles : names of those whose ends are wanted
+
+    Returns
+    -------
+    positions of the bodies (n, nbody, 3) [m], their quaternions wxyz (n, nbody, 4), and origin and
+    insertion of each muscle (n, number of muscles, 2, 3) [m]
+    """
+    data = mujoco.MjData(model)
+    qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
+    sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in muscles]
+    pairs = np.array(sites, int).reshape(-1, 2)
+    position = np.empty((len(qpos), model.nbody, 3))
+    quaternion = np.empty((len(qpos), model.nbody, 4))
+    ends = np.empty((len(qpos), len(pairs), 2, 3))
+    for k, row in enumerate(qpos):
+        data.qpos[:] = row
+        mujoco.mj_kinematics(model, data)
+        position[k], quaternion[k] = data.xpos, data.xquat
+        ends[k] = data.site_xpos[pairs]
+    return position, quaternion, ends
 
 
 def _log_muscle(
@@ -160,10 +190,10 @@ def _log_muscle(
         quaternions=_turn_from_z(direction).astype(np.float32),
         colors=rgba,
     )
-    send(stream, f"{view.root}/muscles/{name}", block["time"], tube)
+    send(stream, f"{view.root}/muscles/{name}", block, tube)
     start = ends[:, 0] + length[:, None] * direction
     strips = list(np.stack([start, ends[:, 1]], axis=1).astype(np.float32))
-    send(stream, f"{view.root}/cables/{name}", block["time"], rr.LineStrips3D.columns(strips=strips))
+    send(stream, f"{view.root}/cables/{name}", block, rr.LineStrips3D.columns(strips=strips))
 
 
 def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
@@ -184,8 +214,3 @@ def _turn_from_z(direction: np.ndarray) -> np.ndarray:
     quaternion = np.column_stack([cross, 1.0 + direction[:, 2]])
     quaternion[quaternion[:, 3] < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down: half a turn about x
     return quaternion / np.linalg.norm(quaternion, axis=1)[:, None]
-
-
-def pose_columns(views: Sequence[Stage]) -> list[str]:
-    """All columns that some stages need."""
-    return list(dict.fromkeys(c for view in views for c in view.columns))

@@ -45,9 +45,16 @@ class Source:
 
     @property
     def cycle(self) -> float:
-        """The timer's period, or the whole run where gait phase switches the valves [s]."""
+        """What is played over and over: the timer's period, or the whole run in walking [s]."""
         timer = self.scenario.timer
-        return float(timer.period if timer is not None else self.scenario.duration)
+        if timer is None or self.walks:
+            return float(self.scenario.duration)
+        return float(timer.period)
+
+    @property
+    def walks(self) -> bool:
+        """Whether recorded walking drives the run."""
+        return "gait/phase" in self.columns
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -11,9 +11,9 @@ import rerun.blueprint as rrb
 from afo_sim.stand import Trial
 from afo_sim.stand_figure import SHOWN, colour, set_point_text
 from afo_sim.stand_measures import AXES
-from afo_sim.view.layout import TIMELINE
+from afo_sim.view.clock import TIMELINE, send
 from afo_sim.view.recording_file import APPLICATION
-from afo_sim.view.scene import PULLING, SLACK, send, tube_radius
+from afo_sim.view.scene import PULLING, SLACK, tube_radius
 
 SPACING = 0.09  # between muscles [m]
 ROWS = 1500  # of a curve in the file, about
@@ -103,7 +103,7 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
         style = rr.SeriesLines(names=[label], colors=[shade], widths=[1.6])
         stream.log(f"{name}/{entity}", style, static=True)
         scalars = rr.Scalars.columns(scalars=SHOWN[name][1] * columns[name])
-        send(stream, f"{name}/{entity}", columns["time"], scalars)
+        send(stream, f"{name}/{entity}", columns, scalars)
     _log_muscle(stream, trial, columns, entity, y, shade)
     if trial.plan.kind in AXES:
         _log_characteristic(stream, trial, columns, entity, shade)
@@ -139,11 +139,11 @@ def _log_muscle(
         translations=np.column_stack([0.0 * length, y + 0.0 * length, radius - length]).astype(np.float32),
         colors=(SLACK + share * (PULLING - SLACK)).round().astype(np.uint8),
     )
-    send(stream, f"stand/{entity}/muscle", columns["time"], tube)
+    send(stream, f"stand/{entity}/muscle", columns, tube)
     carriage = rr.Boxes3D(half_sizes=[[0.025, 0.025, 0.012]], colors=[shade], fill_mode="solid")
     stream.log(f"stand/{entity}/carriage", carriage, static=True)
     below = np.column_stack([0.0 * length, y + 0.0 * length, -length - 0.012]).astype(np.float32)
-    send(stream, f"stand/{entity}/carriage", columns["time"], rr.Transform3D.columns(translation=below))
+    send(stream, f"stand/{entity}/carriage", columns, rr.Transform3D.columns(translation=below))
 
 
 def _log_characteristic(
@@ -164,4 +164,4 @@ def _log_characteristic(
         rr.Points2D.from_fields(colors=[[255, 255, 255]], radii=[1.4]),
         static=True,
     )
-    send(stream, f"characteristic/{entity}/now", columns["time"], rr.Points2D.columns(positions=plane))
+    send(stream, f"characteristic/{entity}/now", columns, rr.Points2D.columns(positions=plane))

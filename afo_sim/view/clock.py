@@ -1,0 +1,38 @@
+"""When something was: every row is logged in seconds and, in walking, in strides."""
+
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from afo_sim.view.source import Columns
+
+TIMELINE = "sim_time"
+STRIDES = "strides"  # 1 s on it is one stride: runs of different cadence line up, stride for stride
+GAIT = ("gait/stride", "gait/phase")
+
+
+def stamps(time: np.ndarray) -> np.ndarray:
+    """Times [s] on a timeline's grid of nanoseconds."""
+    return np.round(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
+
+
+def strides(rows: Columns) -> np.ndarray:
+    """Strides since the first heel strike of rows of walking [-] (n,)."""
+    return rows["gait/stride"] + rows["gait/phase"]
+
+
+def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -> None:
+    """Log columns at the times of some rows.
+
+    Parameters
+    ----------
+    stream : to log to
+    entity : its path
+    rows : their "time" [s] (n,), and the columns of GAIT in walking
+    columns : of a Rerun archetype, n rows
+    """
+    times = [rr.TimeColumn(TIMELINE, duration=stamps(rows["time"]))]
+    if GAIT[0] in rows:
+        times.append(rr.TimeColumn(STRIDES, duration=stamps(strides(rows))))
+    stream.send_columns(entity, times, columns)

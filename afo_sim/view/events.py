@@ -1,0 +1,126 @@
+"""What happens when: lanes of valves, stance and strides, and the list of events."""
+
+import numpy as np
+import rerun as rr
+
+from afo_sim.view.clock import GAIT, send, strides
+from afo_sim.view.curves import colour_of
+from afo_sim.view.source import Columns, Source
+
+STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
+KNOTS = 50  # rows from one remembered pair of time and strides to the next
+SHUT = [55, 58, 64]
+STANCE, SWING = [60, 125, 85], [70, 95, 150]
+STRIDES = ([88, 92, 102], [62, 66, 74])  # in turn
+
+Change = tuple[float, str]  # time [s], the state from then on
+
+
+class EventFinder:
+    """Collects, block by block, what changes state, and the peaks of a run."""
+
+    def __init__(self, source: Source):
+        self.valves, self.walks = source.named("valve"), source.walks
+        self.lanes: dict[str, list[Change]] = {}
+        self._peaks: dict[str, tuple[float, float]] = {}
+        self._knots: list[tuple[float, float]] = []  # time [s], strides
+        self._torque = bool(source.named("muscle"))
+        self.positive, self.negative = source.scenario.leg.directions
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns that `see` looks at."""
+        walking = (*GAIT, "ground/force/z", "toe/height") if self.walks else ()
+        valves = (f"valve/{valve}/opening" for valve in self.valves)
+        return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking]
+
+    def see(self, block: Columns) -> None:
+        """Take in a block of rows."""
+        time = block["time"]
+        for valve in self.valves:
+            is_open = block[f"valve/{valve}/opening"] > 0.5
+            self._lane(f"valves/{valve}", time, np.where(is_open, "open", "shut"))
+        peaks = {
+            f"greatest {self.positive}": block["ankle/angle"],
+            f"greatest {self.negative}": -block["ankle/angle"],
+        }
+        if self._torque:
+            peaks[f"greatest {self.positive} torque of the orthosis"] = block["ankle/moment/orthosis"]
+        if self.walks:
+            stands = block["ground/force/z"] >= STANCE_FORCE
+            self._lane("gait/support", time, np.where(stands, "stance", "swing"))
+            self._lane("gait/stride", time, np.char.mod("stride %d", block["gait/stride"] + 1.0))
+            self._knots += zip(time[::KNOTS], strides(block)[::KNOTS], strict=True)
+            self._knots.append((time[-1], strides(block)[-1]))
+            peaks["toe lowest in swing"] = np.where(stands, -np.inf, -block["toe/height"])
+        for name, values in peaks.items():
+            top = int(np.argmax(values))
+            if np.isfinite(values[top]) and values[top] > self._peaks.get(name, (0.0, -np.inf))[1]:
+                self._peaks[name] = (float(time[top]), float(values[top]))
+
+    def _lane(self, name: str, time: np.ndarray, states: np.ndarray) -> None:
+        changes = self.lanes.setdefault(name, [])
+        before = changes[-1][1] if changes else ""
+        for k in np.flatnonzero(np.r_[states[0] != before, states[1:] != states[:-1]]):
+            changes.append((float(time[k]), str(states[k])))
+
+    def rows(self, times: list[float]) -> Columns:
+        """Times [s] as rows to be sent: in walking with their strides."""
+        rows = {"time": np.array(times)}
+        if self.walks:
+            walked = np.interp(times, *np.transpose(self._knots))
+            rows |= {"gait/stride": np.floor(walked), "gait/phase": walked % 1.0}
+        return rows
+
+    def events(self, source: Source) -> list[tuple[float, str, str]]:
+        """(time [s], level, text), in order."""
+        found = [(0.0, "WARN", warning) for warning in source.header.warnings]
+        if not source.header.ok:
+            found.append((source.n_row / source.rate, "ERROR", source.header.status))
+        for valve in self.valves:
+            for time, state in self.lanes[f"valves/{valve}"]:
+                if time > 0.0 or state == "open":
+                    done = "opens" if state == "open" else "shuts"
+                    found.append((time, "INFO", f"{valve.replace('_', ' ')} {done}"))
+        for name, (time, value) in self._peaks.items():
+            found.append((time, "INFO", f"{name}: {_said(name, value)}"))
+        return sorted(found)
+
+
+def _said(peak: str, value: float) -> str:
+    if peak.endswith("torque of the orthosis"):
+        return f"{value:.2f} N·m"
+    if peak.startswith("toe"):
+        return f"{-1e3 * value:.0f} mm above the floor"
+    return f"{abs(np.degrees(value)):.2f} deg"
+
+
+def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, prefix: str = "") -> None:
+    """Lanes of valves, stance and strides, and the list of events."""
+    for name, changes in finder.lanes.items():
+        kind, what = name.split("/")
+        states = [state for _, state in changes]
+        values = list(dict.fromkeys([*_usual(what), *states]))
+        colours = [_lane_colour(what, value, k) for k, value in enumerate(values)]
+        lane = rr.StateConfiguration(values=values, labels=values, colors=colours)
+        stream.log(f"{kind}/{prefix}{what}", lane, static=True)
+        at = finder.rows([time for time, _ in changes])
+        send(stream, f"{kind}/{prefix}{what}", at, rr.StateChange.columns(state=states))
+    events = finder.events(source)
+    if events:
+        texts = rr.TextLog.columns(
+            text=[f"{prefix.replace('/', ': ')}{e[2]}" for e in events], level=[e[1] for e in events]
+        )
+        send(stream, f"events/{prefix.rstrip('/') or 'run'}", finder.rows([e[0] for e in events]), texts)
+
+
+def _usual(what: str) -> tuple[str, ...]:
+    """The states of a lane that are listed even where they do not occur."""
+    return {"stride": (), "support": ("stance", "swing")}.get(what, ("open", "shut"))
+
+
+def _lane_colour(what: str, state: str, number: int) -> list[int]:
+    if what == "stride":
+        return STRIDES[number % 2]
+    known = {"stance": STANCE, "swing": SWING, "shut": SHUT}
+    return known[state] if state in known else colour_of(f"{what.rsplit('_', 1)[0]}_1")

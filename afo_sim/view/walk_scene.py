@@ -1,0 +1,217 @@
+"""Walking in space: floor, ground force, trails of the sole, and the healthy foot as a ghost.
+
+The camera rides beside the walker on a carriage of even speed, so that the floor passes by and the leg
+swings to and fro in the picture, as a person who walks along sees it. All that walks keeps its true place
+on the floor; of several runs each is shown relative to its own carriage, so that they stay together
+whatever their cadence.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from afo_sim import assets, gait
+from afo_sim.carriage import Carriage
+from afo_sim.foot import foot_of, turned
+from afo_sim.mounting import ANKLE
+from afo_sim.units import GRAVITY
+from afo_sim.view.clock import GAIT, send, strides
+from afo_sim.view.events import STANCE_FORCE
+from afo_sim.view.scene import Stage, log_body, replay
+from afo_sim.view.source import Columns, Source
+
+CARRIAGE = "world/carriage"
+TRAILS = {"toe": [250, 200, 70], "ball": [90, 190, 250]}  # points of the sole, and their colours
+SUNK = [255, 40, 40]  # where a point is below the floor in swing
+ARROW = 0.5  # length of a force of one body weight [m]
+ARROW_COLOUR = [110, 235, 120]
+GHOST_COLOUR = [150, 205, 255, 90]
+SIDE = -0.065  # arrow and trails are drawn beside the foot, towards the camera [m]
+EDGE, FAR = -0.06, 0.4  # sides of the walkway [m]
+PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 2010
+    (0.0, "loading response"),
+    (0.12, "mid-stance"),
+    (0.31, "terminal stance"),
+    (0.50, "pre-swing"),
+    (0.62, "initial swing"),
+    (0.75, "mid-swing"),
+    (0.87, "terminal swing"),
+)
+
+
+def carriage(source: Source) -> Carriage:
+    """The carriage that keeps up with a run's ankle."""
+    blocks = list(source.read(["time", *GAIT, "ankle/position/x"], source.every(100.0)))
+    time, x = (np.concatenate([block[n] for block in blocks]) for n in ("time", "ankle/position/x"))
+    return Carriage.beside(time, np.concatenate([strides(block) for block in blocks]), x)
+
+
+def expected_carriage(source: Source) -> Carriage:
+    """The carriage of a run that is only beginning, from its gait cycle."""
+    told = source.scenario.gait
+    assert told is not None
+    cycle = gait.read(assets.find_gait(told.cycle))
+    stride_time = told.stride_time or cycle.stride_time
+    time = np.arange(0.0, source.scenario.duration + stride_time, 0.01)
+    walked = told.start_phase + time / stride_time
+    return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
+
+
+def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
+    """A walkway with a line every 10 cm and a stronger one every metre, once.
+
+    It is cut along the foot's side, as in a section: what sinks below the floor is seen.
+    """
+    left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
+    size, centre = (np.array([right, FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
+    floor = rr.Boxes3D(
+        half_sizes=[[*(0.5 * size), 0.002]],
+        centers=[[*(0.5 * centre), -0.002]],
+        colors=[[62, 66, 72]],
+        fill_mode="solid",
+    )
+    stream.log("world/floor", floor, static=True)
+    places = np.arange(round(10 * left), round(10 * right) + 1)
+    ends = np.array([[0.0, EDGE, 0.0005], [0.0, FAR, 0.0005]])
+    strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
+    metre = places % 10 == 0
+    lines = rr.LineStrips3D(
+        strips.astype(np.float32),
+        radii=np.where(metre, 0.004, 0.001),
+        colors=np.where(metre[:, None], [[150, 155, 165]], [[92, 97, 105]]),
+    )
+    stream.log("world/floor/lines", lines, static=True)
+
+
+def log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
+    """The leg's own foot, translucent, once; the orthosis on it is left out."""
+    foot = view.model.body(source.scenario.leg.foot).id
+    log_body(stream, view, foot, f"{view.root}/healthy/foot", GHOST_COLOUR)
+
+
+@dataclass
+class Walker:
+    """Logs what walking adds to a run's poses, block by block."""
+
+    view: Stage
+    source: Source
+    way: Carriage
+    colour: list[int] | None = None  # of the trails among several runs
+    first: bool = True  # of several: it has the camera, the arrow and the ghost
+
+    def __post_init__(self) -> None:
+        self._points = foot_of(self.view.model, self.source.scenario.leg.foot, ANKLE).points
+        self._ends: dict[str, np.ndarray] = {}  # of the trails so far
+
+    @property
+    def trails(self) -> list[str]:
+        """The entities of its trails; among several runs only the toe leaves one."""
+        return [f"/{self.view.root}/trail/{name}" for name in TRAILS if name == "toe" or not self.colour]
+
+    @property
+    def stride_time(self) -> float:
+        """Mean duration of its strides [s]."""
+        return self.way.stride_time
+
+    def log(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """A block of rows at the rate of poses."""
+        x = self.way.at(strides(block))
+        places = np.column_stack([x, np.zeros((len(x), 2))])
+        if self.first:
+            moved = rr.Transform3D.columns(translation=places.astype(np.float32))
+            send(stream, CARRIAGE, block, moved)
+            self._log_caption(stream, block)
+            self._log_marks(stream, block, x)
+            self._log_force(stream, block)
+            self._log_ghost(stream, block)
+        if self.view.root.startswith(CARRIAGE):
+            moved = rr.Transform3D.columns(translation=-places.astype(np.float32))
+            send(stream, self.view.root, block, moved)
+        self._log_trails(stream, block)
+
+    def _log_caption(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """Stride and phase in words, above the knee."""
+        starts, names = zip(*PHASES, strict=True)
+        which = np.searchsorted(starts, block["gait/phase"], side="right") - 1
+        texts = [
+            f"stride {stride + 1:.0f} · {100.0 * phase:.0f} % · {names[k]}"
+            for stride, phase, k in zip(block["gait/stride"], block["gait/phase"], which, strict=True)
+        ]
+        send(stream, f"{CARRIAGE}/caption", block, rr.Points3D.columns(labels=texts))
+
+    def _log_marks(self, stream: rr.RecordingStream, block: Columns, x: np.ndarray) -> None:
+        """Numbers of the metres near the walker, logged where the nearest one changes."""
+        nearest = np.round(x)
+        new = np.r_[True, np.diff(nearest) != 0.0]
+        rows = {name: block[name][new] for name in ("time", *GAIT)}
+        metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
+        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
+        counts = np.full(len(rows["time"]), 3)
+        marks = rr.Points3D.columns(
+            positions=places.astype(np.float32),
+            labels=[f"{metre:.0f} m" for metre in metres],
+        )
+        send(stream, "world/floor/metres", rows, marks.partition(counts))
+
+    def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """The ground's force at the centre of pressure; nothing in swing."""
+        stands = block["ground/force/z"] >= STANCE_FORCE
+        force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
+        vectors = force * (ARROW / weight(self.source))
+        origins = np.column_stack([block["ground/position/x"], np.full(len(force), SIDE), 0.0 * stands])
+        arrow = rr.Arrows3D.columns(
+            vectors=vectors[stands].astype(np.float32), origins=origins[stands].astype(np.float32)
+        )
+        send(stream, f"{self.view.root}/ground_force", block, arrow.partition(stands.astype(int)))
+
+    def _log_ghost(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """The foot at the recorded ankle angle on the same shank."""
+        model, leg = self.view.model, self.source.scenario.leg
+        healthy = {**block, f"qpos/{ANKLE}": block["gait/ankle_angle"]}
+        position, quaternion, _ = replay(model, healthy)
+        foot = model.body(leg.foot).id
+        pose = rr.Transform3D.columns(
+            translation=position[:, foot].astype(np.float32),
+            quaternion=quaternion[:, foot][:, [1, 2, 3, 0]].astype(np.float32),
+        )
+        send(stream, f"{self.view.root}/healthy/foot", block, pose)
+
+    def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """From each row's place of a point to the next; the viewer shows those of the last stride."""
+        swings = block["ground/force/z"] < STANCE_FORCE
+        for entity in self.trails:
+            name = entity.rsplit("/", 1)[1]
+            x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
+            x, z = x + block["ankle/position/x"], z + block["ankle/position/z"]
+            path = np.column_stack([x, np.full(len(x), SIDE), z])
+            path = np.vstack([self._ends.get(name, path[:1]), path])
+            self._ends[name] = path[-1:]
+            strips = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
+            colours = np.where((swings & (z < 0.0))[:, None], SUNK, self.colour or TRAILS[name])
+            trail = rr.LineStrips3D.columns(strips=list(strips), colors=colours.astype(np.uint8))
+            send(stream, entity, block, trail)
+
+
+def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
+    """What does not change over a walk, once."""
+    root = walker.view.root
+    for trail in walker.trails:
+        stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
+    if not walker.first:
+        return
+    log_walkway(stream, walker.way)
+    log_ghost_shapes(stream, walker.view, walker.source)
+    look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
+    stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)
+    stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
+    arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[ARROW_COLOUR])
+    stream.log(f"{root}/ground_force", arrow, static=True)
+
+
+def weight(source: Source) -> float:
+    """Body weight that the ground force of a run is scaled with [N]."""
+    patient, leg = source.scenario.patient, source.scenario.leg
+    told = None if patient is None else patient.body_mass
+    return GRAVITY * (leg.body_mass if told is None else told)

@@ -1,0 +1,234 @@
+"""Walking in the Rerun file: ghost, ground force, trails, lanes and clearance are the run's own."""
+
+import pathlib
+
+import mujoco
+import numpy as np
+import pyarrow as pa
+import pytest
+import rerun as rr
+from test_view import needs_vulkan, read, rerun
+
+import afo_sim
+from afo_sim.model import build
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.simulate import run_built
+from afo_sim.view import screenshot, write_comparison, write_rrd
+from afo_sim.view.walk_scene import ARROW, SIDE, SUNK
+
+BODY_WEIGHT = 75.0 * 9.80665
+
+
+@pytest.fixture(scope="module")
+def bare() -> Recording:
+    return afo_sim.run("walk-dropfoot", {"duration": "3 s"})
+
+
+@pytest.fixture(scope="module")
+def folders(bare: Recording, tmp_path_factory: pytest.TempPathFactory) -> list[pathlib.Path]:
+    """With the orthosis, without it, and faster with strides of varied duration."""
+    base = tmp_path_factory.mktemp("walks")
+    with_orthosis = afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"})
+    varied = {"duration": "3 s", "gait.stride_time": "0.9 s", "gait.variability": 0.05}
+    faster = afo_sim.run("walk-dropfoot-afo", varied)
+    return [
+        run.save(base / name)
+        for name, run in (("orthosis", with_orthosis), ("bare", bare), ("faster", faster))
+    ]
+
+
+@pytest.fixture(scope="module")
+def file(folders: list[pathlib.Path]) -> pathlib.Path:
+    return folders[1] / "recording.rrd"
+
+
+def rows_of(bare: Recording, time: np.ndarray) -> dict[str, np.ndarray]:
+    """The recording's rows at times [ns]."""
+    rows = np.round(time * 1e-6).astype(int)
+    return {name: values[rows] for name, values in bare.columns.items()}
+
+
+def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, list[list]]:
+    """(time [ns], lists of values) of a component that may be empty at some times, in order of time."""
+    stream = rr.chunk.RrdReader(str(file)).stream()
+    chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
+    pairs = []
+    for batch in (chunk.to_record_batch() for chunk in chunks):
+        time = batch.column("sim_time").cast(pa.int64()).to_pylist()
+        pairs += zip(time, batch.column(component).to_pylist(), strict=True)
+    pairs.sort(key=lambda pair: pair[0])
+    return np.array([pair[0] for pair in pairs]), [pair[1] for pair in pairs]
+
+
+def entities(file: pathlib.Path) -> set[str]:
+    return set(rr.chunk.RrdReader(str(file)).store().schema().entity_paths())
+
+
+def test_files_are_healthy_and_the_same_from_memory_and_disk(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    for folder in folders[:2]:
+        again = tmp_path / f"{folder.name}.rrd"
+        write_rrd(folder, again)
+        assert rerun("verify", str(again)).returncode == 0
+        same = rerun("compare", "--unordered", str(folder / "recording.rrd"), str(again))
+        assert same.returncode == 0, same.stderr
+
+
+def test_ghost_is_the_foot_at_the_recorded_angle(file: pathlib.Path, bare: Recording) -> None:
+    time, turned = read(file, "/world/healthy/foot", "Transform3D:quaternion")
+    _, moved = read(file, "/world/healthy/foot", "Transform3D:translation")
+    rows = rows_of(bare, time)
+    half = 0.5 * (rows["gait/ankle_angle"] - rows["shank/angle"])
+    expected = np.column_stack([0.0 * half, -np.sin(half), 0.0 * half, np.cos(half)])  # about −y
+    assert len(time) == 300
+    assert np.abs(np.sum(turned * expected, axis=1)) == pytest.approx(1.0, abs=1e-6)
+    assert moved[:, 0] == pytest.approx(rows["ankle/position/x"], abs=1e-6)
+    assert moved[:, 2] == pytest.approx(rows["ankle/position/z"], abs=1e-6)
+    _, own = read(file, "/world/bodies/foot", "Transform3D:quaternion")
+    apart = 2.0 * np.arccos(np.abs(np.sum(own * turned, axis=1)).clip(0.0, 1.0))
+    assert apart == pytest.approx(np.abs(rows["ankle/angle"] - rows["gait/ankle_angle"]), abs=2e-3)
+    assert np.degrees(apart.max()) > 15.0  # the foot drops
+
+
+def test_arrow_is_the_ground_force_at_the_centre_of_pressure(file: pathlib.Path, bare: Recording) -> None:
+    time, vectors = lists(file, "/world/ground_force", "Arrows3D:vectors")
+    _, origins = lists(file, "/world/ground_force", "Arrows3D:origins")
+    rows = rows_of(bare, time)
+    stands = rows["ground/force/z"] >= 20.0
+    assert [len(v) for v in vectors] == stands.astype(int).tolist()
+    assert 0.2 < 1.0 - stands.mean() < 0.4  # swing is there, and without an arrow
+    for k in np.flatnonzero(stands):
+        force = np.array([rows["ground/force/x"][k], 0.0, rows["ground/force/z"][k]])
+        assert vectors[k][0] == pytest.approx(force * ARROW / BODY_WEIGHT, abs=1e-6)
+        assert origins[k][0] == pytest.approx([rows["ground/position/x"][k], SIDE, 0.0], abs=1e-6)
+
+
+def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path, bare: Recording) -> None:
+    for point in ("toe", "ball"):
+        time, strips = lists(file, f"/world/trail/{point}", "LineStrips3D:strips")
+        _, colours = read(file, f"/world/trail/{point}", "LineStrips3D:colors")
+        rows = rows_of(bare, time)
+        ends = np.array([strip[0] for strip in strips])  # (n, 2, 3)
+        assert ends[:, 1, 2] == pytest.approx(rows[f"{point}/height"], abs=1e-6)
+        assert np.array_equal(ends[1:, 0], ends[:-1, 1])  # without a gap
+        red = colours[:, 0] == int.from_bytes(bytes([*SUNK, 255]), "big")
+        assert np.array_equal(red, (rows["ground/force/z"] < 20.0) & (rows[f"{point}/height"] < 0.0))
+        assert red.sum() > 20
+
+
+def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: Recording) -> None:
+    """The healthy heights are those of the model's own sites at the recorded angle."""
+    _, own = read(file, "/clearance/foot", "Scalars:scalars")
+    assert np.array_equal(own, 1e3 * np.column_stack([bare["toe/height"], bare["ball/height"]]))
+    _, healthy = read(file, "/clearance/healthy", "Scalars:scalars")
+    model = mujoco.MjModel.from_xml_string(bare.model_xml)
+    data = mujoco.MjData(model)
+    for k in range(0, 3000, 250):
+        for joint in ("shank_x", "shank_z", "shank_angle"):
+            data.joint(joint).qpos[0] = bare[f"qpos/{joint}"][k]
+        data.joint("ankle").qpos[0] = bare["gait/ankle_angle"][k]
+        mujoco.mj_kinematics(model, data)
+        heights = [1e3 * data.site(name).xpos[2] for name in ("toe", "ball")]
+        assert healthy[k] == pytest.approx(heights, abs=1e-6)
+    _, floor = read(file, "/clearance/floor", "Scalars:scalars")
+    assert not floor.any()
+    _, recorded = read(file, "/angle/healthy", "Scalars:scalars")
+    assert np.array_equal(recorded[:, 0], np.degrees(bare["gait/ankle_angle"]))
+
+
+def test_lanes_are_stance_and_strides(file: pathlib.Path, bare: Recording) -> None:
+    time, support = read(file, "/gait/support", "StateChange:state")
+    stands = bare["ground/force/z"] >= 20.0
+    changes = np.r_[0, np.flatnonzero(stands[1:] != stands[:-1]) + 1]
+    assert np.array_equal(time, changes * 1_000_000)
+    assert support[:, 0].tolist() == ["stance" if stands[k] else "swing" for k in changes]
+    time, strides = read(file, "/gait/stride", "StateChange:state")
+    assert strides[:, 0].tolist() == ["stride 1", "stride 2", "stride 3"]
+    assert np.array_equal(bare["gait/stride"][np.round(time * 1e-6).astype(int)], [0.0, 1.0, 2.0])
+
+
+def test_every_row_has_its_time_in_strides(file: pathlib.Path, bare: Recording) -> None:
+    strides = np.round((bare["gait/stride"] + bare["gait/phase"]) * 1e9).astype(np.int64)
+    for entity in ("/angle/ankle", "/world/bodies/foot", "/world/carriage", "/gait/support"):
+        stream = rr.chunk.RrdReader(str(file)).stream().filter(content=entity, is_static=False)
+        for batch in (chunk.to_record_batch() for chunk in stream.to_chunks()):
+            time, walked = (batch.column(n).cast(pa.int64()).to_numpy() for n in ("sim_time", "strides"))
+            assert walked == pytest.approx(strides[np.round(time * 1e-6).astype(int)], abs=1e4)
+
+
+def test_carriage_goes_evenly_beside_the_ankle(file: pathlib.Path, bare: Recording) -> None:
+    time, places = read(file, "/world/carriage", "Transform3D:translation")
+    speed = np.diff(places[:, 0]) / np.diff(time * 1e-9)
+    assert speed == pytest.approx(speed.mean(), rel=1e-3)
+    away = rows_of(bare, time)["ankle/position/x"] - places[:, 0]
+    assert np.abs(away).max() < 0.5
+    assert abs(away.mean()) < 1e-3
+
+
+def test_without_an_orthosis_nothing_of_one_is_shown(file: pathlib.Path, folders: list[pathlib.Path]) -> None:
+    """With one there is; the test would see it."""
+    parts = ("muscle", "cable", "valve", "pressure", "force/", "contraction", "range")
+    assert not [e for e in entities(file) if any(part in e for part in parts)]
+    found = entities(folders[0] / "recording.rrd")
+    assert all(any(part in entity for entity in found) for part in parts)
+
+
+def test_runs_of_different_cadence_stay_side_by_side(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    path = tmp_path / "all.rrd"
+    write_comparison(folders, path)
+    assert rerun("verify", str(path)).returncode == 0
+    for folder in folders:
+        root = f"/world/carriage/runs/{folder.name}"
+        _, back = read(path, root, "Transform3D:translation")
+        _, foot = read(path, f"{root}/bodies/foot", "Transform3D:translation")
+        assert np.abs(foot[:, 0] + back[:, 0]).max() < 0.5
+    found = entities(path)
+    assert [e for e in found if e.endswith("/ground_force")] == ["/world/carriage/runs/orthosis/ground_force"]
+    assert {e.rsplit("/", 1)[1] for e in found if "/trail/" in e} == {"toe"}
+
+
+def test_sitting_and_walking_side_by_side(
+    seated: Recording, folders: list[pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    write_comparison([seated.save(tmp_path / "seated"), folders[1]], tmp_path / "both.rrd")
+    assert rerun("verify", str(tmp_path / "both.rrd")).returncode == 0
+    assert {"/clearance/healthy", "/angle/range", "/clearance/floor"} <= entities(tmp_path / "both.rrd")
+
+
+@pytest.mark.parametrize("changes", [{"duration": "1 ms"}, {"duration": "0.2 s", "gait.start_phase": 0.7}])
+def test_a_single_row_and_swing_alone_are_shown(changes: dict[str, object], tmp_path: pathlib.Path) -> None:
+    write_rrd(afo_sim.run("walk-dropfoot", changes), tmp_path / "short.rrd")
+    assert rerun("verify", str(tmp_path / "short.rrd")).returncode == 0
+
+
+@needs_vulkan
+def test_picture_shows_leg_arrow_and_trail(file: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    from matplotlib import image
+
+    shares = {}
+    for moment in (1.9, 2.2):  # push-off, and swing
+        screenshot(file, tmp_path / "a.png", moment)
+        scene = image.imread(tmp_path / "a.png")[60:700, :790, :3]
+        red, green, blue = np.moveaxis(scene, 2, 0)
+        bright = scene.max(axis=2) > 0.35
+        shares[moment] = [
+            (bright & (np.abs(green / red.clip(1e-3) - 0.79) < 0.06) & (blue < 0.85 * red)).mean(),  # skin
+            (bright & (green > 1.5 * red) & (green > 1.5 * blue)).mean(),  # arrow
+            (bright & (red > 3.0 * green) & (red > 3.0 * blue)).mean(),  # sunken trail
+        ]
+    assert min(shares[1.9][0], shares[2.2][0]) > 0.01
+    assert shares[1.9][1] > 0.002 > 20.0 * shares[2.2][1]
+    assert shares[2.2][2] > 0.001
+
+
+@needs_vulkan
+def test_live_walk_reaches_a_viewer() -> None:
+    from afo_sim.view.live import live_viewer
+
+    with live_viewer(headless=True) as watch:
+        run = run_built(build(load("scenario", "walk-dropfoot", {"duration": "0.6 s"})), watch=watch)
+    assert run.ok
