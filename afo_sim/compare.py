@@ -55,6 +55,9 @@ def compare_laws(
     InputError
         The description is wrong, or a muscle has no parameters for a law.
     """
+    for key in sets or {}:
+        if key.endswith(".type.law"):
+            raise InputError("is what the comparison varies", field="--set", value=key, allowed="--laws")
     plain = load("scenario", scenario, sets)
     known = common_laws(plain)
     for law in laws:

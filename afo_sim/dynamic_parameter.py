@@ -100,6 +100,8 @@ class Parameter:
 
     def value(self, x: float) -> float:
         """The value [SI] of a searched number."""
+        if self.kind.logarithmic:  # bounded before the exponential, which an interval's end may overflow
+            x = min(x, self.search(self.kind.upper))
         inside = self.size * math.exp(x) if self.kind.logarithmic else self.size * x
         return float(min(max(inside, self.kind.lower), self.kind.upper))
 

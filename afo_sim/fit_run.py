@@ -355,6 +355,9 @@ def _memory(problem: Problem, errors: np.ndarray) -> float:
     return float(np.sum(by_channel[:, 1:] * by_channel[:, :-1])) / square if square else 0.0
 
 
+COUNTED = "independent errors (they hang together in time)"
+
+
 def _believe(
     problem: Problem, search: _Search, best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[str, ...], float, float]:
@@ -378,7 +381,9 @@ def _believe(
             f"{p.shown(p.value(x)):.3g} {p.kind.shown}, and as well {p.shown(low):.2g} to {p.shown(high):.2g}"
         )
         shown.append(text if column.any() else "it has no effect on what was logged")
-    found = Estimate(names, best.x, half, np.array(size), search.lower, search.upper, shown, near=AT_BOUND)
+    found = Estimate(
+        names, best.x, half, np.array(size), search.lower, search.upper, shown, AT_BOUND, COUNTED
+    )
     lines = list(verdict(found, correlation, int(independent)))
     jumps = [name for name, jump in zip(names, rough, strict=True) if jump and name not in refused(lines)]
     lines += [f"{name}: not identifiable: the run changes with it by jumps" for name in jumps]

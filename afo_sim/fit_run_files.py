@@ -15,7 +15,7 @@ MISFIT = 1.5  # times the noise: above it the model lacks something that the log
 
 
 def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write fit_run.json, fit_run.png/.pdf and, if anything was fitted, scenario.toml, each whole or not.
+    """Write fit_run.json, fit_run.png/.pdf and, if a search has settled, scenario.toml, each whole or not.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
     folder : made if need be
     """
     texts = {NUMBERS: json.dumps(as_json(fit), indent=2, ensure_ascii=False) + "\n"}
-    if fit.values:
+    if fit.values and fit.converged:
         texts[SCENARIO] = scenario_toml(fit)
     else:
         (folder / SCENARIO).unlink(missing_ok=True)  # not another fit's

@@ -15,6 +15,7 @@ STANCE_FORCE = 0.05  # vertical force that tells stance from swing [body weights
 COP_FORCE = 0.10  # above it the centre of pressure must be known [body weights]
 LATE_SWING = 0.9  # force that rises beyond this phase is the next heel strike's [-]
 PEAK_FORCE = 0.5  # that some part of the stance must reach [body weights]
+MEAN_FORCE = (0.35, 0.65)  # over the stride, of one leg: half the body, more or less [body weights]
 STANCE_SHARE = (0.35, 0.85)  # of the stride [-]
 STANCE_START = 0.05  # latest phase at which the force may begin to rise [-]
 HEIGHT_ERROR = 0.02  # between the stated ankle height and the recorded one, foot flat [m]
@@ -169,6 +170,13 @@ class _Examination:
             if force.min() < -PEAK_FORCE:
                 seen = f"has no stance but a trough of {force.min():.3g}: force of the foot on the ground?"
             self._refuse("grf_z_bw", seen, "the ground's force on the foot, upward positive, some 1.1")
+        mean = float(np.trapezoid(force, phase))
+        if not MEAN_FORCE[0] <= mean <= MEAN_FORCE[1]:
+            self._refuse(
+                "grf_z_bw",
+                f"is {mean:.2g} body weights on average over the stride (is the body mass right?)",
+                f"{MEAN_FORCE[0]:g} to {MEAN_FORCE[1]:g}: each leg carries half of the body",
+            )
         share, start = stance(self.cycle), phase[np.argmax(force > STANCE_FORCE)]
         if start > STANCE_START:
             seen = f"begins to rise at phase {start:.3g}"

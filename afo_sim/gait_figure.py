@@ -147,7 +147,7 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle) -> None:
 
 def _moment(axis: Any, cycle: GaitCycle) -> None:
     _over_stride(axis, cycle, "ankle moment [N·m/kg]\ninternal, dorsiflexion +")
-    axis.plot(100.0 * cycle.phase, cycle.ankle_moment, color=PLANTAR, label="as given")
+    axis.plot(100.0 * cycle.phase, cycle.ankle_moment, color=PLANTAR, label="of the file")
     axis.plot(100.0 * cycle.phase, cycle.ground_moment(), color="black", lw=0.8, ls="--", label="from force")
     axis.legend(loc="lower left")
 

@@ -17,7 +17,8 @@ class Estimate:
     """Where a search ended, parameter by parameter, in any unit that is the same in all arrays.
 
     `size` is what an uncertainty is held against, often the value itself; `shown` is the value and its
-    half-interval in words; `near` is the share of the range that counts as being at a bound.
+    half-interval in words; `near` is the share of the range that counts as being at a bound; `counted`
+    says what the points are.
     """
 
     names: Sequence[str]
@@ -28,6 +29,7 @@ class Estimate:
     upper: np.ndarray
     shown: Sequence[str]
     near: float = AT_BOUND
+    counted: str = "points"
 
 
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +66,14 @@ def verdict(found: Estimate, correlation: np.ndarray, points: int) -> Iterator[s
     """
     names = found.names
     if points < POINTS_PER_PARAMETER * len(names):
-        yield f"{', '.join(names)}: not identifiable: {points} points for {len(names)} parameters"
+        without = [
+            n for n, half in zip(names, found.half, strict=True) if not np.isfinite(half) or half > 1e100
+        ]
+        yield from (f"{name}: not identifiable: {found.shown[list(names).index(name)]}" for name in without)
+        rest = [name for name in names if name not in without]
+        if rest:
+            wanted = f"{len(names)} parameter{'s' if len(names) > 1 else ''}"
+            yield f"{', '.join(rest)}: not identifiable: {points} {found.counted} for {wanted}"
         return
     margin = found.near * (found.upper - found.lower)
     for i, name in enumerate(names):

@@ -18,6 +18,7 @@ EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_
 HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
 FEWEST = 10  # samples
 ANKLE = ("angle", "velocity", "acceleration", "moment/orthosis", "moment/passive", "moment/gravity")
+LOAD = "moment/load"  # where the scenario has one
 MUSCLE = ("force", "length", "velocity", "contraction", "moment_arm")
 CHAMBER = ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
 VALVE = ("coil", "opening", "mass_flow")
@@ -165,7 +166,7 @@ def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
 def recorded_columns(scenario: Scenario) -> list[str]:
     """The columns that a run of a scenario records, but its time and its coordinates."""
     orthosis = scenario.orthosis
-    paths = [f"ankle/{part}" for part in ANKLE]
+    paths = [f"ankle/{part}" for part in (*ANKLE, *([LOAD] if scenario.load_moment else []))]
     paths += [f"muscle/{name}/{part}" for name in muscle_names(orthosis) for part in MUSCLE]
     paths += [f"chamber/{name}/{part}" for name in orthosis.chamber for part in CHAMBER]
     paths += [f"valve/{name}/{part}" for name in valve_names(orthosis) for part in VALVE]
@@ -199,18 +200,27 @@ def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
             value=f"{time[late[0] + 1]:g} s",
         )
     if time[0] < 0.0 or time[-1] > scenario.duration:
-        outside = time[0] if time[0] < 0.0 else time[-1]
+        early = time[0] < 0.0
+        cure = "cut what is before the timer's start" if early else '--set duration="…" lengthens it'
         raise InputError(
             "is outside the scenario",
             file=table.file,
             field="time",
-            value=f"{outside:g} s",
-            allowed=f'0 s to {scenario.duration:g} s; --set duration="…" lengthens it',
+            value=f"{time[0] if early else time[-1]:g} s",
+            allowed=f"0 s to {scenario.duration:g} s; {cure}",
         )
 
 
 def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     """The noise of each channel [SI], by title: as told ({"angle": "0.5 deg"}), else estimated."""
+    for channel in log.channels:
+        if np.ptp(channel.values) == 0.0 and channel.title not in texts:
+            raise InputError(
+                "is constant, so its noise cannot be estimated, and it would outweigh all else",
+                file=log.file,
+                field=channel.title,
+                allowed=f'--noise "{channel.title}=…" with its unit, or a log without this column',
+            )
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
         channel = log.channel(name, "--noise")

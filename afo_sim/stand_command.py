@@ -11,7 +11,6 @@ from afo_sim.errors import InputError, nearest_name
 from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
 from afo_sim.reader import load as load_description
-from afo_sim.run_files import check_writable
 from afo_sim.stand import Trial
 from afo_sim.stand_compare import Comparison, compare, points_of
 from afo_sim.stand_files import set_point_text, target, write
@@ -19,6 +18,7 @@ from afo_sim.stand_measures import AXES
 from afo_sim.stand_plan import KINDS, Laboratory
 from afo_sim.static_load import static_load
 from afo_sim.units import GRAVITY, parse_quantity
+from afo_sim.writing import check_writable
 
 CHARACTERISTICS = tuple(AXES)  # what "all" means
 # Which options a kind takes, beside those that all take.

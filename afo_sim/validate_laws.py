@@ -364,7 +364,7 @@ def _bolen() -> list[Row]:
                     _one(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
                     0.5,
                     "N",
-                    sourcing=MANUSCRIPT,
+                    sourcing="computed from coefficients printed in the manuscript",
                     why=WHY_TENTH,
                 )
             )

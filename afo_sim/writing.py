@@ -13,6 +13,10 @@ from afo_sim.errors import InputError
 def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
     """A temporary path beside `path` that takes its place when the block ends well."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_dir():
+        raise InputError(
+            "is a folder, and a file of that name is to be written", field="--out", value=str(path)
+        )
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     os.close(handle)
     temporary = pathlib.Path(name)

@@ -10,6 +10,7 @@ import pytest
 
 import afo_sim
 from afo_sim import cli
+from afo_sim.dynamic_parameter import find_parameters
 from afo_sim.errors import InputError
 from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
 from afo_sim.fit_run_files import scenario_toml, write_fit_run
@@ -226,6 +227,27 @@ def test_values_that_cannot_be_built_do_not_end_the_search(planted: pathlib.Path
     problem = pose("seated", planted, ["tube_volume", "outlet_conductance"], sets=SHORT)
     with pytest.raises(InputError, match="time step"):
         run_at(problem, {"tube_volume": 1e-8, "outlet_conductance": 1e-7})
+
+
+def test_a_constant_channel_is_refused_unless_its_noise_is_told(
+    planted: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    lines = planted.read_text(encoding="utf-8").splitlines()
+    first = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    lines[first] += ",pressure plantarflexor [bar]"
+    lines[first + 1 :] = [f"{line},0" for line in lines[first + 1 :]]
+    file = tmp_path / "constant.csv"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InputError, match="is constant"):
+        pose("seated", file, ["inlet_conductance"], sets=SHORT)
+    told = {"pressure plantarflexor": "0.01 bar"}
+    assert pose("seated", file, ["inlet_conductance"], sets=SHORT, noise=told)
+
+
+def test_a_searched_number_beyond_all_bounds_is_the_bound() -> None:
+    parameter, *_ = find_parameters(["inlet_conductance"], load("scenario", "seated"))
+    assert parameter.value(1e6) == parameter.kind.upper
+    assert parameter.value(-1e6) == parameter.kind.lower
 
 
 def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:

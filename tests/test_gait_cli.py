@@ -80,6 +80,8 @@ def test_second_stride_and_units_are_options(
 
 REFUSED = {
     "no mass": ((), "--mass: the body mass is not in the files"),
+    "another body's mass": (("--mass", "110 kg"), "is the body mass right?"),
+    "a child's mass": (("--mass", "40 kg"), "is the body mass right?"),
     "mass without unit": (("--mass", "72"), "--mass = '72': has no unit"),
     "wrong unit": (("--mass", "72 m"), "does not convert to kg"),
     "no such stride": (("--mass", "72 kg", "--stride", "9"), "--stride = 9: there is no such stride"),

@@ -5,6 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 
+import afo_sim
 from afo_sim.errors import InputError
 from afo_sim.log import read_log, read_noise, recorded_columns
 from afo_sim.reader import load
@@ -57,6 +58,13 @@ def test_paths_and_single_muscles_and_absolute_pressures(tmp_path: pathlib.Path)
 def test_every_recorded_column_may_be_logged(seated: Recording) -> None:
     named = set(recorded_columns(SCENARIO))
     assert named == {c for c in seated.columns if c != "time" and not c.startswith("qpos/")}
+
+
+@pytest.mark.parametrize("name", ["arm-s1", "seated-antagonist"])
+def test_every_column_of_other_scenarios_may_be_logged(name: str) -> None:
+    run = afo_sim.run(name, {"duration": "0.1 s"})
+    named = set(recorded_columns(load("scenario", name)))
+    assert named == {c for c in run.columns if c != "time" and not c.startswith("qpos/")}
 
 
 def test_groups_force_is_the_sum_of_its_muscles(tmp_path: pathlib.Path, seated: Recording) -> None:
