@@ -4,7 +4,7 @@ from typing import Any
 
 from afo_sim import assets
 from afo_sim.phase_table import read_header
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 
 PLURALS = {
     "muscles": "muscle",

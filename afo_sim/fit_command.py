@@ -12,7 +12,7 @@ from afo_sim.fit import Fit, fit, held_out
 from afo_sim.fit_files import kinds, parameter_rows, ranking_rows, residual_unit
 from afo_sim.fit_problem import GEOMETRY, Loss, pose, select
 from afo_sim.measured import HEADER, Measured, check_facts, read_measured
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.units import parse_quantity
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")

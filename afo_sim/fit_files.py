@@ -14,6 +14,7 @@ from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fit import Fit, rms
 from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take
 from afo_sim.measured import Measured
+from afo_sim.toml_text import toml_text
 from afo_sim.units import EXAMPLES, format_quantity, in_unit
 from afo_sim.writing import replacing
 
@@ -158,80 +159,96 @@ def _as_json(fit: Fit) -> dict[str, Any]:
 
 def muscle_toml(fit: Fit, data: Measured, like: str = LIKE) -> str:
     """A muscle of one data set, every number with its source; what was not measured comes from `like`."""
-    law, values = fit.problem.law, {**fit.problem.fixed, **fit.values}
-    factor, unit = residual_unit(fit)
-    files = ", ".join(d.file.name for d in fit.problem.data)
-    summary = f"fitted with {law.name} to {files}, {factor * fit.rms:.3g} {unit} RMS"
+    law, told = fit.problem.law, f"told with {data.file.name}"
     taken = assets.read_toml(assets.find("muscle", like))
+    over = {key: _value(taken[key]) for key in ("damping", "braid_stiffness", "dead_volume", "mass")}
+    values, sources = over, dict.fromkeys(over, _source("assumed", f"taken over from {like}, not measured"))
 
-    def number(name: str, si: str) -> str:
-        value = format_quantity(values[name], si)
-        if name not in fit.values:
-            return _entry(value, "assumed", "held during the fit")
-        width = fit.half_width[name]
-        shown, shown_unit = usual(width, si) if math.isfinite(width) else (0.0, "")
-        belief = (
-            f"95 % interval ± {shown:.3g} {shown_unit}".rstrip()
-            if math.isfinite(width)
-            else "no interval: the data do not tell it alone"
-        )
-        return _entry(value, "fitted", f"{summary}; {belief}")
+    def state(key: str, value: float, source: dict[str, str]) -> None:
+        values[key], sources[key] = format_quantity(value, "m"), source
 
-    def over(key: str) -> str:
-        value = taken[key]["value"] if isinstance(taken[key], dict) else taken[key]
-        return _entry(value, "assumed", f"taken over from {like}, not measured on this muscle")
-
-    told, active = data.facts, data.contraction is not None
     # with contraction ratios the law was fitted for this length, which some laws depend on
-    length = _entry(format_quantity(NOMINAL_LENGTH, "m"), "assumed", "contraction ratios were measured")
-    if "total_length" in told:
-        length = _entry(format_quantity(told["total_length"], "m"), "user", f"told with {data.file.name}")
-    bore = _entry(format_quantity(told["bore"], "m"), "user", f"told with {data.file.name}")
-    end = _entry("0 m", "assumed", "contractions were given: braid only") if active else None
-    lines = [
-        f"description = {_text(f'{data.file.stem}: {law.name} fitted to {files}')}",
-        f'grade = "{"A" if fit.identifiable else "C"}"',
-        f'law = "{law.name}"',
-        f"total_length = {length}",
-        f"end_length = {end or number('end_length', 'm')}",
-        f"bore = {bore}",
-        f"braid_angle = {number('braid_angle', 'rad')}",
-        *(f"{key} = {over(key)}" for key in ("damping", "braid_stiffness", "dead_volume", "mass")),
-        "",
-        f"[laws.{law.name}]",
-        *(f"{p.name} = {number(p.name, p.unit)}" for p in law.parameters),
-        *_ranges(fit, data),
-    ]
-    return "\n".join(lines) + "\n"
+    length = data.facts.get("total_length")
+    assumed = _source("assumed", "contraction ratios were measured")
+    state("total_length", length or NOMINAL_LENGTH, _source("user", told) if length else assumed)
+    state("bore", data.facts["bore"], _source("user", told))
+    fitted = ["braid_angle"]
+    if data.contraction is None:
+        fitted.append("end_length")
+    else:
+        state("end_length", 0.0, _source("assumed", "contractions were given: braid only"))
+    for name in fitted:
+        values[name], sources[name] = _fitted(fit, name)
+    table = {
+        "description": f"{data.file.stem}: {law.name} fitted to {_files(fit)}",
+        "grade": "A" if fit.identifiable else "C",
+        "law": law.name,
+        **values,
+        "provenance": sources,
+        "laws": {law.name: _law_table(fit, data)},
+        "limits": _limits(fit, data),
+    }
+    return toml_text(table)
 
 
-def _ranges(fit: Fit, data: Measured) -> list[str]:
-    """The range of the law and the muscle's limits: what was measured, no more."""
-    low, high = (format_quantity(x, "Pa") for x in (data.pressure.min(), data.pressure.max()))
+def _fitted(fit: Fit, name: str) -> tuple[str | float, dict[str, str]]:
+    """A parameter's value as text, and what is known of it."""
+    si = fit.problem.describe(name).unit
+    if name not in fit.values:
+        return format_quantity(fit.problem.fixed[name], si), _source("assumed", "held during the fit")
+    factor, unit = residual_unit(fit)
+    summary = f"fitted with {fit.problem.law.name} to {_files(fit)}, {factor * fit.rms:.3g} {unit} RMS"
+    belief = "no interval: the data do not tell it alone"
+    if math.isfinite(fit.half_width[name]):
+        shown, usual_unit = usual(fit.half_width[name], si)
+        belief = f"95 % interval ± {shown:.3g} {usual_unit}".rstrip()
+    return format_quantity(fit.values[name], si), _source("fitted", f"{summary}; {belief}")
+
+
+def _law_table(fit: Fit, data: Measured) -> dict[str, Any]:
+    """The law's parameters, and the range that was measured, no more."""
+    found = {p.name: _fitted(fit, p.name) for p in fit.problem.law.parameters}
+    return {
+        **{name: value for name, (value, _) in found.items()},
+        "pressure_range": [format_quantity(p, "Pa") for p in (data.pressure.min(), data.pressure.max())],
+        "contraction_range": [0.0, _greatest_contraction(fit, data)],
+        "provenance": {name: source for name, (_, source) in found.items()},
+    }
+
+
+def _limits(fit: Fit, data: Measured) -> dict[str, Any]:
+    """What a muscle may be asked for: what it was asked for when it was measured."""
+    highest = _source("derived", f"the highest of {data.file.name}")
+    return {
+        "pressure": format_quantity(float(data.pressure.max()), "Pa"),
+        "force": format_quantity(max(float(data.force.max()), 1.0), "N"),
+        "contraction_min": -0.03,
+        "contraction_max": _greatest_contraction(fit, data),
+        "provenance": {
+            **dict.fromkeys(("pressure", "force", "contraction_max"), highest),
+            "contraction_min": _source("assumed", "as comparable fluidic muscles"),
+        },
+    }
+
+
+def _greatest_contraction(fit: Fit, data: Measured) -> float:
+    """The greatest measured contraction ratio [-], within what a muscle can be described with."""
     active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
     kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
-    most = min(max(float(kappa.max()), 0.01), 0.6)
-    strongest = format_quantity(max(float(data.force.max()), 1.0), "N")
-    measured = f"the highest of {data.file.name}"
-    return [
-        f'pressure_range = ["{low}", "{high}"]',
-        f"contraction_range = [0.0, {most!r}]",
-        "",
-        "[limits]",
-        f"pressure = {_entry(high, 'derived', measured)}",
-        f"force = {_entry(strongest, 'derived', measured)}",
-        f"contraction_min = {_entry(-0.03, 'assumed', 'as comparable fluidic muscles')}",
-        f"contraction_max = {_entry(most, 'derived', measured)}",
-    ]
+    return min(max(float(kappa.max()), 0.01), 0.6)
 
 
-def _entry(value: str | float, kind: str, source: str) -> str:
-    return f"{{ value = {_text(value)}, kind = {_text(kind)}, source = {_text(source)} }}"
+def _files(fit: Fit) -> str:
+    return ", ".join(data.file.name for data in fit.problem.data)
 
 
-def _text(value: str | float) -> str:
-    """A TOML string or number: JSON's are TOML's."""
-    return json.dumps(value, ensure_ascii=False)
+def _source(kind: str, source: str) -> dict[str, str]:
+    return {"kind": kind, "source": source}
+
+
+def _value(entry: Any) -> Any:
+    """The value of a description's entry, with or without its source."""
+    return entry["value"] if isinstance(entry, dict) else entry
 
 
 def draw(fits: Sequence[Fit], path: pathlib.Path, suffix: str = "png") -> None:

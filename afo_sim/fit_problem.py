@@ -10,7 +10,7 @@ from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError, nearest_name
 from afo_sim.measured import Measured
 from afo_sim.physics.law import Braid, Law, LawParameter
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 

@@ -56,6 +56,7 @@ class Problem:
 
     @property
     def starts(self) -> dict[str, float]:
+        """What each parameter is before the fit [SI]."""
         return {p.name: p.start for p in self.parameters}
 
     @property
@@ -105,6 +106,7 @@ class FitRun:
 
     @property
     def identifiable(self) -> bool:
+        """Whether the log tells every parameter."""
         return not self.verdict
 
     @property

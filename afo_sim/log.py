@@ -39,6 +39,7 @@ class Channel:
 
     @property
     def si(self) -> str:
+        """The SI unit of its values."""
         return describe(self.columns[0])[0]
 
     def simulated(self, recording: Recording, time: np.ndarray) -> np.ndarray:

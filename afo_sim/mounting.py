@@ -9,7 +9,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.errors import InputError
 from afo_sim.muscle import Muscle
-from afo_sim.physics.friction import FRICTIONS, contact_surface
+from afo_sim.physics.friction import contact_surface
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 from afo_sim.physics.pneumatics import LAMINAR_RATIO
 from afo_sim.spec import MuscleGroup, Orthosis, Scenario

@@ -7,9 +7,9 @@ from pydantic import Field, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from afo_sim.errors import nearest_name
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.quantity import Described, Quantity, refusal, split_sources
 from afo_sim.units import format_quantity, parse_quantity
 

@@ -1,6 +1,5 @@
 """CSV files over gait phase: header lines `# key: value`, column names, one row per sample."""
 
-import csv
 import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.errors import InputError, nearest_name
+from afo_sim.table import read_table as read_text
 from afo_sim.writing import replacing
 
 
@@ -49,31 +49,23 @@ def read_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
     InputError
         Unreadable, another separator, a column missing or unknown, a cell that is no number.
     """
-    header, numbered = _split(path)
-    if not numbered:
-        raise InputError("has no columns", file=path, allowed=", ".join(columns))
-    if "," not in numbered[0][1]:
-        separator = next((repr(s) for s in (";", "\t") if s in numbered[0][1]), "something else")
-        problem = f"is separated by {separator}"
-        raise InputError(problem, file=path, allowed="commas between cells, points in numbers")
-    (_, names), *rows = [(k, [c.strip() for c in next(csv.reader([line]))]) for k, line in numbered]
+    text = read_text(path, ", ".join(columns))
+    names = list(text.titles)
     _require_names(path, names, columns)
-    table = np.empty((len(rows), len(names)))
-    for k, (line, cells) in enumerate(rows):
-        if len(cells) != len(names):
-            raise InputError(f"line {line} has {len(cells)} cells, the header {len(names)}", file=path)
+    values = np.empty((len(text.rows), len(names)))
+    for k, (line, cells) in enumerate(text.rows):
         for column, cell in enumerate(cells):
             try:
-                table[k, column] = float(cell) if cell else np.nan
+                values[k, column] = float(cell) if cell else np.nan
             except ValueError:
                 problem = f"is no number (line {line})"
                 raise InputError(problem, file=path, field=names[column], value=cell) from None
-    return PhaseTable(path, header, {name: table[:, names.index(name)] for name in columns})
+    return PhaseTable(path, text.facts, {name: values[:, names.index(name)] for name in columns})
 
 
 def read_header(path: pathlib.Path) -> dict[str, str]:
     """The `# key: value` lines of a file."""
-    return _split(path)[0]
+    return read_text(path, "").facts
 
 
 def write_table(path: pathlib.Path, header: Mapping[str, str], columns: Mapping[str, np.ndarray]) -> None:
@@ -91,20 +83,6 @@ def write_table(path: pathlib.Path, header: Mapping[str, str], columns: Mapping[
         lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
     with replacing(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _split(path: pathlib.Path) -> tuple[dict[str, str], list[tuple[int, str]]]:
-    """The header, and the other lines with their numbers."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", file=path) from None
-    header = {}
-    for line in lines:
-        key, colon, value = line.lstrip("#").partition(":")
-        if line.startswith("#") and colon:
-            header[key.strip()] = value.strip()
-    return header, [(k, x) for k, x in enumerate(lines, start=1) if x.strip() and not x.startswith("#")]
 
 
 def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:

@@ -18,7 +18,8 @@ from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.muscle import Muscle
 from afo_sim.physics.hill import braid_force
-from afo_sim.physics.static_force import LAWS, static_force
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import static_force
 from afo_sim.spec import Scenario
 from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.walk_columns import WALKING, walking_columns

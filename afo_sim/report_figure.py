@@ -37,6 +37,7 @@ class Shown:
 
     @property
     def walks(self) -> bool:
+        """Whether recorded walking drove this run."""
         return "gait/phase" in self.recording.columns
 
     @cached_property
@@ -50,6 +51,7 @@ class Shown:
 
     @property
     def has_orthosis(self) -> bool:
+        """Whether the run has muscles."""
         return has_orthosis(self.recording.columns)
 
     def cycles(self, column: str) -> np.ndarray:
@@ -58,6 +60,7 @@ class Shown:
 
     @property
     def toe_off(self) -> float:
+        """Mean gait phase of toe-off [-]."""
         return float(np.mean([stride.toe_off for stride in self.strides]))
 
 

@@ -231,6 +231,7 @@ class Timer(Described):
 
     @property
     def chambers(self) -> dict[str, ValveTimes]:
+        """When each chamber's valves are open."""
         return dict(self.__pydantic_extra__ or {})
 
     @model_validator(mode="after")
@@ -321,6 +322,7 @@ class Scenario(Described):
 
     @property
     def n_step(self) -> int:
+        """Steps of the run."""
         return round(self.duration / self.timestep)
 
     @property

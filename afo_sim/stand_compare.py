@@ -39,10 +39,12 @@ class Comparison:
 
     @property
     def rms(self) -> float:
+        """Root of the errors' mean square, in the error's unit."""
         return float(np.sqrt(np.mean(self.error**2)))
 
     @property
     def worst(self) -> float:
+        """The largest error, in its unit."""
         return float(np.abs(self.error).max())
 
 

@@ -70,6 +70,7 @@ def _pressure_refusal(problem: str, name: str, value: float, low: float, high: f
 
 
 def check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
+    """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
     check_pressures(muscle, np.array([low]), supply, pulls=False)
     check_pressures(muscle, np.array([high]), supply, pulls=True)
     if not low < high:

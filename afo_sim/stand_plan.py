@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.errors import InputError
 from afo_sim.muscle import Muscle
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import muscle_volume
 from afo_sim.reader import load as load_description
 from afo_sim.spec import Valve

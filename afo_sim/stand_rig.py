@@ -22,7 +22,7 @@ from mujoco.batch import SimulationError as BatchError
 from afo_sim import native
 from afo_sim.errors import InputError, SimulationError
 from afo_sim.mounting import AIR_LIMIT, BRAID_LIMIT
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
 from afo_sim.simulate import get_state, instability
 from afo_sim.stand_plan import Plan

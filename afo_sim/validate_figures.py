@@ -12,7 +12,7 @@ from afo_sim.characteristic import contractions
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.measured import Measured
 from afo_sim.muscle import Muscle
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.units import GRAVITY
 from afo_sim.validate_laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
 from afo_sim.validate_s1 import CM, MISPRINT, TABLES, as_s1, ours, table

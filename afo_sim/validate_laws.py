@@ -12,7 +12,7 @@ from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
 from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.validate_row import Row, compared, curve, implied, lost, number
 
 BAR, KPA = 1e5, 1e3  # [Pa]

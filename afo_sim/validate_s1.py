@@ -10,7 +10,7 @@ from afo_sim.hanging import Hung, settled
 from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
 from afo_sim.physics.law import Braid
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.units import GRAVITY
 from afo_sim.validate_row import Row, contradicted, curve, implied, lost, number, worst
 

@@ -65,4 +65,5 @@ class Phases(Described):
 
     @property
     def chambers(self) -> dict[str, ValvePhases]:
+        """When each chamber's valves are open, by gait phase."""
         return dict(self.__pydantic_extra__ or {})

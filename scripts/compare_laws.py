@@ -19,7 +19,7 @@ from afo_sim.characteristic import forces
 from afo_sim.fit import rms
 from afo_sim.fit_problem import select
 from afo_sim.measured import read_measured
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.reader import load
 
 MUSCLE = "dmsp_10"

@@ -17,7 +17,7 @@ from afo_sim.compare import angle_differences, compare_laws, write
 from afo_sim.fit import fit
 from afo_sim.fit_problem import pose, select
 from afo_sim.measured import Measured, read_measured
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.units import format_quantity

@@ -5,7 +5,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.physics.law import Braid
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 BRAID = Braid(nominal_length=0.1631, nominal_radius=0.00575, braid_angle=np.radians(22.0))

@@ -8,26 +8,15 @@ import sys
 
 import numpy as np
 import pytest
+from command import call
 
-from afo_sim import cli, schedule
+from afo_sim import schedule
 
 
 def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "afo_sim", *arguments]
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=120)
-
-
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    """The command in this process: (exit code, what it printed, what it complained)."""
-    sys.argv = ["afo-sim", *arguments]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> None:

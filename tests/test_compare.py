@@ -2,13 +2,12 @@
 
 import dataclasses
 import pathlib
-import sys
 
 import numpy as np
 import pytest
+from command import call
 
 import afo_sim
-from afo_sim import cli
 from afo_sim.compare import angle_differences, common_laws, compare_laws, tables, write
 from afo_sim.errors import InputError
 from afo_sim.reader import load
@@ -96,26 +95,17 @@ def test_tables_hold_metrics_and_pairs(long: dict[str, Recording]) -> None:
     assert (np.diag(matrix) == 0.0).all()
 
 
-def call(*arguments: str) -> int:
-    sys.argv = ["afo-sim", *arguments]
-    try:
-        cli.main()
-    except SystemExit as stop:
-        return int(stop.code or 0)
-    return 0
-
-
 def test_command(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--laws", "sarosi_2012, polynomial", "--set", "duration=3 s", "--out", str(tmp_path / "a")]
-    assert call("compare", "arm", *options, "--no-rrd") == 0
-    printed = capsys.readouterr().out
+    code, printed, _ = call(capsys, "compare", "arm", *options, "--no-rrd")
+    assert code == 0
     assert "RMS [deg]" in printed
     assert "peak_flexion_angle" in printed
     assert (tmp_path / "a" / "polynomial" / "recording.parquet").is_file()
     assert not (tmp_path / "a" / "recording.rrd").exists()
 
 
-def test_command_works_on_a_leg_too(tmp_path: pathlib.Path) -> None:
+def test_command_works_on_a_leg_too(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     sets = [
         "--set",
         "duration=0.5 s",
@@ -126,15 +116,17 @@ def test_command_works_on_a_leg_too(tmp_path: pathlib.Path) -> None:
         "--set",
         "orthosis.muscle.dorsiflexor.link_length=9 cm",
     ]
-    assert call("compare", "seated", "--laws", "sarosi_2012", *sets, "--out", str(tmp_path / "b")) == 0
+    asked = ["compare", "seated", "--laws", "sarosi_2012", *sets]
+    assert call(capsys, *asked, "--out", tmp_path / "b")[0] == 0
     assert (tmp_path / "b" / "recording.rrd").is_file()
 
 
 def test_law_that_a_muscle_lacks_is_refused(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert call("compare", "arm", "--laws", "sarosi_201", "--out", str(tmp_path / "c")) == 2
-    assert "did you mean 'sarosi_2012'" in capsys.readouterr().err
+    code, _, complaint = call(capsys, "compare", "arm", "--laws", "sarosi_201", "--out", tmp_path / "c")
+    assert code == 2
+    assert "did you mean 'sarosi_2012'" in complaint
     assert not (tmp_path / "c").exists()
     with pytest.raises(InputError, match="no law that all muscles"):
         compare_laws("arm-s1", ["polynomial"])

@@ -4,15 +4,15 @@ import dataclasses
 import json
 import math
 import pathlib
-import sys
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 import scipy.stats
+from command import call
 
 import afo_sim
-from afo_sim import assets, cli
+from afo_sim import assets
 from afo_sim.characteristic import contractions, forces
 from afo_sim.errors import InputError
 from afo_sim.fit import Fit, fit, held_out, rms
@@ -20,7 +20,7 @@ from afo_sim.fit_files import rank, write_fit
 from afo_sim.fit_problem import errors, pose, pressure_levels, select, take
 from afo_sim.measured import Measured, read_measured
 from afo_sim.physics.law import Braid
-from afo_sim.physics.static_force import LAWS
+from afo_sim.physics.laws import LAWS
 from afo_sim.reader import load
 
 MUSCLES = assets.folder("models") / "muscles"
@@ -320,20 +320,10 @@ class Done:
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Done]:
+def run(capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """`afo-sim fit …` in this process: the laws are compiled once."""
 
-    def call(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["afo-sim", "fit", *arguments])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-        said = capsys.readouterr()
-        return Done(code, said.out, said.err)
-
-    return call
+    return lambda *arguments: Done(*call(capsys, "fit", *arguments))
 
 
 def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path, run: Callable[..., Done]) -> None:

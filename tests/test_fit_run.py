@@ -2,14 +2,13 @@
 
 import json
 import pathlib
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
+from command import call
 
 import afo_sim
-from afo_sim import cli
 from afo_sim.dynamic_parameter import find_parameters
 from afo_sim.errors import InputError
 from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
@@ -248,17 +247,6 @@ def test_a_searched_number_beyond_all_bounds_is_the_bound() -> None:
     parameter, *_ = find_parameters(["inlet_conductance"], load("scenario", "seated"))
     assert parameter.value(1e6) == parameter.kind.upper
     assert parameter.value(-1e6) == parameter.kind.lower
-
-
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    sys.argv = ["afo-sim", *arguments]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_command_writes_table_figure_numbers_and_scenario(

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 
 from afo_sim.physics import friction
 from afo_sim.physics.friction import (
-    FRICTIONS,
     bouc_wen_pressure,
     bouc_wen_rate,
     contact_surface,
@@ -21,7 +20,9 @@ from afo_sim.physics.friction import (
     maxwell_slip_rates,
     tondu_lopez_friction,
 )
-from afo_sim.physics.static_force import Braid, LawParameter, tondu_lopez_2000
+from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.law import Braid, LawParameter
+from afo_sim.physics.static_force import tondu_lopez_2000
 
 BRAID = Braid(0.1631, 5.75e-3, math.radians(22.0))  # S1's long muscle
 GEOMETRY = (BRAID.nominal_length, BRAID.nominal_radius, BRAID.b)

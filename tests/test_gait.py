@@ -325,8 +325,8 @@ TEXT = {
     "grams": (("# body_mass_kg: 67.2", "# body_mass_kg: 67200"), "body_mass_kg", "out of range"),
     "no side": (("# side: right", "# side: R"), "side", "is no side"),
     "a word in a cell": (("\n0.5,", "\nhalf,"), "phase", "is no number (line"),
-    "separator": ((",", ";"), "", "separated by ';'"),
-    "a cell too many": (("\n0.5,", "\n0.5,1,"), "", "has 11 cells, the header 10"),
+    "separator": ((",", ";"), "header", "between semicolons"),
+    "a cell too many": (("\n0.5,", "\n0.5,1,"), "", "has 11 values where the header names 10"),
 }
 
 
@@ -350,7 +350,7 @@ def test_unreadable_files_are_one_message(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         gait.read(tmp_path / "binary.csv")
     (tmp_path / "empty.csv").write_text("# source: nothing\n")
-    with pytest.raises(InputError, match="has no columns"):
+    with pytest.raises(InputError, match="holds no points"):
         gait.read(tmp_path / "empty.csv")
 
 

@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from command import call
 from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim import assets, cli, gait
@@ -16,18 +17,6 @@ from afo_sim import assets, cli, gait
 ROOT = pathlib.Path(__file__).parents[1]
 GAIT_DATA = ROOT / "gait_data"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-
-
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    """The command in this process: (exit code, what it printed, what it complained)."""
-    sys.argv = ["afo-sim", *arguments]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 @pytest.fixture(scope="module")

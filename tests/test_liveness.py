@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.units import EXAMPLES, parse_quantity

@@ -42,7 +42,7 @@ def test_readmes_commands_run(tmp_path: pathlib.Path) -> None:
 
 def test_readme_names_every_command_and_law() -> None:
     from afo_sim.cli import app
-    from afo_sim.physics.static_force import LAWS
+    from afo_sim.physics.laws import LAWS
 
     for command in app.registered_commands:
         name = command.name or command.callback.__name__  # type: ignore[union-attr]

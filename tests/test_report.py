@@ -6,15 +6,15 @@ import html.parser
 import pathlib
 import re
 import shutil
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from command import call
 from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import cli, report_figure
+from afo_sim import report_figure
 from afo_sim.errors import InputError
 from afo_sim.metric_words import OTHER, in_short, number, words
 from afo_sim.metrics import Metric
@@ -341,22 +341,12 @@ def test_the_scenario_is_told_in_words() -> None:
 # --- the command
 
 
-def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    sys.argv = ["afo-sim", "report", *map(str, arguments)]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    return code, *capsys.readouterr()
-
-
 def test_the_command_writes_beside_the_first_run(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = tmp_path / "mine"
     shutil.copytree(folders["sitting"], copy)
-    code, out, _ = call(capsys, copy)
+    code, out, _ = call(capsys, "report", copy)
     assert code == 0
     assert str(copy / "report.html") in out
     assert "<title>mine</title>" in (copy / "report.html").read_text(encoding="utf-8")
@@ -389,7 +379,7 @@ def test_mistakes_are_told_with_exit_code_2(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(folders["sitting"].parent)
-    code, _, err = call(capsys, *arguments)
+    code, _, err = call(capsys, "report", *arguments)
     assert code == 2
     assert said.lower() in err.lower()
     assert "Traceback" not in err

@@ -10,9 +10,10 @@ from collections.abc import Callable
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from command import call
 from scipy.integrate import solve_ivp
 
-from afo_sim import cli, stand, stand_measures
+from afo_sim import stand, stand_measures
 from afo_sim.errors import InputError
 from afo_sim.physics.pneumatics import muscle_volume
 from afo_sim.reader import load
@@ -336,18 +337,6 @@ def test_range_is_of_this_muscle() -> None:
     assert force_at(muscle, slack(muscle, 3e5) + 1e-6, 3e5) == 0.0
     assert force_at(muscle, slack(muscle, 3e5) - 1e-3, 3e5) > 0.0
     assert lock(muscle) == pytest.approx(1.0 - 1.0 / math.cos(muscle.braid_angle))
-
-
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    """The command in this process: (exit code, what it printed, what it complained)."""
-    sys.argv = ["afo-sim", *arguments]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_command_writes_all_three_characteristics(

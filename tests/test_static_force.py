@@ -13,9 +13,9 @@ from scipy.optimize import brentq, least_squares
 from afo_sim import assets, reader
 from afo_sim.characteristic import contractions, forces
 from afo_sim.physics.law import Braid, Law
+from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.static_force import (
-    LAWS,
     MAX_COEFFICIENTS,
     chou_hannaford_1996,
     muscle_static_force,

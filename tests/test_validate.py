@@ -4,14 +4,14 @@ import dataclasses
 import json
 import math
 import pathlib
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
+from command import call
 from matplotlib.figure import Figure
 
-from afo_sim import cli, hanging, reader, validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim import hanging, reader, validate, validate_figures, validate_laws, validate_row, validate_s1
 from afo_sim.validate import Row
 
 README = (pathlib.Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
@@ -124,21 +124,11 @@ def test_readme_shows_this_table(rows: list[Row]) -> None:
     assert shown.strip() == validate.markdown(rows).strip(), f"put what this prints into the README: {how}"
 
 
-def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
-    sys.argv = ["afo-sim", "validate", *arguments]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    return code, capsys.readouterr().out
-
-
 def test_json_holds_every_row_as_plain_values(
     rows: list[Row], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(validate, "PARTS", (lambda: rows,))
-    code, text = call(capsys, "--json")
+    code, text, _ = call(capsys, "validate", "--json")
     found = json.loads(text)
     assert code == 0
     assert len(found) == len(rows)
@@ -155,7 +145,7 @@ def test_table_and_exit_code_of_good_rows(
     rows: list[Row], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(validate, "PARTS", (lambda: rows,))
-    code, text = call(capsys)
+    code, text, _ = call(capsys, "validate")
     assert code == 0
     for word in ("S1 table IV", "4.3 (2.4)", "erratum", "how well sourced", "not recoverable", "1 erratum"):
         assert word in text
@@ -168,7 +158,7 @@ def test_a_folder_that_cannot_be_is_told_at_once(
     monkeypatch.setattr(validate, "PARTS", (lambda: pytest.fail("too late"),))
     file = tmp_path / "file"
     file.touch()
-    assert call(capsys, "--figures", str(file / "x"))[0] == 2
+    assert call(capsys, "validate", "--figures", str(file / "x"))[0] == 2
 
 
 def changed(**values: Any) -> Any:
@@ -187,7 +177,7 @@ def test_a_wrong_muscle_number_fails(
 ) -> None:
     monkeypatch.setattr(validate, "PARTS", (validate_s1._bench,))
     monkeypatch.setattr(validate_s1, "reader", changed(braid_angle=math.radians(24.0)))
-    code, text = call(capsys)
+    code, text, _ = call(capsys, "validate")
     assert code == 1
     assert "FAILED" in text
     assert "1.5 kg" in text  # cells that fail are shown
@@ -200,7 +190,7 @@ def test_a_wrong_law_parameter_fails(
     law_set = muscle.law_set.with_values(parameters=muscle.law_set.parameters | {"k1": 0.0308})
     monkeypatch.setattr(validate, "PARTS", (validate_laws._reynolds,))
     monkeypatch.setattr(validate_laws, "reader", changed(laws={"reynolds_2003": law_set}))
-    code, text = call(capsys, "--json")
+    code, text, _ = call(capsys, "validate", "--json")
     assert code == 1
     assert [row["quantity"].split(",")[0] for row in json.loads(text) if not row["passed"]] == ["K"]
 

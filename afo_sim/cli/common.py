@@ -35,6 +35,7 @@ def read_sets(
 
 
 def hertz_of(text: str) -> float:
+    """A rate given on the command line [Hz]."""
     hertz = quantity("--rate", text, "Hz")
     if hertz <= 0.0:
         raise InputError("is out of range", field="--rate", value=text, allowed="more than 0 Hz")
@@ -54,6 +55,7 @@ def watching(live: bool) -> Iterator[Any]:
 
 
 def quantity(field: str, text: str, unit: str) -> float:
+    """A quantity given on the command line, in SI `unit`; what is wrong with it names the option."""
     from afo_sim.units import parse_quantity
 
     try:

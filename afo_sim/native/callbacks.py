@@ -81,7 +81,6 @@ from afo_sim.native.slots import (
     VALVE_OPENING_DELAY,
 )
 from afo_sim.physics.friction import (
-    FRICTIONS,
     bouc_wen_pressure,
     bouc_wen_rate,
     hunt_dead_band,
@@ -89,6 +88,7 @@ from afo_sim.physics.friction import (
     maxwell_slip_rates,
     tondu_lopez_friction,
 )
+from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.hill import hill_force, three_element_damping
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates

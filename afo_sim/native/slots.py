@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.physics.friction import MAX_FRICTION_COEFFICIENTS
+from afo_sim.physics.frictions import MAX_FRICTION_COEFFICIENTS
 from afo_sim.physics.hill import DAMPER_COEFFICIENTS
 from afo_sim.physics.law import Braid
-from afo_sim.physics.static_force import LAWS, MAX_COEFFICIENTS
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import MAX_COEFFICIENTS
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
 FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume

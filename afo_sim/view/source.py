@@ -29,6 +29,7 @@ class Source:
 
     @property
     def name(self) -> str:
+        """The scenario's name."""
         return str(self.header.scenario["name"])
 
     @functools.cached_property
