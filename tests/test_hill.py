@@ -101,12 +101,15 @@ def test_a_muscle_never_pushes():
             assert coefficient >= 0.0  # a damper takes energy, it never gives any
 
 
-def test_the_damper_is_never_more_than_fully_engaged():
-    # Well taut the coefficient is R p_abs; half taut, it adds no more than that to the spring.
+def test_a_damper_drawn_out_holds_at_most_as_much_again_as_the_muscle_carries():
+    # Up to half of it the law is exact: 50 N and 2e-4 · 5e5 · 0.25 = 25 N; from 75 N of damper on it is 50 N.
     full = R * ABSOLUTE
     assert plain(50.0, 0.1, 0.0, ABSOLUTE, R, BRAID)[1] == pytest.approx(full, rel=1e-12)
+    assert plain(50.0, 0.1, -0.25, ABSOLUTE, R, BRAID)[0] == pytest.approx(75.0, rel=1e-12)
+    for rate in (-0.75, -1.0, -50.0):
+        assert plain(50.0, 0.1, rate, ABSOLUTE, R, BRAID) == (pytest.approx(100.0, rel=1e-12), 0.0)
     for static in np.linspace(0.0, 3.0, 61):
-        assert plain(static, 0.1, -1.0, ABSOLUTE, R, BRAID)[0] <= static + full * (1.0 + 1e-12)
+        assert plain(static, 0.1, -9.0, ABSOLUTE, R, BRAID)[0] <= 2.0 * static
 
 
 def test_coefficient_is_the_slope_by_contraction_rate():

@@ -354,6 +354,25 @@ def test_an_overdriven_coil_is_clamped(command, clamped):
     assert over[-1] == clamped
 
 
+@pytest.mark.parametrize(("delay", "timestep"), DELAYS)
+@pytest.mark.parametrize("share", [0.01, 0.375, 0.99])
+def test_an_event_within_a_step_is_delayed_as_any_other(delay, timestep, share):
+    # Switched on for the last part of its first step, or for the first part of its last.
+    opening = _opening([share] + [1.0] * 100, delay, 9.0, timestep)
+    lost = 101 * timestep - timestep * opening.sum()
+    dead = max(delay, timestep) if delay + (1.0 - share) * timestep > timestep else delay
+    assert lost == pytest.approx((1.0 - share) * timestep + dead, abs=1e-9)
+    shut = _opening([share] + [0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
+    assert timestep * shut.sum() == pytest.approx(share * timestep + dead, abs=1e-9)
+
+
+def test_a_switch_faster_than_the_armature_moves_nothing():
+    # Half of each step: the armature trembles, the seat stays.
+    assert _opening([0.5] * 50, 4e-3, 4e-3, 1e-3) == pytest.approx(0.0)
+    shut = _opening([0.5] * 50, 4e-3, 4e-3, 1e-3, armature=1.0, opening=1.0)
+    assert shut == pytest.approx(1.0)
+
+
 def test_a_valve_at_rest_rests():
     assert valve_rates(0.0, 0.0, 0.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)
     assert valve_rates(1.0, 1.0, 1.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)

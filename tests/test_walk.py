@@ -21,6 +21,7 @@ from afo_sim.units import GRAVITY
 from afo_sim.walk import phase_at
 from afo_sim.walk_spec import Gait
 
+HALF_STEP = {"timestep": "0.125 ms"}  # of the shipped scenario's
 TEN_STRIDES = {"duration": "12.2 s"}
 SWING = (0.68, 0.97)
 
@@ -171,11 +172,15 @@ def test_the_orthosis_gives_the_clearance_back(
     assert lifted.ok
 
 
-def test_half_the_time_step_changes_the_clearance_little(lifted: Recording) -> None:
-    fine = afo_sim.run("walk-dropfoot-afo", TEN_STRIDES | {"timestep": "0.5 ms"})
+def test_half_the_time_step_changes_clearance_and_torque_little() -> None:
+    runs = [afo_sim.run("walk-dropfoot-afo", {"duration": "4.8 s", **step}) for step in ({}, HALF_STEP)]
     for point in ("ball", "toe"):
-        coarse, finer = (run[f"{point}/height"][in_swing(run)].min() for run in (lifted, fine))
-        assert abs(coarse - finer) < 0.3e-3
+        coarse, fine = (run[f"{point}/height"][in_swing(run)].min() for run in runs)
+        assert abs(coarse - fine) < 0.3e-3
+        coarse, fine = (run.metrics[f"lowest_{point}_clearance"].value for run in runs)  # [mm]
+        assert abs(coarse - fine) < 0.3
+    coarse, fine = (run.metrics["orthosis_peak_dorsiflexion_torque"].value for run in runs)
+    assert coarse == pytest.approx(fine, rel=0.005)
 
 
 def test_heights_are_those_of_the_model(lifted: Recording) -> None:

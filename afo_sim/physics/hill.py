@@ -2,7 +2,10 @@
 
     F = F_static(κ, p) − R p_abs κ̇ − F_friction
 
-The damper pulls or lets go only while the braid is taut, so that a slack muscle carries nothing.
+The damper acts only while the braid is taut: contracting, it can take off no more than the muscle carries
+(tension has an end at zero); drawn out, it can add no more than that. The second bound is an assumption, since
+no paper measures the damper there; without it a muscle that becomes taut at speed is struck by the whole of
+R p_abs κ̇ at its first newton.
 """
 
 from numba.extending import register_jitable
@@ -104,6 +107,29 @@ DAMPER_COEFFICIENTS = 7
 
 
 @register_jitable
+def bounded(loss: float, bound: float) -> tuple[float, float]:
+    """A loss that cannot exceed a bound, and its slope d/d(loss).
+
+    The loss itself up to half the bound b, from there b − (3b/2 − x)²/2b, which meets b at 3b/2 with no slope.
+
+    Parameters
+    ----------
+    loss : x, not negative [N]
+    bound : b, not negative [N]
+
+    Returns
+    -------
+    (loss [N], slope [-])
+    """
+    if loss <= 0.5 * bound:
+        return loss, 1.0
+    if loss < 1.5 * bound:
+        rest = 1.5 - loss / bound
+        return bound * (1.0 - 0.5 * rest * rest), rest
+    return bound + 0.0 * loss, 0.0  # a NaN stays one
+
+
+@register_jitable
 def hill_force(
     static_force: float,
     contraction: float,
@@ -133,12 +159,12 @@ def hill_force(
     ------
     Piteľ & Tóthová 2016 (S2), F_d = R P κ̇ with absolute P; S1, F = F_s + F_D.
     """
-    braid = braid_force(contraction, braid_stiffness)
-    # damper and friction are engaged as far as spring or braid is taut; the blend's slope exceeds 1 in places
-    taut = tension(static_force, FORCE_BLEND)[1] + tension(braid, FORCE_BLEND)[1]
-    if taut > 1.0:
-        taut = 1.0
     spring = 0.0 if static_force < 0.0 else static_force  # the bladder does not hold the braid back
-    loss = taut * (damping * contraction_rate + friction)
-    force, slope = tension(spring + braid - loss, FORCE_BLEND)
-    return force, slope * taut * (damping + friction_slope)
+    carried = spring + braid_force(contraction, braid_stiffness)
+    loss = damping * contraction_rate + friction
+    if loss < 0.0:  # drawn out, it holds at most as much again as it carries
+        pull, engaged = tension(carried, FORCE_BLEND)
+        held, slope = bounded(-engaged * loss, pull)
+        return pull + held, slope * engaged * (damping + friction_slope)
+    force, slope = tension(carried - loss, FORCE_BLEND)
+    return force, slope * (damping + friction_slope)

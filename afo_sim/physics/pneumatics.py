@@ -12,6 +12,7 @@ from afo_sim.units import (
 )
 
 LAMINAR_RATIO = 0.98  # above this pressure ratio the flow is linear in the pressure difference
+RESTING = 1e-9  # of a valve's armature and seat: so near, they are there
 
 
 @register_jitable
@@ -194,14 +195,15 @@ def valve_rates(
 ) -> tuple[float, float]:
     """Rates of a solenoid valve's two states over one step.
 
-    The armature travels towards the coil's command at 1/delay; the seat follows when it arrives. So
-    the opening answers after a dead time (at least one step), a pulse that is a step shorter than the
-    delay does nothing, and an arrival between two steps is weighted by the part of the step that is
-    left.
+    The armature travels to the open seat at 1/opening delay while the coil is on, and back at 1/closing
+    delay while it is off; the seat follows when it arrives. So the opening answers after a dead time (at
+    least one step), and a pulse that is a step shorter than the delay does nothing. An event between two
+    steps moves the armature for its part of the step, and an arrival between two steps is weighted by the
+    part that is left.
 
     Parameters
     ----------
-    coil : command, clamped to 0…1 [-]
+    coil : share of the step for which the coil is on, clamped to 0…1 [-]
     armature, opening : states, 0…1 [-]
     opening_delay, closing_delay : dead times [s]
     timestep : [s]
@@ -214,16 +216,28 @@ def valve_rates(
         coil = 0.0
     elif coil > 1.0:
         coil = 1.0
-    travel = coil - armature
-    if travel == 0.0 and opening == coil:
-        return 0.0, 0.0
-    remaining = travel * opening_delay if travel >= 0.0 else -travel * closing_delay
-    late = remaining - timestep
-    if late <= 0.0:
-        return travel / timestep, (coil - opening) / timestep
-    rate = travel / remaining
-    if late < timestep:
-        return rate, (1.0 - late / timestep) * (coil - opening) / timestep
-    if 0.0 < opening < 1.0:  # called back while arriving: the seat has not moved
-        return rate, (coil - opening) / timestep
-    return rate, 0.0 * rate  # a NaN stays one
+    place = armature
+    if armature < 1.0 - RESTING:
+        place += coil * timestep / opening_delay if opening_delay > 0.0 else coil
+    if armature > RESTING:
+        off = 1.0 - coil
+        place -= off * timestep / closing_delay if closing_delay > 0.0 else off
+    if place > 1.0 - RESTING:
+        place = seat = 1.0
+    elif place < RESTING:
+        place = seat = 0.0
+    elif place > armature:
+        part = 1.0 - (1.0 - place) * opening_delay / timestep
+        if part > opening:
+            seat = part
+        else:  # a valve that was about to shut is called back: its seat has not moved
+            seat = 1.0 if opening > RESTING else 0.0
+    elif place < armature:
+        part = place * closing_delay / timestep
+        if part < opening:
+            seat = part
+        else:
+            seat = 0.0 if opening < 1.0 - RESTING else 1.0
+    else:
+        seat = opening + 0.0 * place  # a NaN stays one
+    return (place - armature) / timestep, (seat - opening) / timestep
