@@ -3,8 +3,8 @@
     F = F_static(κ, p) − R p_abs κ̇ − F_friction
 
 The damper acts only while the braid is taut: contracting, it can take off no more than the muscle carries
-(tension has an end at zero); drawn out, it can add no more than that. The second bound is an assumption, since
-no paper measures the damper there; without it a muscle that becomes taut at speed is struck by the whole of
+(tension ends at zero); drawn out, it can add no more than that. The second bound is an assumption, since no
+paper measures the damper there; without it a muscle that becomes taut at speed is struck by the whole of
 R p_abs κ̇ at its first newton.
 """
 
@@ -110,7 +110,7 @@ DAMPER_COEFFICIENTS = 7
 def bounded(loss: float, bound: float) -> tuple[float, float]:
     """A loss that cannot exceed a bound, and its slope d/d(loss).
 
-    The loss itself up to half the bound b, from there b − (3b/2 − x)²/2b, which meets b at 3b/2 with no slope.
+    The loss itself up to half the bound b, from there b − (3b/2 − x)²/2b, which meets b at 3b/2 levelly.
 
     Parameters
     ----------

@@ -228,16 +228,13 @@ def valve_rates(
         place = seat = 0.0
     elif place > armature:
         part = 1.0 - (1.0 - place) * opening_delay / timestep
-        if part > opening:
-            seat = part
-        else:  # a valve that was about to shut is called back: its seat has not moved
-            seat = 1.0 if opening > RESTING else 0.0
+        # a valve that was about to shut and is called back has not moved its seat
+        called_back = 1.0 if opening > RESTING else 0.0
+        seat = part if part > opening else called_back
     elif place < armature:
         part = place * closing_delay / timestep
-        if part < opening:
-            seat = part
-        else:
-            seat = 0.0 if opening < 1.0 - RESTING else 1.0
+        called_back = 0.0 if opening < 1.0 - RESTING else 1.0
+        seat = part if part < opening else called_back
     else:
         seat = opening + 0.0 * place  # a NaN stays one
     return (place - armature) / timestep, (seat - opening) / timestep
