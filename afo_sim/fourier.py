@@ -63,10 +63,15 @@ class FourierSeries:
         """
         phases = np.asarray(phase, dtype=float)
         order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)
-        # wrapped, so that the thousandth stride is as exact as the first
-        wave = np.multiply.outer(phases % 1.0, order) + 0.5 * np.pi * derivative
-        harmonics = np.cos(wave) @ (self.cosine * order**derivative)
-        harmonics += np.sin(wave) @ (self.sine * order**derivative)
+        # Re Σ c_k w^k with w = exp(2πi phase), by Horner's rule: one exponential a sample, not one a
+        # harmonic; the phase wrapped, so that the thousandth stride is as exact as the first
+        weight = (self.cosine - 1j * self.sine) * (1j * order) ** derivative
+        wave = np.exp(2j * np.pi * (phases % 1.0))
+        total = np.zeros_like(wave)
+        for coefficient in weight[::-1]:
+            total += coefficient
+            total *= wave
+        harmonics = total.real
         if derivative == 0:
             return harmonics + self.mean + self.progress * phases
         return harmonics + (self.progress if derivative == 1 else 0.0)

@@ -1,5 +1,6 @@
 """Normative ankle and knee angle over the gait cycle: to compare with, not to drive anything."""
 
+import functools
 import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -52,6 +53,7 @@ def is_norm(path: pathlib.Path) -> bool:
     return read_header(path).get("kind") == "norm"
 
 
+@functools.cache  # a path is read once in a process
 def read(path: pathlib.Path | None = None) -> Norm:
     """Read a norm; the shipped one by default.
 

@@ -1,5 +1,6 @@
 """The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,13 +79,18 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     assert patient is not None
     angle, velocity = walk.ankle[1:-1], (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
     recorded = needed_moment(walk, foot, body_mass)
-    healthy = recorded + leg.damping * velocity - passive(leg.passive, angle, walk.knee[1:-1])
+    healthy = recorded + leg.damping * velocity - _passive_along(walk, leg.passive)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
     phase, value = np.array(STIFFNESS).T
     stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness * left
     reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     needed = healthy - left * healthy - reflex
     return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
+
+
+@functools.lru_cache(maxsize=2)  # cases of a sweep share it
+def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
+    return passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
 
 
 def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:

@@ -97,6 +97,9 @@ class Described(BaseModel):
         values, sources = split_sources(table)
         return values if not sources else values | {"provenance": sources}
 
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())
+
     def with_values(self, **values: Any) -> Self:
         """A copy with some SI values replaced, unchecked: for perturbation and fitting."""
         return self.model_copy(update=values)

@@ -1,5 +1,6 @@
 """The one result of a simulation: columns with units and provenance, metrics, warnings."""
 
+import functools
 import importlib.metadata
 import os
 import pathlib
@@ -168,11 +169,8 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     Recording at the scenario's record rate; the metrics are of every step.
     """
     scenario = built.scenario
-    columns = _columns(built, control, rollout.rows, rollout.first_step)
-    n = len(columns["time"])
-    found = _metrics(built, columns) if n else WalkMetrics({}, {}, ())
-    stride = scenario.record_stride
-    warnings = (*built.warnings, *(_limit_warnings(built, columns) if n else ()), *found.warnings)
+    columns, found = examine(built, control, rollout)
+    n, stride = len(columns["time"]), scenario.record_stride
     return Recording(
         columns={name: np.ascontiguousarray(values[::stride]) for name, values in columns.items()},
         metrics=found.totals,
@@ -180,7 +178,7 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
         scenario=scenario.resolved(),
         model_xml=built.xml,
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=warnings,
+        warnings=(*built.warnings, *(_limit_warnings(built, columns) if n else ()), *found.warnings),
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
@@ -192,6 +190,14 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
             built.model.actuator(i).name: built.model.actuator_user[i].tolist() for i in range(built.model.nu)
         },
     )
+
+
+def examine(
+    built: Built, control: np.ndarray, rollout: "Rollout"
+) -> tuple[dict[str, np.ndarray], WalkMetrics]:
+    """Columns of every step of a roll-out, and what they say in numbers."""
+    columns = _columns(built, control, rollout.rows, rollout.first_step)
+    return columns, _metrics(built, columns) if len(columns["time"]) else WalkMetrics({}, {}, ())
 
 
 def _metrics(built: Built, columns: dict[str, np.ndarray]) -> WalkMetrics:
@@ -351,6 +357,7 @@ def _law_warnings(
             )
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """What this result was computed with."""
     packages = ("afo-sim", "mujoco", "numpy", "numba", "rerun-sdk")

@@ -1,9 +1,9 @@
-"""One simulation: static equilibrium, roll-out through `mujoco.batch`, recording."""
+"""One simulation or many: static equilibrium, roll-out through `mujoco.batch`, recording."""
 
 import os
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -130,18 +130,60 @@ def simulate(
     """
     mode = built.scenario.callback
     with native.installed(mode):
-        try:
-            native.assert_rows(built.model)
-            if state is None:
-                state = equilibrium(built, control[0]) if built.walk is None else walking_start(built)
-            _assert_muscles_pull(built, state)
-        except FAILURES as error:
-            nothing = _blank(mujoco.MjData(built.model), 0)
-            return Rollout(nothing, _failure(built, _named(built, str(error)), 0), 0.0)
+        started = _start(built, control, state)
+        if isinstance(started, Rollout):
+            return started
         roll = _batch_rollout if mode == "native" else _python_rollout
         start = time.perf_counter()
-        rows, done, reason = roll(built, control, state, progress, see)
+        rows, done, reason = roll(built, control, started, progress, see)
         wall = time.perf_counter() - start
+    return _ended(built, rows, started, done, reason, wall)
+
+
+def simulate_together(
+    builts: Sequence[Built], controls: Sequence[np.ndarray], threads: int = 1
+) -> list[Rollout]:
+    """Roll compiled scenarios out side by side, each exactly as `simulate` does it alone.
+
+    Parameters
+    ----------
+    builts : compiled scenarios whose MjData are of one layout; they may differ in every number
+    controls : inputs of each (n_step, nu), all of one length
+    threads : that step them
+
+    Returns
+    -------
+    list of Rollout, in order. What fails in one does not touch the others.
+    """
+    with native.installed("native"):
+        begun = [_start(built, control, None) for built, control in zip(builts, controls, strict=True)]
+        alive = [k for k, state in enumerate(begun) if not isinstance(state, Rollout)]
+        start = time.perf_counter()
+        ends = _rollouts(
+            [builts[k] for k in alive], [controls[k] for k in alive], [begun[k] for k in alive], threads
+        )
+        wall = time.perf_counter() - start
+    for k, (rows, done, reason) in zip(alive, ends, strict=True):
+        begun[k] = _ended(builts[k], rows, begun[k], done, reason, wall / len(alive))
+    return begun
+
+
+def _start(built: Built, control: np.ndarray, state: np.ndarray | None) -> Any:
+    """The state that a roll-out starts from, or the Rollout of one that cannot start."""
+    try:
+        native.assert_rows(built.model)
+        if state is None:
+            state = equilibrium(built, control[0]) if built.walk is None else walking_start(built)
+        _assert_muscles_pull(built, state)
+    except FAILURES as error:
+        nothing = _blank(mujoco.MjData(built.model), 0)
+        return Rollout(nothing, _failure(built, _named(built, str(error)), 0), 0.0)
+    return state
+
+
+def _ended(
+    built: Built, rows: Rows, state: np.ndarray, done: int, reason: str | None, wall: float
+) -> Rollout:
     beyond = _beyond_stops(built, rows["qpos"][:done, built.index.ankle_qpos])
     if beyond is not None:
         done, reason = beyond, "the ankle has gone through its stops"
@@ -260,11 +302,7 @@ def _batch_rollout(
     length = BLOCK if see is None else WATCHED_BLOCK
     for first in range(0, n_step, length):
         block = slice(first, min(first + length, n_step))
-        # `time` is a scalar of MjData, which Batch records only as a part of the state
-        out: dict[Any, np.ndarray] = {
-            int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name: rows[name][:, block]
-            for name in rows
-        }
+        out: dict[Any, np.ndarray] = {_recorded(name): rows[name][:, block] for name in rows}
         try:
             batch.rollout(block.stop - first, control[None, block], record=list(out), out=out)
         except BatchError:
@@ -279,11 +317,46 @@ def _batch_rollout(
         if see is not None:
             flat = {name: values[0] for name, values in rows.items()}
             see(_aligned(built.model, flat, state, first, block.stop), first)
-    # rows that no step has written are NaN, and those that repeat after a warning do not move on
-    stamps = rows["time"][0, :, 0]
-    due = (np.arange(n_step) + 0.5) * built.scenario.timestep
-    done = max(int(np.sum(stamps > due)) - spoilt, 0) if reason is not None else n_step
+    done = n_step if reason is None else _steps_done(rows["time"][0, :, 0], built, spoilt)
     return {name: values[0] for name, values in rows.items()}, done, reason
+
+
+def _rollouts(
+    builts: list[Built], controls: list[np.ndarray], states: list[np.ndarray], threads: int
+) -> list[tuple[Rows, int, str | None]]:
+    """Of each: rows, steps done, and why it stopped."""
+    if not builts:
+        return []
+    batch = Batch(builts[0].model, nsim=len(builts), nthread=threads)
+    batch.set_models([built.model for built in builts])
+    batch.state[:] = states
+    n_step = len(controls[0])
+    blank = _blank(mujoco.MjData(builts[0].model), 0)
+    rows = {name: np.full((len(builts), n_step, values.shape[1]), np.nan) for name, values in blank.items()}
+    out: dict[Any, np.ndarray] = {_recorded(name): values for name, values in rows.items()}
+    failed: tuple[int, ...] = ()
+    try:
+        batch.rollout(n_step, np.stack(controls), record=list(out), out=out)
+    except BatchError as error:
+        failed = tuple(error.ids)
+    found = []
+    for k, built in enumerate(builts):
+        reason = _named(built, batch.error(k)) if k in failed else instability(batch.warning[k])
+        spoilt = k not in failed
+        done = n_step if reason is None else _steps_done(rows["time"][k, :, 0], built, spoilt)
+        found.append(({name: values[k] for name, values in rows.items()}, done, reason))
+    return found
+
+
+def _recorded(name: str) -> Any:
+    """How Batch names a field: `time` is a scalar of MjData, which it records as a part of the state only."""
+    return int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name
+
+
+def _steps_done(stamps: np.ndarray, built: Built, spoilt: int) -> int:
+    """Steps before a failure: rows that no step has written are NaN, those repeated do not move on."""
+    due = (np.arange(len(stamps)) + 0.5) * built.scenario.timestep
+    return max(int(np.sum(stamps > due)) - spoilt, 0)
 
 
 def _python_rollout(

@@ -95,6 +95,7 @@ def in_unit(value: float, si_unit: str, unit: str) -> float:
     return float(_registry().Quantity(value, si_unit).to(unit).magnitude)
 
 
+@functools.lru_cache(maxsize=4096)  # the cases of a sweep share most of their texts
 def _convert(text: str, unit: str, example: str) -> float:
     import pint
 
@@ -102,6 +103,8 @@ def _convert(text: str, unit: str, example: str) -> float:
     parts = _NUMBER_AND_UNIT.match(text)
     if parts is None or _TOWER.search(parts[2]):
         raise ValueError(f"is not a quantity, a number and its unit; {example}")
+    if parts[2] == unit:
+        return float(parts[1])
     try:
         return float(_registry().Quantity(float(parts[1]), parts[2]).to(unit).magnitude)
     except pint.UndefinedUnitError as error:

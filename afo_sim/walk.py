@@ -5,6 +5,8 @@ motors. The motors apply the second difference of the sampled pose, which the in
 the foot feels the true acceleration, and the pose is kept to rounding.
 """
 
+import functools
+import pathlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,14 +61,28 @@ def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
     InputError
         The gait cannot be found or read.
     """
-    gait = scenario.gait
-    assert gait is not None
-    cycle, shift = fit_to_leg(gait_file.read(assets.find_gait(gait.cycle)), ankle_height)
-    time = (np.arange(scenario.n_step + 2) - 1.0) * scenario.timestep
+    assert scenario.gait is not None
+    file = assets.find_gait(scenario.gait.cycle)
+    when = file.stat().st_mtime_ns
+    return _laid_out(file, when, scenario.gait, ankle_height, scenario.timestep, scenario.n_step)
+
+
+# Cases of a sweep share most of this; a changed file has another time of change.
+@functools.lru_cache(maxsize=8)
+def _cycle(file: pathlib.Path, when: int, ankle_height: float) -> tuple[GaitCycle, float]:
+    return fit_to_leg(gait_file.read(file), ankle_height)
+
+
+@functools.lru_cache(maxsize=2)
+def _laid_out(
+    file: pathlib.Path, when: int, gait: Gait, ankle_height: float, timestep: float, n_step: int
+) -> Walk:
+    cycle, shift = _cycle(file, when, ankle_height)
+    time = (np.arange(n_step + 2) - 1.0) * timestep
     phase = phase_at(gait, cycle.stride_time, time)
     pose = np.stack([cycle.signal(name, phase) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
     ankle = cycle.signal("ankle_angle", phase) + gait.ankle_offset
-    return Walk(cycle, shift, scenario.timestep, phase, pose, ankle, cycle.signal("knee_angle", phase))
+    return Walk(cycle, shift, timestep, phase, pose, ankle, cycle.signal("knee_angle", phase))
 
 
 def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:

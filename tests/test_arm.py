@@ -113,7 +113,13 @@ class Arm:
         within = min(stretch, 0.005)
         braid = muscle.braid_stiffness * (within**2 / 0.01 + stretch - within)
         pull = max(static, 0.0) + braid
-        damper = muscle.damping * absolute * rate if pull > 0.0 else 0.0
+        if pull == 0.0:
+            return 0.0
+        damper = muscle.damping * absolute * rate
+        if damper < 0.0:  # drawn out: all of it up to half the pull, then less and less, a pull at most
+            share = -damper / pull
+            beyond = min(max(share - 0.5, 0.0), 1.0)
+            damper = -pull * (min(share, 0.5) + beyond - 0.5 * beyond**2)
         return self.groups[k].count * max(pull - damper, 0.0)
 
     def rates(self, state: np.ndarray, opened: dict[str, bool]) -> list[float]:
