@@ -75,7 +75,7 @@ def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:
         The foot lacks the sites heel, ball or toe.
     """
     data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    mujoco.mj_fwdPosition(model, data)
     foot = model.body(body).id
     ankle = data.xanchor[model.joint(joint).id]
     full = np.zeros((model.nv, model.nv))

@@ -24,20 +24,25 @@ STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled scenario: the model that runs, its text, and what was found while building.
+    """A compiled scenario: the model that runs, the spec it is from, and what was found while building.
 
     `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank.
     """
 
     scenario: Scenario
     model: mujoco.MjModel
-    xml: str
+    spec: mujoco.MjSpec
     index: Index
     stability: dict[str, float]
     warnings: tuple[str, ...]
     walk: Walk | None = None
     foot: Foot | None = None
     active: Active | None = None
+
+    @property
+    def xml(self) -> str:
+        """The model as self-contained MJCF."""
+        return self.spec.to_xml()
 
     @property
     def body_mass(self) -> float:
@@ -76,7 +81,7 @@ def build(scenario: Scenario) -> Built:
     stretch = mounting.check_stretch(model, index, scenario)
     stability, coarse = mounting.check_stability(model, index, scenario)
     warnings = (*mounting.check_description(scenario), *stretch, *coarse)
-    built = Built(scenario, model, spec.to_xml(), index, stability, warnings)
+    built = Built(scenario, model, spec, index, stability, warnings)
     return _with_walking(built) if scenario.walking else built
 
 

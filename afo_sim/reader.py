@@ -99,6 +99,8 @@ class _Tree:
         """Follow every reference at and below `path`."""
         if path:
             self.follow(path)
+        if not self._may_hold_references(path):
+            return
         holder = self._holder(path)
         node = self.root if not path else (holder or {}).get(path[-1])
         if isinstance(node, dict):
@@ -120,6 +122,13 @@ class _Tree:
         if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
             value = {"value": value, "source": "set for this run", "kind": "user"}
         node[path[-1]] = value
+
+    def _may_hold_references(self, path: Path) -> bool:
+        """Whether a reference can stand below `path`."""
+        return any(
+            len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
+            for pattern in REFERENCES.get(self.kind, {})
+        )
 
     def _reference(self, path: Path) -> str | None:
         for pattern, kind in REFERENCES.get(self.kind, {}).items():
@@ -186,6 +195,14 @@ def load(
         return SPECS[kind].model_validate(tree.root)
     except ValidationError as error:
         raise _input_error(tree, error, set(sets or {})) from None
+
+
+def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+    """A description as one dict with every name followed, which `load` takes without reading a file."""
+    file = assets.find(kind, os.fspath(source))
+    tree = _Tree(kind, file, read_table(kind, file))
+    tree.follow_all()
+    return tree.root
 
 
 def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputError:

@@ -387,6 +387,11 @@ def _python_rollout(
     return rows, n_step, None
 
 
+def row_width(model: mujoco.MjModel) -> int:
+    """Numbers that a roll-out records in each step."""
+    return sum(values.shape[1] for values in _blank(mujoco.MjData(model), 0).values())
+
+
 def _blank(data: mujoco.MjData, n_step: int) -> Rows:
     """Rows to record into, NaN until a step has written them."""
     widths = {name: np.size(getattr(data, name)) for name in (*STATE, *DERIVED)}
