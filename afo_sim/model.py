@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import mounting, native
+from afo_sim.contact import Contact, check_sole, register
 from afo_sim.errors import InputError, nearest_name
 from afo_sim.foot import Foot, foot_of
 from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
@@ -26,7 +27,8 @@ STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 class Built:
     """A compiled scenario: the model that runs, the spec it is from, and what was found while building.
 
-    `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank.
+    `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
+    `contact` when the foot meets a floor.
     """
 
     scenario: Scenario
@@ -38,6 +40,7 @@ class Built:
     walk: Walk | None = None
     foot: Foot | None = None
     active: Active | None = None
+    contact: Contact | None = None
 
     @property
     def xml(self) -> str:
@@ -92,7 +95,11 @@ def _with_walking(built: Built) -> Built:
     walk = lay_out(scenario, foot.ankle_height)
     bare = foot_of(_leg_spec(scenario).compile(), scenario.leg.foot, ANKLE)
     own = active(walk, bare, scenario, built.body_mass)
-    return dataclasses.replace(built, walk=walk, foot=foot, active=own)
+    contact = None
+    if scenario.contact:
+        check_sole(foot, scenario)
+        contact = register(walk, foot, built.model, scenario, built.body_mass)
+    return dataclasses.replace(built, walk=walk, foot=foot, active=own, contact=contact)
 
 
 def _assemble(scenario: Scenario) -> mujoco.MjSpec:

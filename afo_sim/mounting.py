@@ -87,7 +87,7 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
         (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
         (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
         (
-            model.njnt != 1 + 3 * scenario.walking,
+            model.njnt != 1 + 3 * scenario.walking + scenario.contact,
             f"there are {model.njnt} joints where only the ankle is to be free",
         ),
         (turned > 1e-6, "shank or foot is turned against x forward, y left, z up at zero ankle angle"),

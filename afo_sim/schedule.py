@@ -5,7 +5,7 @@ import numpy as np
 from afo_sim.model import Built
 from afo_sim.patient import ground_moment
 from afo_sim.walk import JOINTS
-from afo_sim.walk_model import ACTIVE, GROUND, STIFFNESS
+from afo_sim.walk_model import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 
 
 def open_at(
@@ -85,7 +85,12 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
     for column, joint in enumerate(JOINTS):
         control[:, index.walking[f"drive_{joint}"]] = walk.acceleration[steps, column]
     control[:, index.passive] = walk.knee[1:-1][steps]
-    control[:, index.walking[GROUND]] = ground_moment(walk, built.body_mass)[steps]
+    if built.contact is None:
+        control[:, index.walking[GROUND]] = ground_moment(walk, built.body_mass)[steps]
+    else:
+        control[:, index.walking[GROUND]] = built.contact.moment[steps]
+        control[:, index.walking[SUPPORT]] = built.contact.support[steps]
+        control[:, [index.walking[name] for name in FLOORS]] = built.contact.floor[steps]
     control[:, index.walking[ACTIVE]] = own.moment[steps]
     control[:, index.walking[STIFFNESS]] = own.stiffness[steps]
     phases = built.scenario.phases

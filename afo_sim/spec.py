@@ -13,7 +13,7 @@ from pydantic import ConfigDict, Field, model_validator
 from afo_sim.errors import nearest_name
 from afo_sim.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
-from afo_sim.walk_spec import Gait, Patient, Phases
+from afo_sim.walk_spec import Gait, Ground, Patient, Phases
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
@@ -266,11 +266,17 @@ class Scenario(Described):
     phases: Phases | None = None
     gait: Gait | None = None
     patient: Patient | None = None
+    ground: Ground | None = None
 
     @property
     def walking(self) -> bool:
         """Whether recorded walking drives the shank."""
         return self.shank.pose == "driven"
+
+    @property
+    def contact(self) -> bool:
+        """Whether the foot meets a floor, rather than the recorded force."""
+        return self.ground is not None and self.ground.mode == "contact"
 
     @model_validator(mode="after")
     def _walks_or_sits(self) -> Self:
@@ -280,8 +286,9 @@ class Scenario(Described):
                 raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
             if self.walking and not there:
                 raise refusal("is missing; a driven shank needs it", f"a table or name for {key}", key)
-        if self.phases is not None and not self.walking:
-            raise refusal("goes with a driven shank", 'shank.pose = "driven"', "phases")
+        for key in ("phases", "ground"):
+            if getattr(self, key) is not None and not self.walking:
+                raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
         if self.timer is not None and self.phases is not None:
             raise refusal(
                 "stands beside a timer: one of them switches the valves", "phases or timer", "phases"

@@ -36,8 +36,13 @@ class Stride:
 
     @cached_property
     def toe_off(self) -> float:
-        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
-        free = self["ground/force/z"] <= STANCE_FORCE * self.body_mass * GRAVITY
+        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-].
+
+        The recorded ground: a toe that drags through swing would have no toe-off of its own.
+        """
+        recorded = "gait/ground_force_z"
+        force = self[recorded if recorded in self.columns else "ground/force/z"]
+        free = force <= STANCE_FORCE * self.body_mass * GRAVITY
         free &= self.phase > STANCE_SHARE[0]
         return float(self.phase[np.argmax(free)]) if free.any() else 1.0
 

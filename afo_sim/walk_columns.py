@@ -4,10 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from afo_sim.contact import LOADED
 from afo_sim.foot import POINTS, turned
 from afo_sim.units import GRAVITY
 from afo_sim.walk import JOINTS
-from afo_sim.walk_model import ACTIVE, GROUND, SPASTIC, STIFFNESS
+from afo_sim.walk_model import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
 
 if TYPE_CHECKING:
     from afo_sim.model import Built
@@ -24,9 +25,14 @@ WALKING = {
     ),
     "gait/ball_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
     "gait/toe_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
+    "gait/ground_force_z": (
+        "N",
+        "upward positive, as recorded; in contact ground/force/z is this foot's own",
+    ),
     "ankle/moment/biological": ("N*m", "internal, dorsiflexion positive; the patient's own muscles"),
     "ankle/moment/ground": ("N*m", "dorsiflexion positive; ground force about the ankle"),
     "ankle/moment/frame": ("N*m", "dorsiflexion positive; inertia of the foot on the driven shank"),
+    "shank/sink": ("m", "of the leg from where it was recorded, upward positive"),
     "shank/angle": ("rad", "from the vertical, knee ahead of ankle positive"),
     "ankle/position/x": ("m", "forward"),
     "ankle/position/z": ("m", "up, the floor at 0"),
@@ -64,6 +70,19 @@ def walking_columns(
     own = rows["actuator_force"][:, index.passive]
     forward, upward, place = walk.cycle.ground(walk.phase[here])
     weight = built.body_mass * GRAVITY
+    pressing, moment = weight * upward, force[GROUND]
+    contact: dict[str, np.ndarray] = {}
+    if built.contact is not None:
+        sink = model.joint(SINK)
+        contact = {"gait/ground_force_z": pressing, "shank/sink": rows["qpos"][:, sink.qposadr[0]]}
+        driven[:, 1] += rows["qacc"][:, sink.dofadr[0]]
+        z = z + contact["shank/sink"]
+        pads = np.stack([force[name] for name in PADS], axis=1)
+        ahead = np.stack([turned(foot.points[name], pitch)[0] for name in POINTS], axis=1)
+        moment = moment + np.sum(pads * ahead, axis=1)
+        pressing = pads.sum(axis=1)
+        centre = np.sum(pads * ahead, axis=1) / np.maximum(pressing, LOADED)
+        place = np.where(pressing > LOADED, centre + built.contact.shift[steps], place)
     return {
         "gait/phase": walk.phase[here] % 1.0,
         "gait/stride": np.floor(walk.phase[here]),
@@ -74,16 +93,17 @@ def walking_columns(
             f"gait/{name}_height": z + turned(foot.points[name], walk.ankle[here] - shank)[1]
             for name in ("ball", "toe")
         },
-        "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - force[GROUND],
+        "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - moment,
         "ankle/moment/biological": biological,
-        "ankle/moment/ground": force[GROUND],
+        "ankle/moment/ground": moment,
         "ankle/moment/gravity": foot.gravity_moment(pitch),
         "ankle/moment/frame": foot.frame_moment(pitch, driven[:, :2], driven[:, 2]),
         "shank/angle": shank,
         "ankle/position/x": x,
         "ankle/position/z": z,
         "ground/force/x": weight * forward,
-        "ground/force/z": weight * upward,
+        "ground/force/z": pressing,
         "ground/position/x": x + place,
         **{f"{name}/height": z + turned(foot.points[name], pitch)[1] for name in POINTS},
+        **contact,
     }

@@ -4,12 +4,16 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.contact import pad_stiffness
+from afo_sim.foot import POINTS, foot_of
 from afo_sim.mounting import ANKLE
 from afo_sim.spec import Scenario
 from afo_sim.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
 GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"
+SINK, SUPPORT = "sink", "support"  # the joint by which the leg gives way, and its actuator
+PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad", "floor"))
 
 
 def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
@@ -20,6 +24,8 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
     shank.pos = -at
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for name, kind, axis in zip(JOINTS, (slide, slide, hinge), np.eye(3)[[0, 2, 1]], strict=True):
+        if name == JOINTS[-1] and scenario.contact:  # before the shank turns: along the world's z
+            _add_sink(shank, at, scenario)
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
     blank = [0.0] * native.N_USER
     joint, fixed = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtGain.mjGAIN_FIXED
@@ -54,12 +60,64 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
         userdata=blank,
     )
 
+    if scenario.contact:
+        _add_contact(spec)
+
+
+def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario) -> None:
+    """The joint by which the leg gives way to the ground, upward positive."""
+    ground = scenario.ground
+    assert ground is not None
+    rest = [0.0, 0.0]  # of MuJoCo's polynomials
+    shank.add_joint(
+        name=SINK,
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0.0, 0.0, 1.0],
+        pos=at,
+        stiffness=[ground.body_stiffness, *rest],
+        damping=[ground.body_damping, *rest],
+    )
+
+
+def _add_contact(spec: mujoco.MjSpec) -> None:
+    """A pad under each point of the sole, what tells the floor's height there, and the body's support."""
+    blank = [0.0] * native.N_USER
+    fixed = mujoco.mjtGain.mjGAIN_FIXED
+    # MuJoCo measures its solver's progress by the mean inertia: the carriage's would let it stop before the
+    # ankle's stop holds
+    spec.option.tolerance = 0.0
+    spec.worldbody.add_site(name=GROUND)
+    there = {site.name for site in spec.sites}
+    for pad, point in zip(PADS, POINTS, strict=True):
+        if point not in there:
+            continue  # the foot is refused as soon as it is looked at
+        spec.add_actuator(
+            name=pad,
+            trntype=mujoco.mjtTrn.mjTRN_SITE,
+            target=point,
+            refsite=GROUND,
+            gear=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
+            gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
+            biastype=mujoco.mjtBias.mjBIAS_USER,
+            userdata=blank,
+        )
+    for name, target, gain in (*((floor, ANKLE, 0.0) for floor in FLOORS), (SUPPORT, SINK, 1.0)):
+        spec.add_actuator(
+            name=name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            target=target,
+            gaintype=fixed,
+            gainprm=[gain] + [0.0] * 9,
+            userdata=blank,
+        )
+
 
 def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
     """Ids of the actuators that walking adds, by name; none where the shank is fixed."""
     ids = {
         name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
-        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC)
+        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC, *PADS, *FLOORS, SUPPORT)
     }
     return {name: i for name, i in ids.items() if i >= 0}
 
@@ -72,6 +130,13 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
             model.actuator_user[i] = native.spastic_row(gain=scenario.patient.spasticity)
         else:
             model.actuator_user[i] = native.motor_row()
+    if scenario.contact:
+        assert scenario.ground is not None
+        stiffness = pad_stiffness(scenario.ground, foot_of(model, scenario.leg.foot, ANKLE))
+        for pad, floor, point in zip(PADS, FLOORS, POINTS, strict=True):
+            model.actuator_user[actuators[pad]] = native.pad_row(
+                stiffness=stiffness[point], damping=scenario.ground.damping, floor=actuators[floor]
+            )
 
 
 def scale(spec: mujoco.MjSpec, heavier: float, taller: float) -> None:

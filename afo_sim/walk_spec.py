@@ -1,6 +1,6 @@
 """Walking as it is described: the recorded gait, the patient, valves by gait phase."""
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -36,6 +36,29 @@ class Patient(Described):
     spasticity: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.0
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] | None = None
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] | None = None
+
+
+class Ground(Described):
+    """How the ground acts on the foot: as recorded, whatever the foot does, or by contact.
+
+    In contact, pads under heel, ball and toe stand on a floor that is registered to the recording
+    (`contact.py`). `stiffness` is of the pads under heel and ball, `damping` the share of a pad's force by
+    its velocity, `toe_stiffness` of the toe joint; the leg gives way to the ground by `body_stiffness` and
+    `body_damping`.
+
+    Source
+    ------
+    toe_stiffness: PredSim's metatarsophalangeal joint (its 2 N·m·s/rad are not taken over). The others are
+    assumed: a heel pad in its shoe has some 40 to 150 kN/m, a leg in walking some 20 kN/m, damped here to
+    two thirds of critical with the mass of shank and foot.
+    """
+
+    mode: Literal["recorded", "contact"] = "recorded"
+    stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 5e4
+    damping: Annotated[float, Quantity("s/m", at_least=0.0, at_most=2.0)] = 1.0
+    toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] = 25.0
+    body_stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 2e4
+    body_damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e4)] = 400.0
 
 
 class ValvePhases(Described):

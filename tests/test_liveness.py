@@ -58,6 +58,7 @@ NOT_PHYSICAL = (
     "phases",
     "gait",
     "patient",
+    "ground",
     "leg.body_mass",
     "leg.body_height",
     "*.friction",

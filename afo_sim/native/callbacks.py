@@ -10,6 +10,7 @@ its states are in `act`, its input in `ctrl`:
     passive  ankle            knee angle              –
     friction ankle, no force  –                       states of a muscle's friction
     spastic  ankle            –                       –
+    pad      a sole point's z  none (see below)        –
     motor    joint            MuJoCo's own            –
 
 Per chamber, `userdata` receives what MuJoCo has no field for: inlet flow, outlet flow [kg/s],
@@ -26,7 +27,8 @@ Two numerical matters:
   −1 × tendon velocity makes it the force's derivative for the integrator `implicitfast`; what that
   gain adds to the force (from a `ctrl` that the last step left) the bias takes away. The force is
   exactly the law's, and only its dependence on velocity is integrated implicitly. Parallel muscles
-  are alike, so the first of a group carries the derivative of all.
+  are alike, so the first of a group carries the derivative of all. A pad under the sole does the same;
+  the floor's height is the `ctrl` of a motor without force.
 * Pressure integrated with the volume rate of the *old* velocity feeds energy into the joint. The
   chamber therefore keeps the volume that its pressure has been integrated to, and makes up the
   difference in the next step (midpoint rule): the sum of the volume changes is the volume, and a
@@ -49,6 +51,7 @@ from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_FRICTION,
     KIND_MUSCLE,
+    KIND_PAD,
     KIND_PASSIVE,
     KIND_SPASTIC,
     KIND_VALVE,
@@ -71,6 +74,9 @@ from afo_sim.native.slots import (
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_SERIES_LENGTH,
     N_USER,
+    PAD_DAMPING,
+    PAD_FLOOR,
+    PAD_STIFFNESS,
     PASSIVE_LOAD,
     PASSIVE_OFFSET,
     PASSIVE_SCALE,
@@ -89,6 +95,7 @@ from afo_sim.physics.friction import (
     tondu_lopez_friction,
 )
 from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.ground import pad_force
 from afo_sim.physics.hill import hill_force, three_element_damping
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
@@ -178,6 +185,19 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         gained = d.actuator_velocity[i] * ctrl[i]  # the affine gain takes this off
         ctrl[i] = coefficient / u[j + MUSCLE_NOMINAL_LENGTH] * u[j + MUSCLE_IMPLICIT_COUNT]
         return gained - force
+
+    @register_jitable
+    def pad_bias(m: Any, d: Any, i: int, j: int) -> float:
+        u, ctrl = m.actuator_user, d.ctrl
+        floor, velocity = ctrl[int(u[j + PAD_FLOOR])], d.actuator_velocity[i]
+        force, damping = pad_force(
+            floor, d.actuator_length[i], velocity, u[j + PAD_STIFFNESS], u[j + PAD_DAMPING]
+        )
+        if force != force:
+            fail(0, i)
+        gained = velocity * ctrl[i]  # as a muscle's
+        ctrl[i] = damping
+        return gained + force
 
     @register_jitable
     def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
@@ -303,6 +323,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             return moment - u[j + PASSIVE_LOAD]
         if kind == KIND_SPASTIC:
             return spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_GAIN])
+        if kind == KIND_PAD:
+            return pad_bias(m, d, i, j)
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:

@@ -22,6 +22,7 @@ from afo_sim.native.slots import (
     KIND_FRICTION,
     KIND_MOTOR,
     KIND_MUSCLE,
+    KIND_PAD,
     KIND_PASSIVE,
     KIND_SPASTIC,
     KIND_VALVE,
@@ -29,6 +30,7 @@ from afo_sim.native.slots import (
     MUSCLE_CHAMBER,
     MUSCLE_FRICTION_STATES,
     MUSCLE_NEXT,
+    PAD_FLOOR,
 )
 
 Mode = Literal["native", "python"]
@@ -169,6 +171,7 @@ def assert_rows(model: mujoco.MjModel) -> None:
         KIND_FRICTION: {FRICTION_MUSCLE: KIND_MUSCLE},
         KIND_MOTOR: {},
         KIND_SPASTIC: {},
+        KIND_PAD: {PAD_FLOOR: KIND_MOTOR},
     }
     rows = model.actuator_user
     for i, row in enumerate(rows):

@@ -18,7 +18,7 @@ MARK = 2826.0  # tells this project's actuators from anybody else's
 FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
-KIND_MOTOR, KIND_SPASTIC = 6.0, 7.0
+KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0
 
 
 # Where a parameter stands within its actuator's row (after the mark and the kind)
@@ -53,6 +53,7 @@ VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELA
 PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD = range(2, 5)
 FRICTION_MUSCLE = 2
 SPASTIC_GAIN = 2
+PAD_STIFFNESS, PAD_DAMPING, PAD_FLOOR = range(2, 5)
 N_USER = MUSCLE_COEFFICIENTS + MAX_COEFFICIENTS  # slots per actuator
 
 
@@ -143,6 +144,11 @@ def motor_row() -> np.ndarray:
 def spastic_row(*, gain: float) -> np.ndarray:
     """`actuator_user` of the plantarflexors' stretch reflex."""
     return _row(KIND_SPASTIC, gain)
+
+
+def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
+    """`actuator_user` of a pad under the sole; `floor` is the actuator whose input is the floor's height."""
+    return _row(KIND_PAD, stiffness, damping, floor)
 
 
 def _row(kind: float, *values: float) -> np.ndarray:
