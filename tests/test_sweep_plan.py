@@ -253,12 +253,12 @@ def test_whole_numbers_and_words_are_drawn_by_equal_shares(tmp_path: pathlib.Pat
         tmp_path,
         'design = "sobol"\ncases = 1024',
         '[parameters.count]\nkey = "orthosis.muscle.dorsiflexor.count"\nfrom = 1\nto = 4\n'
-        '[parameters.patient]\nkey = "patient"\nvalues = ["drop-foot", "drop-foot-mild", "healthy", "spastic"]\n',
+        '[parameters.patient]\nkey = "patient"\nvalues = ["drop-foot", "healthy"]\n',
     )
     values, often = np.unique(found.values["count"], return_counts=True)
     assert values.tolist() == [1.0, 2.0, 3.0, 4.0]
     assert often.tolist() == [256] * 4
-    assert np.unique(found.values["patient"].astype(str), return_counts=True)[1].tolist() == [256] * 4
+    assert np.unique(found.values["patient"].astype(str), return_counts=True)[1].tolist() == [512] * 2
 
 
 def test_one_parameter_sets_several_keys_alike(tmp_path: pathlib.Path) -> None:
@@ -495,6 +495,7 @@ RANDOM = 'design = "random"\ncases = 4'
         (RANDOM + '\n[set]\nduratoin = "4 s"', "unknown key", "duration"),
         (RANDOM + '\n[set]\n"supply.pressure" = "4 bar"', "is set by the parameter 'pressure' too", None),
         (RANDOM + "\n[set]\nduration = 4", "has no unit", None),
+        (RANDOM + '\n[set]\npatient = "drop-fot"', "set.patient = 'drop-fot'", "drop-foot"),
         (
             'design = "saltelli"\ncases = 4\nconstraints = ["pressure > \'3 bar\'"]',
             "sensitivity indices",
@@ -565,6 +566,18 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
             None,
         ),
         ('[parameters.p]\nkey = "patient"\nvalues = ["drop-fot"]', "values", "no such patient", "drop-foot"),
+        (
+            '[parameters.p]\nkey = "gait.cycle"\nvalues = ["gatk_strid1"]',
+            "values",
+            "no such gait",
+            "gatk_stride1",
+        ),
+        (
+            '[parameters.p]\nkey = "orthosis.cuff"\nvalues = ["none.xml"]',
+            "values",
+            "there is no such file",
+            None,
+        ),
         ('[parameters.p]\nkey = "patient"\nvalues = [3]', "values", "is not a text", None),
         ('[parameters.p]\nkey = "callback"\nvalues = ["nativ"]', "values", "is no choice", "native"),
         ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "no way to tell words", None),
@@ -734,6 +747,17 @@ def test_shipped_sweeps_are_good(name: str) -> None:
     many = cases_of(found)
     assert len(many) == found.cases
     assert all(np.isfinite(many.values[p.name]).all() for p in found.parameters if not p.words)
+
+
+def test_a_sweep_is_checked(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+    file = written(tmp_path, 'design = "saltelli"\ncases = 4', THREE)
+    code, out, _ = call(capsys, "check", file)
+    assert code == 0
+    assert "32 (saltelli)" in out
+    file.write_text(file.read_text().replace("supply.pressure", "supply.presure"))
+    code, _, err = call(capsys, "check", file)
+    assert code == 2
+    assert "did you mean 'pressure'" in err
 
 
 def test_sweeps_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

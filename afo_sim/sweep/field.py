@@ -78,6 +78,13 @@ class Field:
         if self.description:
             load(self.description, self.resolved(value, beside))
             return value
+        if self.key == "gait.cycle":
+            assets.find_gait(self.resolved(value, beside))
+        if (
+            _core(self.annotation)[0] is pathlib.Path
+            and not pathlib.Path(self.resolved(value, beside)).is_file()
+        ):
+            raise InputError("there is no such file", value=value)
         try:
             TypeAdapter(self.annotation).validate_python(value)
         except ValidationError as error:

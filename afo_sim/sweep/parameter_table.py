@@ -100,9 +100,9 @@ class ParameterReader:
             try:
                 found.append(field_at(key, scenario))
             except InputError as error:
-                raise self._error(
-                    f"{error.problem} (at {error.field})", "key", error.allowed, key, error.nearest
-                ) from None
+                at = "" if error.field in ("", key) else f" (at {error.field})"
+                problem = f"{error.problem}{at}"
+                raise self._error(problem, "key", error.allowed, key, error.nearest) from None
         for field in found[1:]:
             if (field.kind, field.unit, field.description) != (
                 found[0].kind,

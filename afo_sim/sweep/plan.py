@@ -151,7 +151,8 @@ def read(path: str | os.PathLike[str]) -> Plan:
     try:
         base = load("scenario", scenario, sets)
     except InputError as error:
-        field = f"set.{error.field}" if error.file is None and error.field else "scenario"
+        mine = error.field in sets or (error.file is None and error.field)
+        field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
     parameters = _parameters(file, told, base)
     _check_keys(file, parameters, sets)
@@ -303,7 +304,9 @@ def _input_error(file: pathlib.Path, table: Any, error: ValidationError) -> Inpu
         else:
             value = value.get(part) if isinstance(value, dict) else None
     return InputError(
-        PROBLEMS.get(first["type"], first["msg"]),
+        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
+            first["type"], first["msg"]
+        ),
         file=file,
         field=".".join(path),
         value=None if isinstance(value, dict) else value,
