@@ -13,7 +13,9 @@ KINDS = {
     "muscle": "muscles",
     "valve": "valves",
     "patient": "patients",
+    "sweep": "sweeps",
 }
+FLAT = ("scenario", "sweep")  # kinds whose products are single files, not folders
 
 
 def folder(name: str) -> pathlib.Path:
@@ -26,9 +28,9 @@ def folder(name: str) -> pathlib.Path:
 
 
 def names(kind: str) -> list[str]:
-    """The shipped products of a kind ("scenario", "leg", "orthosis", "muscle", "valve")."""
+    """The shipped products of a kind ("scenario", "leg", "orthosis", …, of KINDS)."""
     root = folder("models") / KINDS[kind]
-    if kind == "scenario":
+    if kind in FLAT:
         return sorted(path.stem for path in root.glob("*.toml"))
     return sorted(path.parent.name for path in root.glob(f"*/{kind}.toml"))
 
@@ -38,7 +40,7 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle" or "valve"
+    kind : of KINDS
     name : a shipped name, or a path to a TOML file or to the folder that holds it
     beside : file in which `name` was found; a relative path is taken from there first
 
@@ -50,7 +52,7 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     shipped = names(kind)
     if name in shipped:
         root = folder("models") / KINDS[kind]
-        return root / f"{name}.toml" if kind == "scenario" else root / name / f"{kind}.toml"
+        return root / f"{name}.toml" if kind in FLAT else root / name / f"{kind}.toml"
     bases = [beside.parent] if beside is not None else []
     for base in (*bases, pathlib.Path()):
         path = base / name

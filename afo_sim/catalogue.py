@@ -13,6 +13,7 @@ PLURALS = {
     "orthoses": "orthosis",
     "valves": "valve",
     "patients": "patient",
+    "sweeps": "sweep",
 }
 
 

@@ -63,13 +63,15 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
     table = assets.read_toml(path)
     if "check" in table:
         return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
+    if "parameters" in table:
+        return _check_sweep(path)
     kind = next((TELLTALES[key] for key in TELLTALES if key in table), None)
     if kind is None:
         raise InputError(
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file) or a list of checks ([[check]])",
+            "(conductance), leg (file), a list of checks ([[check]]) or a sweep ([parameters.NAME])",
         )
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]
@@ -80,6 +82,21 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
             sets |= _timer_for(description)
         findings += _scenario(load("scenario", "seated", sets))
     return findings
+
+
+def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
+    from afo_sim.sweep.design import cases_of  # here: scipy's designs take a while to load
+    from afo_sim.sweep.plan import read
+
+    plan = read(path)
+    cases = cases_of(plan)
+    findings = [("kind", "sweep"), ("scenario", plan.scenario), ("cases", f"{len(cases)} ({plan.design})")]
+    if plan.constraints:
+        findings.append(("left out by the constraints", str(cases.dropped)))
+    return findings + [
+        (parameter.name, f"{', '.join(parameter.keys)}{f' [{parameter.unit}]' if parameter.unit else ''}")
+        for parameter in plan.parameters
+    ]
 
 
 def _timer_for(orthosis: Orthosis) -> dict[str, Any]:

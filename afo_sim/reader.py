@@ -3,6 +3,7 @@
 import copy
 import os
 import pathlib
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -109,7 +110,7 @@ class _Tree:
 
     def set(self, dotted: str, value: Any) -> None:
         """Put a value at a dotted key, following references on the way down."""
-        path = tuple(dotted.split("."))
+        path, items = split_key(dotted)
         node = self.root
         for depth, key in enumerate(path[:-1], start=1):
             self.follow(path[:depth])
@@ -119,6 +120,8 @@ class _Tree:
                     f"{'.'.join(path[:depth])} is a value, not a table", field=dotted, value=value
                 )
             node = child
+        if items:
+            value = _with_item(node.get(path[-1]), items, value, dotted)
         if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
             value = {"value": value, "source": "set for this run", "kind": "user"}
         node[path[-1]] = value
@@ -145,6 +148,38 @@ class _Tree:
         return node if isinstance(node, dict) else None
 
 
+def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
+    """The names of a dotted key, and the item of a list at its end.
+
+    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
+    (("phases", "dorsiflexor", "inlet"), (0, 1)).
+    """
+    names, bracket, rest = dotted.partition("[")
+    if bracket and not re.fullmatch(r"[0-9]{1,6}\](?:\[[0-9]{1,6}\])*", rest):
+        raise InputError(
+            "is no key: an item of a list is its number in brackets, at the end",
+            field=dotted,
+            allowed="as in insertion.from_ankle[0] or phases.dorsiflexor.inlet[0][1]",
+        )
+    return tuple(names.split(".")), tuple(int(item) for item in re.findall("[0-9]+", rest))
+
+
+def _with_item(told: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
+    """A copy of a list, perhaps of lists, in which one item is replaced."""
+    if not items:
+        return value
+    if isinstance(told, dict) and "value" in told:
+        told = told["value"]
+    if not isinstance(told, list | tuple):
+        raise InputError("is not a list here, so it has no items", field=dotted, value=value)
+    if items[0] >= len(told):
+        allowed = f"[0] to [{len(told) - 1}]" if told else "none: the list is empty"
+        raise InputError(f"there is no item [{items[0]}]", field=dotted, value=value, allowed=allowed)
+    replaced = list(told)
+    replaced[items[0]] = _with_item(told[items[0]], items[1:], value, dotted)
+    return replaced
+
+
 def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     """A description's TOML as a dict, named after its file, with the files beside it resolved."""
     table = assets.read_toml(file)
@@ -169,7 +204,7 @@ def load(
     ----------
     kind : "scenario", "leg", "orthosis", "muscle" or "valve"
     source : a shipped name, a path, or the description itself as a dict
-    sets : dotted keys and their values, as `--set` takes them
+    sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
@@ -188,7 +223,8 @@ def load(
     else:
         raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
     tree = _Tree(kind, file, root)
-    for key in sorted(sets or {}, key=lambda key: key.count(".")):  # a whole before its parts
+    # a whole before its parts
+    for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
         tree.set(key, (sets or {})[key])
     tree.follow_all()
     try:
@@ -217,6 +253,7 @@ def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputEr
         path = (*path[:at], *path[at + 1].split("."), *path[at + 2 :])
     file, inner = tree.file_of(path)
     dotted = ".".join(path)
+    sets = {key.replace("[", ".").replace("]", "") for key in sets}
     if any(dotted == key or dotted.startswith(key + ".") or key.startswith(dotted + ".") for key in sets):
         file, inner = None, path
     value = _value_at(tree.root, path)

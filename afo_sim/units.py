@@ -92,6 +92,42 @@ def format_quantity(value: float, unit: str) -> str | float:
     return f"{float(value)!r} {unit}" if unit else float(value)
 
 
+Dimension = tuple[tuple[str, float], ...]  # base units and their exponents, sorted by name
+
+
+def dimension(unit: str) -> Dimension:
+    """What a unit measures, as base units with exponents; angles apart from bare numbers."""
+    return _dimension(_registry().Quantity(1.0, unit))
+
+
+def read_any_quantity(text: str) -> tuple[float, Dimension]:
+    """A quantity of whatever dimension: its magnitude in the SI unit, and what it measures.
+
+    Raises
+    ------
+    ValueError
+        As `parse_quantity`.
+    """
+    example = 'write it like "4 bar"'
+    if _is_number(text):
+        raise ValueError(f"has no unit; {example}")
+    found = _dimension(_read(text, example))
+    unit = _si_units().get(found)
+    if unit is None:
+        return _finite(float(_read(text, example).to_base_units().magnitude)), found
+    return parse_quantity(text, unit), found  # to the last digit as a field of that unit reads it
+
+
+@functools.cache
+def _si_units() -> dict[Dimension, str]:
+    return {dimension(unit): unit for unit in EXAMPLES if unit}
+
+
+def _dimension(quantity: Any) -> Dimension:
+    items = quantity.to_base_units().unit_items()
+    return tuple(sorted((str(name), float(power)) for name, power in items if power))
+
+
 def in_unit(value: float, si_unit: str, unit: str) -> float:
     """Convert `value` from `si_unit` to `unit`, for people's eyes."""
     return float(_registry().Quantity(value, si_unit).to(unit).magnitude)
@@ -101,6 +137,19 @@ def in_unit(value: float, si_unit: str, unit: str) -> float:
 def _convert(text: str, unit: str, example: str) -> float:
     import pint
 
+    quantity = _read(text, example)
+    try:
+        return float(quantity.to(unit).magnitude)
+    except pint.DimensionalityError as error:
+        raise ValueError(f"is in {error.units1}, which does not convert to {unit}; {example}") from None
+    except Exception:  # what pint makes of a strange unit
+        raise ValueError(f"is not a quantity; {example}") from None
+
+
+def _read(text: str, example: str) -> Any:
+    """Text as pint's quantity."""
+    import pint
+
     # a number and a unit, nothing that pint would evaluate: "4,2 bar" is 42 bar to it
     parts = _NUMBER_AND_UNIT.match(text)
     if parts is None or _TOWER.search(parts[2]):
@@ -108,12 +157,10 @@ def _convert(text: str, unit: str, example: str) -> float:
     if parts[2] == unit:
         return float(parts[1])
     try:
-        return float(_registry().Quantity(float(parts[1]), parts[2]).to(unit).magnitude)
+        return _registry().Quantity(float(parts[1]), parts[2])
     except pint.UndefinedUnitError as error:
         names = [error.unit_names] if isinstance(error.unit_names, str) else error.unit_names
         raise ValueError(f"has the unknown unit {', '.join(map(repr, names))}; {example}") from None
-    except pint.DimensionalityError as error:
-        raise ValueError(f"is in {error.units1}, which does not convert to {unit}; {example}") from None
     except Exception:  # pint lets tokenizer, syntax and type errors of the text through
         raise ValueError(f"is not a quantity; {example}") from None
 

@@ -1,0 +1,276 @@
+"""The cases of a sweep: grid, list, random, Latin hypercube, Sobol', Saltelli."""
+
+import math
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from afo_sim.errors import InputError
+from afo_sim.reader import load
+from afo_sim.sweep.parameter import Choice, OwnSeed, Parameter
+from afo_sim.sweep.plan import Plan
+
+MOST = 10_000_000  # cases, beyond which a number is taken for a slip
+BLOCK = 1 << 16  # samples at a time
+RARE = 1e-3  # share of samples within the constraints below which a sweep is refused …
+JUDGED = 20_000  # … once so many are drawn
+FEW = 48  # cases that are all checked before the first is run
+
+Columns = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Cases:
+    """The cases of a sweep, numbered from 0.
+
+    `names` and `units` (SI; "" for words and bare numbers) are those of the parameters, in the plan's
+    order; `values` their values by name: float64 (n,), or words as objects. `seeds` are every case's own
+    seed (n,), of uint32, which follow from the plan's seed and the case's number alone. `dropped` counts
+    the samples that the constraints left out.
+    """
+
+    plan: Plan
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Columns
+    seeds: np.ndarray
+    dropped: int
+
+    def __len__(self) -> int:
+        return len(self.seeds)
+
+    def sets(self, case: int) -> dict[str, Any]:
+        """The overrides of one case by dotted key, as `load` takes them; the plan's fixed ones among them."""
+        sets = dict(self.plan.set)
+        for parameter in self.plan.parameters:
+            value = self.values[parameter.name][case]
+            told = parameter.told(value if isinstance(value, str) else float(value))
+            sets |= dict.fromkeys(parameter.keys, told)
+        return sets
+
+    def told(self, case: int) -> str:
+        """One case in words: "pressure = 200000.0 Pa, patient = drop-foot"."""
+        each = {p.name: p.told(self.values[p.name][case]) for p in self.plan.parameters}
+        return ", ".join(f"{name} = {value}" for name, value in each.items())
+
+
+def cases_of(plan: Plan, most: int = MOST) -> Cases:
+    """Every case of a sweep.
+
+    Parameters
+    ----------
+    plan : of the sweep
+    most : more cases than this are refused
+
+    Returns
+    -------
+    Cases: the same for the same plan; their first n do not depend on how many follow, but in a Latin
+    hypercube
+
+    Raises
+    ------
+    InputError
+        Too many cases, none or hardly any within the constraints, a kept case that does not exist, or a
+        case that is no valid scenario.
+    """
+    _check_count(plan, most)
+    varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
+    if plan.design == "grid":
+        values, dropped = _within(plan, _grid(varied))
+    elif plan.design == "list":
+        values, dropped = _within(plan, {p.name: _levels(p) for p in varied})
+    elif plan.design == "saltelli":
+        values, dropped = _spread(varied, _saltelli(plan, len(varied))), 0
+    else:
+        values, dropped = _drawn(plan, varied)
+    count = len(next(iter(values.values()))) if values else plan.cases or 1
+    seeds = case_seeds(plan.seed, count)
+    columns = {p.name: values.get(p.name, seeds.astype(np.float64)) for p in plan.parameters}
+    cases = Cases(plan, tuple(columns), tuple(p.unit for p in plan.parameters), columns, seeds, dropped)
+    for case in plan.keep:
+        if case >= len(cases):
+            allowed = f"0 to {len(cases) - 1}"
+            raise InputError(
+                "there is no such case", file=plan.file, field="keep", value=case, allowed=allowed
+            )
+    _check_cases(cases)
+    return cases
+
+
+def case_seeds(seed: int, count: int) -> np.ndarray:
+    """Every case's own seed (count,), of uint32: of the sweep's seed and the case's number alone."""
+    found = (np.random.SeedSequence([seed, case]).generate_state(1)[0] for case in range(count))
+    return np.fromiter(found, np.uint32, count)
+
+
+def _count(plan: Plan) -> int:
+    """How many cases the design has, before constraints."""
+    levels = [len(_levels(p)) for p in plan.parameters if isinstance(p.spread, Choice)]
+    if plan.design == "grid":
+        steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
+        return math.prod([*levels, *steps])
+    if plan.design == "list":
+        return levels[0]
+    varied = sum(not isinstance(p.spread, OwnSeed) for p in plan.parameters)
+    return (plan.cases or 0) * (2 * varied + 2 if plan.design == "saltelli" else 1)
+
+
+def _check_count(plan: Plan, most: int) -> None:
+    count = _count(plan)
+    if count > most:
+        raise InputError(
+            f"the design has {count} cases",
+            file=plan.file,
+            field="parameters" if plan.design == "grid" else "cases",
+            allowed=f"up to {most}, or --yes-many",
+        )
+    if plan.design == "saltelli" and all(isinstance(p.spread, OwnSeed) for p in plan.parameters):
+        raise InputError(
+            "has no parameter but seeds", file=plan.file, field="parameters", allowed="at least one"
+        )
+
+
+def _levels(parameter: Parameter) -> np.ndarray:
+    return parameter.spread.levels()  # type: ignore[union-attr]
+
+
+def _grid(varied: list[Parameter]) -> Columns:
+    """The full product, the last parameter fastest."""
+    if not varied:
+        return {}
+    meshes = np.meshgrid(*(_levels(p) for p in varied), indexing="ij")
+    return {p.name: mesh.ravel() for p, mesh in zip(varied, meshes, strict=True)}
+
+
+def _within(plan: Plan, values: Columns) -> tuple[Columns, int]:
+    """(the cases within the constraints, number of the others)"""
+    holds = _holds(plan, values)
+    dropped = int(np.count_nonzero(~holds))
+    if values and dropped == len(holds):
+        raise _contradiction(plan, f"leave none of {dropped} cases")
+    return {name: column[holds] for name, column in values.items()}, dropped
+
+
+def _holds(plan: Plan, values: Columns) -> np.ndarray:
+    holds = np.ones(len(next(iter(values.values()), "-")), dtype=bool)
+    for constraint in plan.constraints:
+        holds &= constraint.holds(values)
+    return holds
+
+
+def _contradiction(plan: Plan, problem: str) -> InputError:
+    told = "; ".join(constraint.text for constraint in plan.constraints)
+    return InputError(problem, file=plan.file, field="constraints", value=told, allowed="less strict ones")
+
+
+def _drawn(plan: Plan, varied: list[Parameter]) -> tuple[Columns, int]:
+    """Samples within the constraints, as many as asked for, and how many were left out on the way."""
+    wanted = plan.cases or 0
+    if not varied:
+        return {}, 0
+    kept: list[Columns] = []
+    found = drawn = 0
+    for share in _samples(plan, len(varied)):
+        values = _spread(varied, share)
+        inside = np.flatnonzero(_holds(plan, values))[: wanted - found]
+        kept.append({name: column[inside] for name, column in values.items()})
+        found += len(inside)
+        if found == wanted:
+            drawn += int(inside[-1]) + 1
+            break
+        drawn += len(share)
+        if drawn >= JUDGED and found < RARE * drawn:
+            raise _contradiction(plan, f"leave {found} of {drawn} samples")
+    return {p.name: np.concatenate([part[p.name] for part in kept]) for p in varied}, drawn - wanted
+
+
+def _spread(varied: list[Parameter], share: np.ndarray) -> Columns:
+    """Values from samples of the unit hypercube (n, number of parameters)."""
+    return {p.name: p.spread.at(share[:, k]) for k, p in enumerate(varied)}  # type: ignore[union-attr]
+
+
+def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
+    """Samples of the unit hypercube (n, dimensions) without end, in blocks.
+
+    A random or Sobol' sequence goes on from block to block; a Latin hypercube is followed by another.
+    """
+    generator = np.random.default_rng(plan.seed)
+    block = min(1 << max((plan.cases or 1) - 1, 1).bit_length(), BLOCK)
+    draw: Callable[[], np.ndarray]
+    if plan.design == "random":
+        draw = lambda: generator.random((block, dimensions))  # noqa: E731
+    elif plan.design == "latin-hypercube":
+        hypercube = qmc.LatinHypercube(dimensions, seed=generator)
+        draw = lambda: hypercube.random(plan.cases)  # noqa: E731
+    else:
+        sequence = qmc.Sobol(dimensions, scramble=True, seed=generator)
+        draw = lambda: sequence.random(block)  # noqa: E731
+    while True:
+        yield draw()
+
+
+def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
+    """Saltelli's scheme for first, second and total order (cases·(2·dimensions + 2), dimensions)."""
+    try:
+        from SALib.sample import sobol
+    except ImportError:
+        raise InputError(
+            "needs the library SALib",
+            file=plan.file,
+            field="design",
+            value=plan.design,
+            allowed="after: pip install 'afo-sim[sweep]'",
+        ) from None
+    names = [f"x{k}" for k in range(dimensions)]
+    problem = {"num_vars": dimensions, "names": names, "bounds": [[0.0, 1.0]] * dimensions}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="The balance properties of Sobol", category=UserWarning)
+        return np.asarray(sobol.sample(problem, plan.cases, calc_second_order=True, seed=plan.seed))
+
+
+def _check_cases(cases: Cases) -> None:
+    """Read cases as scenarios, so that what is wrong shows before the first is run.
+
+    Few are read all; of many those with every parameter's lowest, middle and highest value, or each word.
+    """
+    for case in _telling(cases):
+        try:
+            load("scenario", cases.plan.scenario, cases.sets(case))
+        except InputError as error:
+            raise _case_error(cases, case, error) from None
+
+
+def _telling(cases: Cases) -> list[int]:
+    if len(cases) <= FEW:
+        return list(range(len(cases)))
+    found: set[int] = set()
+    for parameter in cases.plan.parameters:
+        column = cases.values[parameter.name]
+        if parameter.words:
+            found |= {int(np.argmax(column == word)) for word in set(column)}
+        else:
+            middle = np.argpartition(column, len(column) // 2)[len(column) // 2]
+            found |= {int(column.argmin()), int(middle), int(column.argmax())}
+    return sorted(found)
+
+
+def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
+    """What is wrong with a case, as of the parameter that set the field, if one did."""
+    plan = cases.plan
+    at = error.field.replace("[", ".").replace("]", "")
+    blamed = [
+        (parameter, key)
+        for parameter in plan.parameters
+        for key in parameter.keys
+        if f"{at}.".startswith(dotted := key.replace("[", ".").replace("]", "") + ".")
+        or dotted.startswith(f"{at}.")
+    ]
+    field, about = "parameters", error.field
+    if len(blamed) == 1 or (blamed and at == blamed[0][1]):
+        field, about = f"parameters.{blamed[0][0].name}", blamed[0][1]
+    problem = f"case {case} is no valid scenario: {about}: {error.problem}; {cases.told(case)}"
+    return InputError(problem, file=plan.file, field=field, allowed=error.allowed, nearest=error.nearest)

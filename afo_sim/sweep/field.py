@@ -1,0 +1,211 @@
+"""What a dotted key of a scenario holds: a number in a unit, a whole number, or a word."""
+
+import pathlib
+import types
+import typing
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from afo_sim import assets
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.muscle import FrictionSet, LawSet
+from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.law import LawParameter
+from afo_sim.physics.laws import LAWS
+from afo_sim.quantity import Quantity
+from afo_sim.reader import SPECS, load, split_key
+from afo_sim.spec import Scenario
+from afo_sim.units import EXAMPLES
+
+HOW: dict[Any, tuple[str, Any]] = {
+    LawSet: ("law", LAWS),
+    FrictionSet: ("friction", FRICTIONS),
+}  # sets whose parameters a table tells
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field that a dotted key leads to.
+
+    `unit` is the SI unit, "" for bare numbers and words. `annotation` is its type with bounds;
+    `description` the kind of description that a word names here ("patient"), "" where it names none.
+    """
+
+    key: str
+    kind: Literal["number", "integer", "word"]
+    unit: str
+    annotation: Any
+    description: str = ""
+
+    @property
+    def form(self) -> str:
+        """How a value is written."""
+        if self.kind == "word":
+            return f"the name of a {self.description}" if self.description else "a text"
+        return "a whole number" if self.kind == "integer" else f'such as "{EXAMPLES.get(self.unit, "")}"'
+
+    def read(self, value: Any, beside: pathlib.Path) -> float | str:
+        """A value as the scenario would read it: SI number, whole number as float, or word.
+
+        Parameters
+        ----------
+        value : as TOML has it
+        beside : file in which it was found, for words that are paths
+
+        Raises
+        ------
+        InputError
+            No unit, another dimension, out of range, no whole number, no such name.
+        """
+        if self.kind == "word":
+            return self._word(value, beside)
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if self.kind == "integer" and (not whole or abs(value) > 2**53):
+            raise InputError("is not a whole number", value=value, allowed="up to 2^53")
+        try:
+            return float(TypeAdapter(self.annotation).validate_python(value))
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            allowed = str(first.get("ctx", {}).get("allowed", ""))
+            raise InputError(first["msg"], value=value, allowed=allowed) from None
+
+    def _word(self, value: Any, beside: pathlib.Path) -> str:
+        if not isinstance(value, str):
+            raise InputError("is not a text", value=value, allowed=self.form)
+        if self.description:
+            load(self.description, self.resolved(value, beside))
+            return value
+        if self.key == "gait.cycle":
+            assets.find_gait(self.resolved(value, beside))
+        if (
+            _core(self.annotation)[0] is pathlib.Path
+            and not pathlib.Path(self.resolved(value, beside)).is_file()
+        ):
+            raise InputError("there is no such file", value=value)
+        try:
+            TypeAdapter(self.annotation).validate_python(value)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            choices = [c for c in get_args(_core(self.annotation)[0]) if isinstance(c, str)]
+            problem = "is no choice" if choices else first["msg"]
+            nearest = nearest_name(value, choices)
+            raise InputError(problem, value=value, allowed=", ".join(choices), nearest=nearest) from None
+        return value
+
+    def resolved(self, word: str, beside: pathlib.Path) -> str:
+        """A word that is the path of a file beside `beside` as its whole path; else the word itself."""
+        path = beside.parent / word
+        shipped = assets.names(self.description) if self.description else []
+        names_a_file = (
+            self.description or self.key == "gait.cycle" or _core(self.annotation)[0] is pathlib.Path
+        )
+        return str(path.resolve()) if names_a_file and word not in shipped and path.exists() else word
+
+
+def field_at(key: str, scenario: Scenario) -> Field:
+    """The field that a dotted key leads to.
+
+    Parameters
+    ----------
+    key : as `--set` takes it; "key[0]" is an item of a list
+    scenario : tells which muscles, chambers and laws there are
+
+    Raises
+    ------
+    InputError
+        There is no such field, or it is a table, or a list whose items are not named.
+    """
+    path, items = split_key(key)
+    annotation: Any = Scenario
+    told: Any = scenario
+    for depth, name in enumerate(path):
+        annotation, told = _below(annotation, told, name, ".".join(path[:depth]), scenario)
+    for item in items:
+        annotation, told = _item(annotation, told, item, key)
+    kind, marks = _core(annotation)
+    if get_origin(kind) is tuple:
+        raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
+    quantity = next((mark for mark in marks if isinstance(mark, Quantity)), None)
+    if quantity is not None:
+        return Field(key, "number", quantity.unit, annotation)
+    if kind is int:
+        return Field(key, "integer", "", annotation)
+    if kind is str or kind is pathlib.Path or get_origin(kind) is Literal:
+        return Field(key, "word", "", annotation)
+    description = next((name for name, spec in SPECS.items() if spec is kind), "")
+    if description:
+        return Field(key, "word", "", annotation, description)
+    allowed = ", ".join(f"{key}.{name}" for name in _names(kind, told, scenario))
+    raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
+
+
+def _below(annotation: Any, told: Any, name: str, at: str, scenario: Scenario) -> tuple[Any, Any]:
+    """(type, value where there is one) of a field of a table."""
+    kind, _ = _core(annotation)
+    names = _names(kind, told, scenario)
+    if name not in names:
+        whole = f"{at}.{name}" if at else name
+        if not names:
+            raise InputError(f"{at} is a value, not a table", field=whole)
+        nearest = nearest_name(name, names)
+        raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
+    if get_origin(kind) is dict:
+        return get_args(kind)[1], (told or {}).get(name)
+    if kind in HOW and name in _parameters(kind, told):
+        parameter = _parameters(kind, told)[name]
+        bounds = Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper)
+        return Annotated[float, bounds], told.parameters[name]
+    if name in kind.model_fields:
+        info = kind.model_fields[name]
+        marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
+        return marked, getattr(told, name, None)
+    extra = kind.__annotations__["__pydantic_extra__"]  # a chamber's valves, of timer or phases
+    return get_args(extra)[1], None if told is None else told.chambers.get(name)
+
+
+def _item(annotation: Any, told: Any, item: int, key: str) -> tuple[Any, Any]:
+    """(type, value where there is one) of an item of a list."""
+    kind, _ = _core(annotation)
+    if get_origin(kind) is not tuple:
+        raise InputError("is not a list, so it has no items", field=key)
+    kinds = get_args(kind)
+    count = len(told) if isinstance(told, tuple) else 0
+    if item >= count:
+        allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
+        raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
+    return kinds[0] if kinds[-1] is Ellipsis else kinds[item], told[item]
+
+
+def _names(kind: Any, told: Any, scenario: Scenario) -> list[str]:
+    """The fields of a table."""
+    if get_origin(kind) is dict:
+        return list(told or ())
+    if not (isinstance(kind, type) and issubclass(kind, BaseModel)):
+        return []
+    if kind in HOW:
+        kept = ["pressure_range", "contraction_range"] if kind is LawSet else []
+        return [*_parameters(kind, told), *kept]
+    chambers: Iterable[str] = scenario.orthosis.chamber if kind.model_config.get("extra") == "allow" else ()
+    return [*(name for name in kind.model_fields if name != "provenance"), *chambers]
+
+
+def _parameters(kind: Any, told: Any) -> dict[str, LawParameter]:
+    what, known = HOW[kind]
+    return {parameter.name: parameter for parameter in known[getattr(told, what)].parameters}
+
+
+def _core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without "or nothing", and the marks that stand at it."""
+    marks: tuple[Any, ...] = ()
+    while True:
+        origin = get_origin(annotation)
+        if origin is Annotated:
+            annotation, *more = get_args(annotation)
+            marks += tuple(more)
+        elif origin in (typing.Union, types.UnionType):
+            annotation = next(part for part in get_args(annotation) if part is not type(None))
+        else:
+            return annotation, marks

@@ -1,0 +1,127 @@
+"""A parameter of a sweep: the keys that it sets, and how its values spread."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from afo_sim.units import format_quantity
+
+# A sample's coordinate may be exactly zero, where a normal distribution has no quantile.
+LEAST_SHARE = 2.0**-33
+
+
+@dataclass(frozen=True)
+class Range:
+    """From `lower` to `upper` [SI], evenly or by even ratios; `steps` of them in a grid."""
+
+    lower: float
+    upper: float
+    logarithmic: bool = False
+    steps: int | None = None
+    whole: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The values of shares from 0 to 1 (n,): every whole number, both ends too, alike often."""
+        if self.whole and not self.logarithmic:
+            return np.minimum(np.floor(self.lower + share * (self.upper - self.lower + 1.0)), self.upper)
+        if self.logarithmic:
+            found = self.lower * np.exp(share * math.log(self.upper / self.lower))
+        else:
+            found = self.lower + share * (self.upper - self.lower)
+        return np.clip(np.round(found) if self.whole else found, self.lower, self.upper)
+
+    def levels(self) -> np.ndarray:
+        """The values of a grid (steps,), both ends among them."""
+        space = np.geomspace if self.logarithmic else np.linspace
+        found = space(self.lower, self.upper, self.steps or 2)
+        return np.round(found) if self.whole else found
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of some values [SI] or words, by equal shares."""
+
+    values: tuple[float, ...] | tuple[str, ...]
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The values of shares from 0 to 1 (n,)."""
+        count = len(self.values)
+        return self.levels()[np.minimum((share * count).astype(np.intp), count - 1)]
+
+    def levels(self) -> np.ndarray:
+        """The values, as they were told (n,)."""
+        words = bool(self.values) and isinstance(self.values[0], str)
+        return np.array(self.values, dtype=object if words else np.float64)
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal, or lognormal where `of_logarithm`; cut off below `lower` and above `upper` [SI].
+
+    `centre` is the mean, or the lognormal's median; `sd` the standard deviation, there of the natural
+    logarithm.
+    """
+
+    centre: float
+    sd: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    of_logarithm: bool = False
+    whole: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """The quantiles of shares from 0 to 1 (n,)."""
+        inside = np.clip(share, LEAST_SHARE, 1.0 - LEAST_SHARE)
+        quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
+        found = self.centre * np.exp(self.sd * quantile) if self.of_logarithm else None
+        found = self.centre + self.sd * quantile if found is None else found
+        return np.clip(np.round(found) if self.whole else found, self.lower, self.upper)
+
+    def _standard(self, limit: float) -> float:
+        """A limit in standard deviations from the centre."""
+        if not self.of_logarithm:
+            return (limit - self.centre) / self.sd
+        return (
+            math.log(limit / self.centre) / self.sd
+            if 0.0 < limit < math.inf
+            else math.copysign(math.inf, limit)
+        )
+
+
+@dataclass(frozen=True)
+class OwnSeed:
+    """Every case's own seed."""
+
+
+Spread = Range | Choice | Normal | OwnSeed
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter: its name, the dotted keys that it sets alike, its values and their SI unit.
+
+    `unit` is "" for bare numbers and words; `whole` tells whole numbers; `description` is the kind of
+    description that its words name; `files` are the whole paths of words that are paths beside the sweep.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    unit: str
+    spread: Spread
+    whole: bool = False
+    description: str = ""
+    files: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def words(self) -> bool:
+        """Whether its values are words."""
+        return isinstance(self.spread, Choice) and isinstance(self.spread.values[0], str)
+
+    def told(self, value: float | str) -> Any:
+        """A value as `--set` takes it: text that reads as exactly this value, number, or word."""
+        if isinstance(value, str):
+            return self.files.get(value, value)
+        return int(value) if self.whole else format_quantity(value, self.unit)

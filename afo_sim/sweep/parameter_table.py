@@ -1,0 +1,230 @@
+"""[parameters.NAME] of a sweep's file → Parameter: which keys, which values, in which unit."""
+
+import keyword
+import math
+import pathlib
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, model_validator
+from pydantic import Field as Option
+
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.quantity import refusal
+from afo_sim.spec import Scenario
+from afo_sim.sweep.field import Field, field_at
+from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
+from afo_sim.units import parse_quantity
+
+# Each way to tell a parameter's values: the key that it is known by, and what goes with it.
+WAYS = {
+    "from_seed": ("from_seed",),
+    "distribution": ("distribution", "mean", "median", "sd", "from", "to"),
+    "values": ("values",),
+    "from": ("from", "to", "scale", "steps"),
+}
+ANY_WAY = "from and to, values, distribution, or from_seed = true"
+
+
+class Told(BaseModel):
+    """A table of a sweep's file; an unknown key is refused with the nearest one."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _knows_its_keys(cls, table: Any) -> Any:
+        known = [option.alias or name for name, option in cls.model_fields.items()]
+        if not isinstance(table, Mapping):
+            raise refusal("is not a table", f"a table with {', '.join(known)}")
+        for key in table:
+            if key not in known:
+                nearest = nearest_name(str(key), known) or ""
+                raise refusal("is an unknown key", ", ".join(known), str(key), nearest)
+        return table
+
+
+class ToldParameter(Told):
+    """What [parameters.NAME] says, as it is written."""
+
+    key: StrictStr | None = None
+    keys: tuple[StrictStr, ...] | None = None
+    from_: Any = Option(default=None, alias="from")
+    to: Any = None
+    scale: Literal["linear", "log"] | None = None
+    steps: StrictInt | None = Option(default=None, ge=2)
+    values: tuple[Any, ...] | None = None
+    distribution: Literal["normal", "lognormal"] | None = None
+    mean: Any = None
+    median: Any = None
+    sd: Any = None
+    from_seed: StrictBool | None = None
+
+
+class ParameterReader:
+    """Reads one [parameters.NAME] of a sweep's `file`; what is wrong names parameter, option and key."""
+
+    def __init__(self, file: pathlib.Path, design: str, name: str, told: ToldParameter, scenario: Scenario):
+        self.file, self.design, self.name, self.told = file, design, name, told
+        given = told.model_dump(by_alias=True, exclude_none=True)
+        self.given: dict[str, Any] = {k: v for k, v in given.items() if k not in ("key", "keys")}
+        self._check_name()
+        self.fields = self._fields(scenario)
+        self.field = self.fields[0]
+
+    def parameter(self) -> Parameter:
+        """The parameter, in SI."""
+        spread = self._spread()
+        files = {}
+        if isinstance(spread, Choice) and self.field.kind == "word":
+            resolved = {str(word): self.field.resolved(str(word), self.file) for word in spread.values}
+            files = {word: path for word, path in resolved.items() if path != word}
+        keys = tuple(field.key for field in self.fields)
+        whole = self.field.kind == "integer"
+        description = self.field.description
+        return Parameter(self.name, keys, self.field.unit, spread, whole, description, files)
+
+    def _check_name(self) -> None:
+        if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
+            allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
+            raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
+
+    def _fields(self, scenario: Scenario) -> list[Field]:
+        keys, told = self.told.keys or (), self.told
+        if (told.key is None) == (told.keys is None) or (told.keys is not None and not keys):
+            raise self._error(
+                "which field of the scenario is meant is not told, or twice", "key", "key or keys"
+            )
+        found = []
+        for key in keys or (str(told.key),):
+            try:
+                found.append(field_at(key, scenario))
+            except InputError as error:
+                at = "" if error.field in ("", key) else f" (at {error.field})"
+                problem = f"{error.problem}{at}"
+                raise self._error(problem, "key", error.allowed, key, error.nearest) from None
+        for field in found[1:]:
+            if (field.kind, field.unit, field.description) != (
+                found[0].kind,
+                found[0].unit,
+                found[0].description,
+            ):
+                problem = f"{field.key} holds another kind of value than {found[0].key}"
+                raise self._error(problem, "keys", f"{found[0].form}, at all of them")
+        return found
+
+    def _spread(self) -> Spread:
+        way = next((way for way in WAYS if way in self.given), "from" if "to" in self.given else "")
+        if not way:
+            raise self._error("is missing: nothing tells its values", "from", ANY_WAY)
+        for option in self.given:
+            if option not in WAYS[way]:
+                raise self._error(f"does not go with {way}", option, ", ".join(WAYS[way]))
+        if way == "from_seed":
+            return self._own_seed()
+        if way == "values":
+            return self._choice()
+        if self.field.kind == "word":
+            raise self._error("is no way to tell words", way, "values")
+        if self.design == "list" or (self.design == "grid" and way == "distribution"):
+            raise self._error(f"does not go with the design {self.design!r}", way, "values")
+        return self._range() if way == "from" else self._normal()
+
+    def _own_seed(self) -> OwnSeed:
+        if not self.told.from_seed:
+            raise self._error("tells nothing", "from_seed", "true", False)
+        if self.field.kind != "integer":
+            raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
+        for field in self.fields:
+            self._read("from_seed", 2**32 - 1, field)
+        return OwnSeed()
+
+    def _choice(self) -> Choice:
+        values = [self._read("values", value) for value in self.told.values or ()]
+        if not values:
+            raise self._error("is empty", "values", "at least one value")
+        twice = next((v for v in values if values.count(v) > 1), None) if self.design != "list" else None
+        if twice is not None:
+            told = (self.told.values or ())[values.index(twice)]
+            raise self._error("is there twice", "values", "different values", told)
+        return Choice(tuple(values))  # type: ignore[arg-type]
+
+    def _range(self) -> Range:
+        lower, upper = self._number("from"), self._number("to")
+        whole, logarithmic = self.field.kind == "integer", self.told.scale == "log"
+        self._require_rising(lower, upper)
+        if logarithmic and lower <= 0.0:
+            raise self._error("has no logarithm", "from", "more than zero with a log scale", self.told.from_)
+        steps = self.told.steps
+        if self.design == "grid" and steps is None:
+            raise self._error("is missing: a grid needs it", "steps", "2 or more")
+        if self.design != "grid" and steps is not None:
+            raise self._error(f"does not go with the design {self.design!r}", "steps", "the design grid")
+        found = Range(lower, upper, logarithmic, steps, whole)
+        if steps is not None and len(set(found.levels())) < steps:
+            raise self._error("is more than there are whole numbers in the range", "steps", "fewer", steps)
+        return found
+
+    def _normal(self) -> Normal:
+        of_logarithm = self.told.distribution == "lognormal"
+        centre_name, other = ("median", "mean") if of_logarithm else ("mean", "median")
+        if other in self.given:
+            raise self._error(f"does not go with {self.told.distribution}", other, f"{centre_name} and sd")
+        centre = self._number(centre_name)
+        unit = "" if of_logarithm or self.field.kind == "integer" else self.field.unit
+        sd = self._quantity("sd", unit)
+        lower = self._number("from") if "from" in self.given else -math.inf
+        upper = self._number("to") if "to" in self.given else math.inf
+        self._require_rising(lower, upper)
+        for option, wrong in ((centre_name, of_logarithm and centre <= 0.0), ("sd", sd <= 0.0)):
+            if wrong:
+                raise self._error("is out of range", option, "more than zero", self.given[option])
+        if of_logarithm and upper <= 0.0:
+            raise self._error(
+                "leaves nothing of a lognormal distribution", "to", "more than zero", self.told.to
+            )
+        return Normal(centre, sd, lower, upper, of_logarithm, self.field.kind == "integer")
+
+    def _require_rising(self, lower: float, upper: float) -> None:
+        if not lower < upper:
+            raise self._error("is not below to: the range is empty", "from", f"less than {self.told.to}")
+
+    def _number(self, option: str) -> float:
+        if option not in self.given:
+            raise self._error("is missing", option, self.field.form)
+        return float(self._read(option, self.given[option]))
+
+    def _quantity(self, option: str, unit: str) -> float:
+        if option not in self.given:
+            raise self._error("is missing", option, "a standard deviation")
+        try:
+            return parse_quantity(self.given[option], unit)
+        except ValueError as error:
+            raise self._error(str(error), option, value=self.given[option]) from None
+
+    def _read(self, option: str, value: Any, field: Field | None = None) -> float | str:
+        """A value as every key's field reads it."""
+        try:
+            found = [one.read(value, self.file) for one in ([field] if field else self.fields)]
+        except InputError as error:
+            problem = error.problem if error.value == value else str(error)
+            raise self._error(problem, option, error.allowed, value, error.nearest) from None
+        return found[0]
+
+    def _at(self, option: str) -> str:
+        return f"parameters.{self.name}" + (f".{option}" if option else "")
+
+    def _error(
+        self, problem: str, option: str, allowed: str = "", value: Any = None, nearest: str | None = None
+    ) -> InputError:
+        """What is wrong with an option of this parameter; says which key of the scenario it is about."""
+        keys = self.told.keys or ((self.told.key,) if self.told.key else ())
+        about = f" ({', '.join(keys)})" if keys and option != "key" else ""
+        return InputError(
+            f"{problem}{about}",
+            file=self.file,
+            field=self._at(option),
+            value=value if value is not None else self.given.get(option),
+            allowed=allowed,
+            nearest=nearest,
+        )

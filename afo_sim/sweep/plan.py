@@ -1,0 +1,344 @@
+"""A sweep as its TOML file describes it: scenario, design, parameters, constraints."""
+
+import hashlib
+import os
+import pathlib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from pydantic import Field as Option
+from pydantic import StrictInt, StrictStr, ValidationError, field_validator
+
+from afo_sim import assets
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.metric_words import OTHER, WORDS, words
+from afo_sim.quantity import refusal
+from afo_sim.reader import PROBLEMS, load, split_key
+from afo_sim.spec import Scenario
+from afo_sim.sweep.case_table import values_of
+from afo_sim.sweep.constraint import Constraint, read_constraint
+from afo_sim.sweep.parameter import Choice, Parameter
+from afo_sim.sweep.parameter_table import ParameterReader, Told, ToldParameter
+
+RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
+DESIGNS = ("grid", "list", *RANDOM)
+CHUNK = 32  # cases
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep, checked.
+
+    `file` is where it was read; `scenario` a shipped name or a path. `cases` is None for grid and list, and
+    for saltelli the number of base samples. `metrics` and `keep` are empty where nothing is told: all
+    metrics, no recordings. `set` are fixed overrides by dotted key; `parameters` stand in the file's order.
+    """
+
+    file: pathlib.Path
+    description: str
+    scenario: str
+    design: str
+    cases: int | None
+    seed: int
+    metrics: tuple[str, ...]
+    keep: tuple[int, ...]
+    chunk: int
+    set: dict[str, Any]
+    parameters: tuple[Parameter, ...]
+    constraints: tuple[Constraint, ...]
+
+    def canonical(self) -> dict[str, Any]:
+        """What decides the results, as JSON-able data: for telling whether two sweeps are the same.
+
+        The scenario and every description that a word names stand in it as they are resolved, files as
+        the SHA-256 of their content; descriptions, sources, chunk and kept cases do not.
+        """
+        return {
+            "scenario": _content(load("scenario", self.scenario, self.set)),
+            "design": self.design,
+            "cases": self.cases,
+            "seed": self.seed,
+            "metrics": list(self.metrics),
+            "parameters": [self._canonical_parameter(parameter) for parameter in self.parameters],
+            "constraints": [constraint.text for constraint in self.constraints],
+        }
+
+    def _canonical_parameter(self, parameter: Parameter) -> dict[str, Any]:
+        spread = {
+            key: repr(value) if isinstance(value, float) else value
+            for key, value in asdict(parameter.spread).items()
+        }
+        told = {
+            "name": parameter.name,
+            "keys": list(parameter.keys),
+            "unit": parameter.unit,
+            "spread": type(parameter.spread).__name__,
+        }
+        if parameter.words:
+            spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
+        if isinstance(parameter.spread, Choice) and not parameter.words:
+            spread["values"] = [repr(value) for value in spread["values"]]
+        return told | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
+
+
+class _ToldSweep(Told):
+    """A sweep's file as it is written."""
+
+    description: StrictStr = ""
+    scenario: StrictStr
+    design: StrictStr
+    cases: StrictInt | None = Option(default=None, ge=1)
+    seed: StrictInt = Option(default=0, ge=0)
+    metrics: tuple[StrictStr, ...] = ()
+    keep: tuple[StrictInt, ...] = ()
+    chunk: StrictInt = Option(default=CHUNK, ge=1)
+    constraints: tuple[StrictStr, ...] = ()
+    file: StrictStr | None = None
+    set: dict[str, Any] = Option(default_factory=dict)
+    parameters: dict[str, ToldParameter] = Option(min_length=1)
+
+    @field_validator("design")
+    @classmethod
+    def _is_a_design(cls, design: str) -> str:
+        if design not in DESIGNS:
+            raise refusal("is no design", ", ".join(DESIGNS), nearest=nearest_name(design, DESIGNS) or "")
+        return design
+
+    @field_validator("metrics")
+    @classmethod
+    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
+        for name in metrics:
+            if words(name).group == OTHER:
+                raise refusal(
+                    f"{name!r} is no metric", "see `afo-sim run`", "", nearest_name(name, WORDS) or ""
+                )
+        return metrics
+
+    @field_validator("keep")
+    @classmethod
+    def _are_cases(cls, keep: tuple[int, ...]) -> tuple[int, ...]:
+        if any(case < 0 for case in keep):
+            raise refusal("has a negative number", "numbers of cases, from 0")
+        return keep
+
+
+def read(path: str | os.PathLike[str]) -> Plan:
+    """Read a sweep.
+
+    Parameters
+    ----------
+    path : TOML file, or the name of a shipped sweep
+
+    Returns
+    -------
+    Plan: keys, units and values fit the scenario, which is valid with the plan's fixed overrides
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong, with its field, value and what is allowed.
+    """
+    file = assets.find("sweep", os.fspath(path))
+    table = assets.read_toml(file)
+    try:
+        told = _ToldSweep.model_validate(table)
+    except ValidationError as error:
+        raise _input_error(file, table, error) from None
+    _check_count(file, told)
+    scenario = _scenario_of(file, told.scenario)
+    sets = _flat(told.set)
+    try:
+        base = load("scenario", scenario, sets)
+    except InputError as error:
+        mine = error.field in sets or (error.file is None and error.field)
+        field = f"set.{error.field}" if mine else "scenario"
+        raise _elsewhere(error, file, field) from None
+    parameters = _parameters(file, told, base)
+    _check_keys(file, parameters, sets)
+    constraints = _constraints(file, told, parameters)
+    return Plan(
+        file=file,
+        description=told.description,
+        scenario=scenario,
+        design=told.design,
+        cases=told.cases,
+        seed=told.seed,
+        metrics=told.metrics,
+        keep=told.keep,
+        chunk=told.chunk,
+        set=sets,
+        parameters=parameters,
+        constraints=constraints,
+    )
+
+
+def _check_count(file: pathlib.Path, told: _ToldSweep) -> None:
+    """The number of cases, and what else the design asks for or refuses."""
+    counted = told.design in RANDOM
+    if counted and told.cases is None:
+        raise InputError(f"is missing: the design {told.design!r} needs it", file=file, field="cases")
+    for field, refused in (
+        ("cases", not counted and told.cases is not None),
+        ("file", told.design != "list" and told.file is not None),
+        ("constraints", told.design == "saltelli" and bool(told.constraints)),
+    ):
+        if refused:
+            problem = f"does not go with the design {told.design!r}"
+            if field == "constraints":
+                problem += ": sensitivity indices need every case of it"
+            raise InputError(problem, file=file, field=field, value=getattr(told, field))
+
+
+def _scenario_of(file: pathlib.Path, name: str) -> str:
+    """The scenario's name, or its whole path where it lies beside the sweep."""
+    beside = file.parent / name
+    return str(beside.resolve()) if name not in assets.names("scenario") and beside.is_file() else name
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """[set] as dotted keys, whether they were written "a.b" = … or a.b = …"""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict) and "value" not in value:
+            found |= _flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
+
+
+def _parameters(file: pathlib.Path, told: _ToldSweep, base: Scenario) -> tuple[Parameter, ...]:
+    told_parameters = told.parameters
+    if told.file is not None:
+        for name, parameter in told_parameters.items():
+            if parameter.values is not None:
+                problem = "is told by the file's column"
+                raise InputError(
+                    problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
+                )
+        rows = values_of(file, told.file, told_parameters)
+        told_parameters = {
+            name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
+            for name, parameter in told_parameters.items()
+        }
+    found = tuple(
+        ParameterReader(file, told.design, name, parameter, base).parameter()
+        for name, parameter in told_parameters.items()
+    )
+    if told.design == "list":
+        lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
+        if len(set(lengths.values())) != 1:
+            each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
+            problem = (
+                "the parameters' lists of values differ in length"
+                if lengths
+                else "there is no list of values"
+            )
+            raise InputError(
+                problem, file=file, field="parameters", value=each or None, allowed="alike, row by row"
+            )
+    return found
+
+
+def _check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
+    """Refuse what is set twice: the same key, or one below another parameter's."""
+    taken: dict[tuple[str, ...], tuple[str, str]] = {}
+    for parameter in parameters:
+        for key in parameter.keys:
+            path = _parts(key)
+            for other, (name, written) in taken.items():
+                if path[: len(other)] == other or other[: len(path)] == path:
+                    how = (
+                        "what"
+                        if path == other
+                        else "what lies within"
+                        if len(path) > len(other)
+                        else "all of what"
+                    )
+                    raise InputError(
+                        f"sets {how} {name!r} sets already ({written})",
+                        file=file,
+                        field=f"parameters.{parameter.name}.key",
+                        value=key,
+                    )
+            taken[path] = (parameter.name, key)
+    for key in sets:
+        if _parts(key) in taken:
+            problem = f"is set by the parameter {taken[_parts(key)][0]!r} too"
+            raise InputError(problem, file=file, field=f"set.{key}", value=sets[key])
+
+
+def _parts(key: str) -> tuple[str, ...]:
+    path, items = split_key(key)
+    return (*path, *(f"[{item}]" for item in items))
+
+
+def _constraints(
+    file: pathlib.Path, told: _ToldSweep, parameters: tuple[Parameter, ...]
+) -> tuple[Constraint, ...]:
+    found = []
+    for number, text in enumerate(told.constraints):
+        try:
+            found.append(read_constraint(text, parameters))
+        except InputError as error:
+            raise _elsewhere(error, file, f"constraints[{number}]") from None
+    return tuple(found)
+
+
+def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
+    """The same error, as one of this file and field; what it said of another file stays in its words."""
+    problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
+    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
+    return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
+
+
+def _input_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
+    """The first validation error, as a message for people."""
+    first = error.errors(include_url=False)[0]
+    facts = first.get("ctx", {})
+    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
+    value = table
+    for part in path:
+        if isinstance(value, list):
+            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
+    return InputError(
+        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
+            first["type"], first["msg"]
+        ),
+        file=file,
+        field=".".join(path),
+        value=None if isinstance(value, dict) else value,
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "")),
+        nearest=facts.get("nearest") or None,
+    )
+
+
+def _content(description: Any) -> dict[str, Any]:
+    """A description as what it holds, without names, words and places."""
+    return _stripped(description.model_dump(mode="json"))
+
+
+def _stripped(node: Any) -> Any:
+    if isinstance(node, dict):
+        told = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
+        files = {k: _digest(v) for k, v in told.items() if k in ("file", "cuff", "plate", "cycle") and v}
+        return {k: _stripped(v) for k, v in (told | files).items() if k != "provenance"}
+    return [_stripped(part) for part in node] if isinstance(node, list | tuple) else node
+
+
+def _digest(path: str) -> str:
+    """A file as the SHA-256 of its content; a shipped gait's name stands for its file."""
+    file = pathlib.Path(path)
+    file = file if file.is_file() else assets.find_gait(path)
+    return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+
+
+def _digest_of_word(parameter: Parameter, word: str) -> Any:
+    """What a word names: a description's content, a file's, or nothing beyond the word."""
+    description = parameter.description
+    path = parameter.files.get(word, word)
+    if description:
+        return _content(load(description, path))
+    return _digest(path) if word in parameter.files or word in assets.gait_names() else None
