@@ -18,6 +18,7 @@ CASE = {"color": "0.72", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.6}
 MOST_DOTS = 3000  # cases drawn as dots
 MOST_PARAMETERS = 6  # side by side
 MOST_LABELS = 9  # cases of a front that have their number written
+LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
 MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
 FULL, PALE = COLOURS[1], "#a9cfe8"
 
@@ -205,7 +206,8 @@ def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better])
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))
         step = "steps-post" if lowest[0] else "steps-pre"  # around what a case of the front dominates
         axis.plot(*points[front].T, color=COLOURS[0], lw=0.9, drawstyle=step, zorder=2)
-        axis.plot(*points[front].T, "o", ms=4.6, color=COLOURS[0], mec="white", mew=0.5, zorder=3)
+        size, rim = (4.6, 0.5) if len(front) <= 60 else (2.6, 0.0)
+        axis.plot(*points[front].T, "o", ms=size, color=COLOURS[0], mec="white", mew=rim, zorder=3)
         _case_numbers(axis, results["case"], points, front, lowest)
         axis.margins(0.13)
         for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):
@@ -222,10 +224,13 @@ def _case_numbers(
     if not len(front):
         return
     size = np.ptp(points[np.isfinite(points).all(axis=1)], axis=0)
-    steps = np.hypot(*(np.diff(points[front], axis=0) / np.where(size > 0.0, size, 1.0)).T)
-    way = np.r_[0.0, np.cumsum(steps)]
+    places = points[front] / np.where(size > 0.0, size, 1.0)
+    way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T))]
     marks = np.linspace(0.0, way[-1], min(MOST_LABELS, len(front)))
-    near = np.unique([int(np.abs(way - mark).argmin()) for mark in marks])
+    near: list[int] = []
+    for row in np.unique([int(np.abs(way - mark).argmin()) for mark in marks]):
+        if not near or (np.abs(places[row] - places[near]) > LABEL).any(axis=1).all():
+            near.append(int(row))
     shift = [-4.0 if low else 4.0 for low in lowest]
     look = {"ha": "right" if lowest[0] else "left", "va": "top" if lowest[1] else "bottom"}
     for row in front[near]:
