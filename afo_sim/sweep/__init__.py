@@ -1,1 +1,22 @@
-"""Parameter sweeps: what is varied (plan), the cases that this makes (design), and their runs."""
+"""Parameter sweeps: many cases of one scenario, and looking at what came out.
+
+import afo_sim.sweep
+frame = afo_sim.sweep.read("sweeps/a").to_pandas()
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from afo_sim.sweep.results import Results as Results
+    from afo_sim.sweep.results import read as read
+
+_PUBLIC = {"Results": "results", "read": "results"}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    # Imported when first asked for, as in the package above.
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"afo_sim.sweep.{_PUBLIC[name]}"), name)

@@ -1,0 +1,148 @@
+"""Cases of a sweep → what they say: spread of a metric, best cases, effect of each parameter."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
+FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
+BINS = (4, 12)  # at least, at most
+LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How a metric varies over the cases that have it; NaN where there are too few."""
+
+    count: int
+    mean: float
+    deviation: float
+    low_5: float
+    median: float
+    high_95: float
+    lowest: float
+    highest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """The mean of a metric over one parameter, all other parameters varying as they do in the sweep.
+
+    `places` are the bins' mean parameter values, or the values themselves (k,), text where the parameter is
+    text; `means`, `errors` (standard error) and `counts` belong to them (k,). `share` is the share of the
+    metric's variance that the bins' means explain [-]: an estimate of the first-order Sobol' index, which
+    noise may bring below zero; NaN where nothing varies, or the cases are too few.
+    """
+
+    places: np.ndarray
+    means: np.ndarray
+    errors: np.ndarray
+    counts: np.ndarray
+    share: float
+
+
+def spread(values: np.ndarray) -> Spread:
+    """Mean, standard deviation and percentiles of a metric (n,), its NaN left out."""
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return Spread(0, *[np.nan] * 7)
+    low, median, high = np.percentile(values, (5.0, 50.0, 95.0))
+    deviation = float(values.std(ddof=1)) if len(values) > 1 else np.nan
+    ends = float(values.min()), float(values.max())
+    return Spread(len(values), float(values.mean()), deviation, float(low), float(median), float(high), *ends)
+
+
+def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
+    """[(status, reason, number of cases)], the most frequent first; "ok" is none of them."""
+    found = Counter((s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok")
+    return [(s, r, count) for (s, r), count in found.most_common()]
+
+
+def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:
+    """Rows of the best cases, best first; of equal ones the earlier. A case without the metric is none.
+
+    Parameters
+    ----------
+    values : of a metric (n,)
+    count : how many, at most
+    lowest : whether low values are good
+    """
+    order = np.argsort(values if lowest else -values, kind="stable")
+    return order[np.isfinite(values[order])][:count]
+
+
+def effect(
+    parameter: np.ndarray,
+    metric: np.ndarray,
+    *,
+    bins: int | None = None,
+    blocks: np.ndarray | None = None,
+    grid: bool = False,
+) -> Effect:
+    """Main effect of a parameter on a metric: the mean in bins of equally many cases, or at each value.
+
+    Parameters
+    ----------
+    parameter : numbers or text (n,)
+    metric : (n,); cases where it is NaN are left out
+    bins : how many; by the number of cases if not given. A parameter of few values has a bin for each.
+    blocks : cases of one block are not independent of one another, as in a Saltelli design (n,); each case
+        is its own block if not given
+    grid : the cases are a full grid: each value has its bin, and the other parameters are the same in all of
+        them, so that no chance is to be taken off the explained share
+
+    Returns
+    -------
+    Effect
+
+    Notes
+    -----
+    The share is (Σ n_k (ȳ_k − ȳ)² − Σ n_k (1 − n_k/n) e_k²) / Σ (y − ȳ)², with e_k the standard error of the
+    bin's mean; the second sum is what chance alone would give. With independent cases and one variance this
+    is ε² (Kelley 1935, doi 10.1073/pnas.21.9.554). A slope within a bin counts as unexplained: of a linear
+    effect in k bins 1/k². Errors are those of cluster-robust regression on the bins (Liang & Zeger 1986,
+    doi 10.1093/biomet/73.1.13), with m/(m − 1) for m blocks.
+    """
+    known = np.isfinite(metric)
+    parameter, metric = parameter[known], metric[known]
+    blocks = np.arange(len(metric)) if blocks is None else blocks[known]
+    if not len(metric):
+        nothing = np.full(0, np.nan)
+        return Effect(nothing, nothing, nothing, np.zeros(0, int), np.nan)
+    places, bin_of = _binned(parameter, bins, grid)
+    counts = np.bincount(bin_of)
+    means = np.bincount(bin_of, metric) / counts
+    errors = _errors(metric - means[bin_of], bin_of, blocks, counts)
+    total = float(np.sum((metric - metric.mean()) ** 2))
+    explained = counts * (means - metric.mean()) ** 2
+    chance = 0.0 if grid else counts * (1.0 - counts / len(metric)) * errors**2
+    few = not grid and counts.mean() < FEWEST_FOR_SHARE
+    if few or len(counts) < 2 or total <= 1e-24 * float(np.sum(metric**2)):
+        return Effect(places, means, errors, counts, np.nan)
+    # a bin of a single block has no error to tell chance by: its share is not known
+    return Effect(places, means, errors, counts, float(np.sum(explained - chance)) / total)
+
+
+def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Place of each bin (k,), and the bin of each case (n,); equal values are never parted."""
+    levels, bin_of = np.unique(parameter, return_inverse=True)
+    if parameter.dtype.kind in "US":
+        first = np.argsort(np.unique(parameter, return_index=True)[1])  # in the order they come
+        return levels[first], np.argsort(first)[bin_of]
+    if grid or len(levels) <= min(LEVELS, len(parameter) // 2):
+        return levels, bin_of
+    wanted = bins or int(np.clip(len(parameter) // FEWEST_IN_BIN, *BINS))
+    edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
+    _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
+    return np.bincount(bin_of, parameter) / np.bincount(bin_of), bin_of
+
+
+def _errors(residual: np.ndarray, bin_of: np.ndarray, blocks: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Standard error of each bin's mean (k,), NaN where the bin is a single block."""
+    pairs, member = np.unique(blocks * len(counts) + bin_of, return_inverse=True)
+    sums, of_bin = np.bincount(member, residual), pairs % len(counts)
+    m = np.bincount(of_bin)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = np.bincount(of_bin, sums**2) / counts**2 * (m / (m - 1.0))
+    return np.where(m > 1, np.sqrt(variance), np.nan)

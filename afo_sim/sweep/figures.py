@@ -1,0 +1,287 @@
+"""Figures of a sweep: distributions, main effects, heat maps, Pareto fronts, Sobol' indices."""
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from afo_sim.figure import COLOURS
+from afo_sim.report_figure import plain
+from afo_sim.sweep import pareto
+from afo_sim.sweep.analysis import Effect, spread
+from afo_sim.sweep.results import Results
+from afo_sim.sweep.sobol import Indices
+from afo_sim.sweep.words import Better, Scale, scale
+
+CASE = {"color": "0.72", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.6}
+MOST_DOTS = 3000  # cases drawn as dots
+MOST_PARAMETERS = 6  # side by side
+MOST_LABELS = 9  # cases of a front that have their number written
+LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
+MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
+FULL, PALE = COLOURS[1], "#a9cfe8"
+
+
+def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) -> None:
+    """A histogram for each metric, with its median and the middle 90 % of the cases."""
+    axes = figure.subplots(1, len(metrics), squeeze=False)[0]
+    for axis, metric in zip(axes, metrics, strict=True):
+        look = scale(results, metric)
+        values = look.factor * results[metric]
+        found = spread(values)
+        bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=_bins(found.count))
+        axis.axvspan(found.low_5, found.high_95, color="0.94", lw=0.0, zorder=0)
+        axis.hist(values, bins=bins, color=PALE, edgecolor="white", lw=0.4)
+        axis.axvline(found.median, color=FULL, lw=1.3)
+        axis.margins(x=0.02)
+        axis.set_xlabel(look.title)
+        said = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
+        axis.set_title(said.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
+    axes[0].set_ylabel("cases")
+    figure.get_layout_engine().set(wspace=0.05)
+
+
+def _bins(count: int) -> int:
+    return int(np.clip(2.0 * count ** (1.0 / 3.0), 5, 40))  # Rice's rule
+
+
+def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
+    """One row for each metric, one panel for each parameter: all cases, and the mean along the parameter.
+
+    Parameters
+    ----------
+    figure : of Matplotlib
+    results : of the sweep
+    effects : {metric: {parameter: effect}}
+    """
+    parameters = most_influential(effects, MOST_PARAMETERS)
+    axes = figure.subplots(len(effects), len(parameters), sharex="col", sharey="row", squeeze=False)
+    rows = _some(len(results))
+    for row, (metric, found) in zip(axes, effects.items(), strict=True):
+        of_metric = scale(results, metric)
+        for axis, parameter in zip(row, parameters, strict=True):
+            of_parameter = scale(results, parameter)
+            _effect(axis, results, (parameter, metric), found[parameter], rows)
+            share = found[parameter].share
+            if np.isfinite(share):
+                text = f"{100.0 * max(share, 0.0):.0f} % of variance"
+                axis.set_title(text, loc="left", fontsize=8.0, color="0.3")
+            if axis in axes[-1]:
+                axis.set_xlabel(of_parameter.title)
+        row[0].set_ylabel(_broken(of_metric))
+    figure.align_ylabels(axes[:, 0])
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=2)
+
+
+def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect, rows: np.ndarray) -> None:
+    of_parameter, of_metric = (scale(results, name) for name in names)
+    values = results[names[0]]
+    text = values.dtype.kind in "US"
+    if text:
+        labels = list(map(str, effect.places))
+        places = np.arange(len(labels), dtype=float)
+        x = np.array([labels.index(v) if v in labels else np.nan for v in map(str, values)], float)
+        axis.set_xticks(places, [plain(label) for label in labels])
+    else:
+        places, x = of_parameter.factor * effect.places, of_parameter.factor * values
+    y = of_metric.factor * results[names[1]]
+    axis.plot(x[rows], y[rows], zorder=1, label="a case", **_dots(len(rows)))
+    means, errors = of_metric.factor * effect.means, of_metric.factor * effect.errors
+    line = "" if text else "-"
+    look = {"color": FULL, "ecolor": FULL, "ls": line, "marker": "o", "ms": 3.4, "elinewidth": 1.0}
+    grid = results.levels() is not None  # no cases at random: no error
+    said = "mean over the other parameters" if grid else "mean and its standard error"
+    bars = None if grid else np.where(np.isfinite(errors), errors, 0.0)
+    axis.errorbar(places, means, bars, zorder=3, label=said, **look)
+    axis.margins(x=0.25 if text else 0.04)
+
+
+def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) -> list[str]:
+    """Parameters by the largest share that they explain of any metric; as they come where shares agree."""
+    shares: dict[str, float] = {}
+    for found in effects.values():
+        for parameter, effect in found.items():
+            share = effect.share if np.isfinite(effect.share) else -np.inf
+            shares[parameter] = max(shares.get(parameter, -np.inf), share)
+    return sorted(shares, key=lambda name: -shares[name])[:count]
+
+
+def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
+    """For each metric its mean over the two parameters that it depends on most.
+
+    A grid's cells are its own; the cells of other designs are as wide as hold some eight cases on average.
+    """
+    axes = figure.subplots(1, len(effects), squeeze=False)[0]
+    hatched = False
+    for axis, (metric, found) in zip(axes, effects.items(), strict=True):
+        across, up = most_influential({metric: found}, 2)
+        x, y = (_Cells(results, name) for name in (across, up))
+        look = scale(results, metric)
+        means = _cell_means(x, y, look.factor * results[metric])
+        axis.set_facecolor("0.9")
+        axis.patch.set(hatch="////", edgecolor="white", lw=0.0)
+        shown = axis.pcolormesh(x.edges, y.edges, means.T, cmap="viridis", lw=0.0)
+        for cells, labels in ((x, axis.set_xticks), (y, axis.set_yticks)):
+            if cells.ticks is not None:
+                labels(*cells.ticks)
+        if x.discrete and y.discrete and means.size <= MOST_NUMBERS:
+            _numbers(axis, x, y, means, shown)
+        axis.set_xlabel(x.look.title)
+        axis.set_ylabel(y.look.title)
+        label = f"{look.title}, mean" if len(results.parameters) > 2 else look.title
+        bar = figure.colorbar(shown, ax=axis, location="top", aspect=30.0, pad=0.02, label=label)
+        bar.outline.set_visible(False)
+        axis.spines[:].set_visible(False)
+        hatched |= bool(np.isnan(means).any())
+    if hatched:
+        figure.supxlabel("hatched: no case there has a value", fontsize=8.0, color="0.3", x=0.01, ha="left")
+    figure.get_layout_engine().set(wspace=0.07)
+
+
+class _Cells:
+    """The cells of a heat map along one parameter: edges, where they are labelled, and each case's cell."""
+
+    def __init__(self, results: Results, name: str):
+        values, self.look = results[name], scale(results, name)
+        levels = results.levels()
+        self.ticks: tuple[Any, list[str]] | None = None
+        text = values.dtype.kind in "US"
+        distinct, self.cell = np.unique(values, return_inverse=True)
+        if levels is not None and text:
+            distinct = levels[name]
+            self.cell = np.array([list(distinct).index(value) for value in values])
+        self.discrete = text or levels is not None or len(distinct) <= 6
+        if not self.discrete:
+            numbers = self.look.factor * values
+            count = int(np.clip(np.sqrt(len(values) / 8.0), 3, 24))
+            self.edges = np.linspace(numbers.min(), numbers.max(), count + 1)
+            self.cell = np.clip(np.searchsorted(self.edges, numbers, side="right") - 1, 0, count - 1)
+            self.centres = 0.5 * (self.edges[1:] + self.edges[:-1])
+            return
+        # cells of one size: values that are not evenly spaced stand by their number, not by their place
+        even = not text and len(distinct) > 2 and np.ptp(np.diff(distinct)) <= 1e-6 * np.ptp(distinct)
+        self.centres = self.look.factor * distinct if even else np.arange(len(distinct), dtype=float)
+        between = 0.5 * (self.centres[1:] + self.centres[:-1])
+        half = 0.5 * (self.centres[1] - self.centres[0]) if len(distinct) > 1 else 0.5
+        self.edges = np.r_[self.centres[0] - half, between, self.centres[-1] + half]
+        if not even or len(distinct) <= 8:
+            self.ticks = self.centres, [plain(self.look.text(v.item())) for v in distinct]
+
+
+def _cell_means(x: _Cells, y: _Cells, values: np.ndarray) -> np.ndarray:
+    """Mean of the cases in each cell; NaN where none has a value."""
+    shape = len(x.centres), len(y.centres)
+    known = np.isfinite(values)
+    flat = x.cell[known] * shape[1] + y.cell[known]
+    counts = np.bincount(flat, minlength=shape[0] * shape[1])
+    sums = np.bincount(flat, values[known], minlength=len(counts))
+    return np.divide(sums, counts, out=np.full(len(counts), np.nan), where=counts > 0).reshape(shape)
+
+
+def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> None:
+    largest = np.nanmax(np.abs(means))
+    decimals = int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
+    for i, j in np.ndindex(means.shape):
+        if np.isfinite(means[i, j]):
+            dark = shown.norm(means[i, j]) < 0.6
+            text = f"{round(float(means[i, j]), decimals) + 0.0:.{decimals}f}".replace("-", "−")
+            place = (x.centres[i], y.centres[j])
+            look = {"ha": "center", "va": "center", "fontsize": 7.0}
+            axis.annotate(text, place, color="white" if dark else "black", **look)
+
+
+def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]) -> None:
+    """For each two metrics all cases, and the front of those that no other case is better than in both."""
+    pairs = list(combinations(objectives, 2))
+    axes = figure.subplots(1, len(pairs), squeeze=False)[0]
+    for axis, names in zip(axes, pairs, strict=True):
+        lowest = tuple(objectives[name] == "lowest" for name in names)
+        looks = [scale(results, name) for name in names]
+        points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])
+        front = np.flatnonzero(pareto.ranks(points, lowest) == 0)
+        front = front[np.lexsort((points[front, 1], points[front, 0]))]
+        rest = np.setdiff1d(_some(len(points)), front)
+        axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))
+        step = "steps-post" if lowest[0] else "steps-pre"  # around what a case of the front dominates
+        axis.plot(*points[front].T, color=COLOURS[0], lw=0.9, drawstyle=step, zorder=2)
+        size, rim = (4.6, 0.5) if len(front) <= 60 else (2.6, 0.0)
+        axis.plot(*points[front].T, "o", ms=size, color=COLOURS[0], mec="white", mew=rim, zorder=3)
+        _case_numbers(axis, results["case"], points, front, lowest)
+        axis.margins(0.13)
+        for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):
+            label(f"{look.title}\n{'lower' if low else 'higher'} is better")
+        title = f"Pareto front: {len(front)} of {np.isfinite(points).all(axis=1).sum()} cases"
+        axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
+    figure.get_layout_engine().set(wspace=0.05)
+
+
+def _case_numbers(
+    axis: Any, cases: np.ndarray, points: np.ndarray, front: np.ndarray, lowest: tuple[bool, ...]
+) -> None:
+    """Numbers of cases spread evenly along the front, on the side where no case is."""
+    if not len(front):
+        return
+    size = np.ptp(points[np.isfinite(points).all(axis=1)], axis=0)
+    places = points[front] / np.where(size > 0.0, size, 1.0)
+    way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T))]
+    marks = np.linspace(0.0, way[-1], min(MOST_LABELS, len(front)))
+    near: list[int] = []
+    for row in np.unique([int(np.abs(way - mark).argmin()) for mark in marks]):
+        if not near or (np.abs(places[row] - places[near]) > LABEL).any(axis=1).all():
+            near.append(int(row))
+    shift = [-4.0 if low else 4.0 for low in lowest]
+    look = {"ha": "right" if lowest[0] else "left", "va": "top" if lowest[1] else "bottom"}
+    for row in front[near]:
+        where = {"xytext": shift, "textcoords": "offset points"}
+        axis.annotate(f"{cases[row]}", points[row], fontsize=7.0, color="#8a3d00", **where, **look)
+
+
+def draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> None:
+    """For each metric the first-order and total index of each parameter, with 95 % intervals."""
+    axes = figure.subplots(1, len(found), sharex=True, sharey=True, squeeze=False)[0]
+    first = next(iter(found.values()))
+    order = np.argsort(-np.max([each.total for each in found.values()], axis=0), kind="stable")
+    rows = np.arange(len(order))
+    for axis, (metric, each) in zip(axes, found.items(), strict=True):
+        bars = (
+            (-0.18, each.first, each.first_interval, FULL, "alone (first order)"),
+            (0.18, each.total, each.total_interval, PALE, "with interactions (total)"),
+        )
+        for shift, values, intervals, colour, label in bars:
+            look = {"error_kw": {"lw": 0.9, "ecolor": "0.25"}, "color": colour, "label": label}
+            axis.barh(rows + shift, values[order], 0.34, xerr=intervals[order], **look)
+        axis.axvline(0.0, color="0.4", lw=0.6)
+        axis.set_xlabel("share of variance")
+        axis.set_title(plain(scale(results, metric).label), loc="left")
+    axes[0].set_yticks(rows, [plain(first.parameters[k].replace("_", " ")) for k in order])
+    axes[0].invert_yaxis()
+    for axis in axes:
+        axis.tick_params(axis="y", length=0.0)
+    highest = max(float((each.total + each.total_interval).max()) for each in found.values())
+    highest = max(highest, *(float((each.first + each.first_interval).max()) for each in found.values()))
+    lowest = min(float((each.first - each.first_interval).min()) for each in found.values())
+    axes[0].set_xlim(min(1.05 * lowest, -0.02), max(1.02 * highest, 1.0))
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper left", ncols=2)
+
+
+def _some(count: int) -> np.ndarray:
+    """Rows to draw; of very many a random part: one in so many would beat with the steps of a grid."""
+    return np.sort(np.random.default_rng(0).permutation(count)[:MOST_DOTS])
+
+
+def _dots(count: int) -> dict[str, Any]:
+    """How cases look: the fewer, the larger."""
+    return CASE | {"ms": float(np.clip(8.0 * count**-0.18, 2.2, 4.2))}
+
+
+def _broken(look: Scale) -> str:
+    """An axis' title in two lines where it is long."""
+    label, unit = plain(look.label), f"[{look.unit}]" if look.unit else ""
+    words, half = label.split(" "), len(label) / 2.0
+    if len(label) < 16:
+        return f"{label} {unit}".strip()
+    cut = min(range(1, len(words) + 1), key=lambda k: abs(len(" ".join(words[:k])) - half))
+    return f"{' '.join(words[:cut])}\n{' '.join(words[cut:])} {unit}".strip()

@@ -1,0 +1,206 @@
+"""What a sweep has computed: one row per case, read from its folder, finished or not."""
+
+import importlib
+import json
+import math
+import os
+import pathlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from afo_sim.errors import InputError, nearest_name
+
+if TYPE_CHECKING:
+    import pandas
+
+RESULTS, CHUNKS = "results.parquet", "chunks"
+EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric
+
+
+@dataclass(frozen=True, repr=False)
+class Results:
+    """The cases of a sweep. Indexing gives a column: `results["toe_clearance"]` (n,).
+
+    `table` is the pyarrow Table; `parameters` and `metrics` are {name: unit}, `keys` {parameter: its key in
+    the scenario}; `sweep` is the design as it was written with the results. `unfinished` says that these are
+    only the cases computed so far.
+    """
+
+    folder: pathlib.Path
+    table: Any
+    parameters: dict[str, str]
+    metrics: dict[str, str]
+    keys: dict[str, str]
+    sweep: dict[str, Any]
+    unfinished: bool = False
+
+    def __repr__(self) -> str:
+        of = f" of {self.planned}" if self.unfinished else ""
+        return f"<Results of {self.folder}: {self.design}, {len(self)}{of} cases>"
+
+    def __len__(self) -> int:
+        return int(self.table.num_rows)
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        if column not in self.table.column_names:
+            raise InputError(
+                "the sweep has no such column",
+                field="column",
+                value=column,
+                nearest=nearest_name(column, self.table.column_names),
+            )
+        values = self.table[column].to_numpy()
+        return values.astype(str) if values.dtype == object else values
+
+    @property
+    def design(self) -> str:
+        """How the cases were chosen: grid, list, random, latin-hypercube, sobol or saltelli."""
+        return str(self.sweep["design"])
+
+    @property
+    def planned(self) -> int:
+        """How many cases the sweep has when it is finished."""
+        return int(self.sweep.get("cases", len(self)))
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Which cases ran to their end (n,)."""
+        return self["status"] == "ok"
+
+    def levels(self) -> dict[str, np.ndarray] | None:
+        """{parameter: its values}, where the cases are the cells of a grid; None where they are not.
+
+        Numbers ascend; words stand in the order in which they first come.
+        """
+        levels = {name: _levels(self[name]) for name in self.parameters}
+        cells = math.prod(map(len, levels.values()))
+        if self.design != "grid" or cells > max(self.planned, len(self)):
+            return None
+        rows = np.column_stack([_places(self[name], level) for name, level in levels.items()])
+        return levels if len(np.unique(rows, axis=0)) == len(rows) else None
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The cases as a pandas DataFrame, units in `attrs["units"]` (needs pandas)."""
+        optional("pandas")
+        frame = self.table.to_pandas()
+        frame.attrs = {"units": self.parameters | self.metrics, "sweep": self.sweep}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """The cases as an xarray Dataset (needs xarray).
+
+        Returns
+        -------
+        xarray.Dataset; a grid has a dimension for each parameter, with its values [SI] as coordinate, and
+        cells that are not computed yet are NaN, or "" where there is text; any other design has the one
+        dimension `case`. Units are in `attrs["units"]` of each variable.
+        """
+        xarray = optional("xarray")
+        units = self.parameters | self.metrics
+        levels = self.levels()
+        if levels is None:
+            columns = {n: ("case", self[n], _units(units, n)) for n in self.table.column_names if n != "case"}
+            return xarray.Dataset(columns, {"case": self["case"]}, {"sweep": json.dumps(self.sweep)})
+        place = tuple(_places(self[name], level) for name, level in levels.items())
+        shape = tuple(map(len, levels.values()))
+        variables = {}
+        for name in (*EVERY_ROW, *self.metrics):
+            variables[name] = (tuple(levels), _cells(self[name], place, shape), _units(units, name))
+        coordinates = {name: (name, level, _units(units, name)) for name, level in levels.items()}
+        return xarray.Dataset(variables, coordinates, {"sweep": json.dumps(self.sweep)})
+
+
+def read(folder: str | os.PathLike[str]) -> Results:
+    """Read a sweep's results, or those of its cases that there are so far.
+
+    Parameters
+    ----------
+    folder : of the sweep
+
+    Returns
+    -------
+    Results, ordered by case
+
+    Raises
+    ------
+    InputError
+        The folder is no sweep, has no case yet, or a file in it is damaged.
+    """
+    folder = pathlib.Path(folder)
+    whole = folder / RESULTS
+    paths = [whole] if whole.is_file() else sorted((folder / CHUNKS).glob("*.parquet"))
+    if not paths and (folder / CHUNKS).is_dir():
+        raise InputError("no case of this sweep is computed yet", file=folder)
+    if not paths:
+        raise InputError(f"there is no sweep here ({RESULTS} is missing)", file=folder)
+    table, sweep = _read_tables(paths)
+    if not table.num_rows:
+        raise InputError("this sweep has no case", file=folder)
+    roles: dict[str, dict[str, str]] = {"parameter": {}, "metric": {}}
+    keys = {}
+    for field in table.schema:
+        facts = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
+        if facts.get("role") in roles:
+            roles[facts["role"]][field.name] = facts.get("unit", "")
+        if facts.get("role") == "parameter":
+            keys[field.name] = facts.get("key", field.name)
+    return Results(
+        folder, table, roles["parameter"], roles["metric"], keys, sweep, unfinished=paths[0] != whole
+    )
+
+
+def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
+    """All rows, ordered by case, and what the first file says of the sweep."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    tables = []
+    for path in paths:
+        try:
+            table = pq.ParquetFile(path).read()
+        except (pa.ArrowException, OSError) as error:
+            raise InputError(f"cannot be read: {error}", file=path) from None
+        missing = [name for name in EVERY_ROW if name not in table.column_names]
+        if missing or b"sweep" not in (table.schema.metadata or {}):
+            raise InputError("is no result of a sweep of this program", file=path)
+        tables.append(table)
+    sweep = json.loads(tables[0].schema.metadata[b"sweep"])
+    return pa.concat_tables(tables, promote_options="permissive").sort_by("case"), sweep
+
+
+def optional(module: str) -> Any:
+    """A library that only sweeps need, imported when it is asked for."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InputError(
+            f"this needs the library {module.partition('.')[0]}",
+            allowed="after: pip install 'afo-sim[sweep]'",
+        ) from None
+
+
+def _levels(values: np.ndarray) -> np.ndarray:
+    if values.dtype.kind in "US":
+        return np.array(list(dict.fromkeys(values)))
+    return np.unique(values)
+
+
+def _places(values: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Where among the levels each value is (n,)."""
+    order = np.argsort(level)
+    return order[np.searchsorted(level, values, sorter=order)]
+
+
+def _cells(values: np.ndarray, place: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> np.ndarray:
+    text = values.dtype.kind in "US"
+    whole = len(values) == math.prod(shape)  # else numbers that are missing need a NaN
+    kind = values.dtype if text or whole else np.float64
+    cells = np.full(shape, "" if text else 0 if whole and values.dtype.kind in "iu" else np.nan, kind)
+    cells[place] = values
+    return cells
+
+
+def _units(units: dict[str, str], name: str) -> dict[str, str]:
+    return {"units": units[name]} if name in units else {}

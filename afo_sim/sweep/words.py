@@ -1,0 +1,116 @@
+"""What stands on an axis or in a table of a sweep: a name for people, and a unit that they read."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from afo_sim import metric_words
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.report_figure import plain
+from afo_sim.sweep.results import Results
+from afo_sim.units import EXAMPLES, in_unit
+
+Better = Literal["lowest", "highest"]
+
+DEFAULT = ("toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque")
+HOW_MANY = 3  # metrics, where none is asked for and DEFAULT are not there
+LOW_IS_GOOD = (
+    "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
+    "needed_", "swings_with", "contacts_with_forefoot", "contacts_with_flat", "rise_time", "peak_pressure_",
+)  # fmt: skip
+# Units by the size of the values: (largest value below which it is used [SI], unit).
+SIZES = {
+    "m": ((0.03, "mm"), (1.0, "cm"), (np.inf, "m")),
+    "s": ((1.0, "ms"), (np.inf, "s")),
+    "kg": ((1.0, "g"), (np.inf, "kg")),
+    "m^3": ((1e-3, "ml"), (np.inf, "l")),
+}
+FURTHER = {"rad/s": "deg/s", "kg/s": "g/s", "K": "K", "J": "J"}
+POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How a column is shown: its label, the factor from its own unit, and the unit it is shown in."""
+
+    label: str
+    factor: float
+    unit: str
+
+    @property
+    def title(self) -> str:
+        """Label and unit, for an axis."""
+        return f"{plain(self.label)} [{self.unit}]" if self.unit else plain(self.label)
+
+    def text(self, value: object) -> str:
+        """A value of the column with its digits, without the unit."""
+        if isinstance(value, str):
+            return value
+        shown = self.factor * float(value)  # type: ignore[arg-type]
+        return "–" if not np.isfinite(shown) else f"{shown:.4g}".replace("-", "−")
+
+
+def scale(results: Results, name: str) -> Scale:
+    """How a parameter or a metric is shown."""
+    unit = (results.parameters | results.metrics)[name]
+    label = metric_words.words(name).label if name in results.metrics else name.replace("_", " ")
+    human = human_unit(unit, results[name])
+    factor = in_unit(1.0, unit, human) if human != unit else 1.0
+    return Scale(label, factor, _written(human))
+
+
+def human_unit(unit: str, values: np.ndarray) -> str:
+    """The unit in which people read values that are given in `unit`."""
+    if unit in SIZES and values.dtype.kind in "fiu":
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        return next(human for limit, human in SIZES[unit] if largest < limit)
+    if unit in FURTHER or not unit:
+        return FURTHER.get(unit, "")
+    return EXAMPLES[unit].partition(" ")[2] if unit in EXAMPLES else unit
+
+
+def _written(unit: str) -> str:
+    base, *powers = metric_words.UNITS.get(unit, unit).split("^")
+    for power in powers:
+        digits = len(power) - len(power.lstrip("-0123456789"))
+        base += power[:digits].translate(POWERS) + power[digits:]
+    return base.replace("*", "·")
+
+
+def better(metric: str) -> Better:
+    """Which end of a metric is the good one, if nobody says."""
+    return "lowest" if metric.startswith(LOW_IS_GOOD) else "highest"
+
+
+def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
+    """{metric: which end is good} as asked for, or the metrics that matter most.
+
+    Parameters
+    ----------
+    results : of a sweep
+    asked : names, each with ":lowest" or ":highest" after it where `better` is not what is meant
+
+    Raises
+    ------
+    InputError
+        No such metric, or an end that is neither lowest nor highest.
+    """
+    if not asked:
+        there = [name for name in DEFAULT if name in results.metrics]
+        return {name: better(name) for name in there or list(results.metrics)[:HOW_MANY]}
+    found: dict[str, Better] = {}
+    for text in asked:
+        name, colon, end = text.partition(":")
+        if name not in results.metrics:
+            raise InputError(
+                "the sweep has no such metric",
+                field="metric",
+                value=name,
+                allowed=", ".join(results.metrics),
+                nearest=nearest_name(name, results.metrics),
+            )
+        if colon and end not in ("lowest", "highest"):
+            raise InputError("is no choice", field=name, value=end, allowed="lowest, highest")
+        found[name] = end if colon else better(name)  # type: ignore[assignment]
+    return found
