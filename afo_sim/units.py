@@ -135,7 +135,10 @@ def in_unit(value: float, si_unit: str, unit: str) -> float:
 
 @functools.lru_cache(maxsize=4096)  # the cases of a sweep share most of their texts
 def _convert(text: str, unit: str, example: str) -> float:
-    import pint
+    parts = _NUMBER_AND_UNIT.match(text)
+    if parts is not None and parts[2] == unit:
+        return float(parts[1])
+    import pint  # not for SI, in which a sweep writes its values
 
     quantity = _read(text, example)
     try:
@@ -154,8 +157,6 @@ def _read(text: str, example: str) -> Any:
     parts = _NUMBER_AND_UNIT.match(text)
     if parts is None or _TOWER.search(parts[2]):
         raise ValueError(f"is not a quantity, a number and its unit; {example}")
-    if parts[2] == unit:
-        return float(parts[1])
     try:
         return _registry().Quantity(float(parts[1]), parts[2])
     except pint.UndefinedUnitError as error:

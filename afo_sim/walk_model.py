@@ -18,6 +18,9 @@ PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad",
 
 def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
     """Put the shank on three driven joints at the ankle, and the walking's moments about the ankle."""
+    # MuJoCo measures its solver's progress by the mean inertia: the carriage's would let it stop before the
+    # ankle's stop or friction holds
+    spec.option.tolerance = 0.0
     leg = scenario.leg
     shank, foot = spec.body(leg.shank), spec.body(leg.foot)
     at = np.array(foot.pos) + np.array(spec.joint(ANKLE).pos)
@@ -83,9 +86,6 @@ def _add_contact(spec: mujoco.MjSpec) -> None:
     """A pad under each point of the sole, what tells the floor's height there, and the body's support."""
     blank = [0.0] * native.N_USER
     fixed = mujoco.mjtGain.mjGAIN_FIXED
-    # MuJoCo measures its solver's progress by the mean inertia: the carriage's would let it stop before the
-    # ankle's stop holds
-    spec.option.tolerance = 0.0
     spec.worldbody.add_site(name=GROUND)
     there = {site.name for site in spec.sites}
     for pad, point in zip(PADS, POINTS, strict=True):

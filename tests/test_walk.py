@@ -172,6 +172,16 @@ def test_the_orthosis_gives_the_clearance_back(
     assert lifted.ok
 
 
+def test_the_stop_holds_an_ankle_that_the_recorded_ground_bends() -> None:
+    """Weak calf muscles under the recorded force: into the stop at 30°, which gives way by its softness only."""
+    run = afo_sim.run("walk-dropfoot", {"patient": "plantarflexor-weak", "duration": "2.4 s"})
+    assert 30.0 < np.degrees(run["ankle/angle"]).max() < 32.0
+    total = sum(run[name] for name in run.columns if name.startswith("ankle/moment/"))
+    foot = build(load("scenario", "walk-dropfoot")).foot
+    assert foot is not None
+    assert np.abs(total - foot.inertia * run["ankle/acceleration"]).max() < 1e-9
+
+
 def test_half_the_time_step_changes_clearance_and_torque_little() -> None:
     runs = [afo_sim.run("walk-dropfoot-afo", {"duration": "4.8 s", **step}) for step in ({}, HALF_STEP)]
     for point in ("ball", "toe"):
