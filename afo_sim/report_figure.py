@@ -123,11 +123,12 @@ def _legend(figure: Any, axes: Iterable[Any]) -> None:
 
 
 def draw_ankle(figure: Any, runs: list[Shown]) -> None:
-    """Ankle angle with the norm's band, and the ankle's internal moment, over the gait cycle."""
+    """Ankle angle and internal moment over the gait cycle, each with the norm's band."""
     angle, moment = figure.subplots(1, 2)
     norm = gait_norm.read()
-    low, high = (np.degrees(norm.at(n, PHASE)) for n in ("ankle_low", "ankle_high"))
-    angle.fill_between(PERCENT, low, high, color="0.87", lw=0.0, zorder=0, label="norm: published means")
+    for axis, name, unit in ((angle, "ankle", np.degrees(1.0)), (moment, "moment", 1.0)):
+        low, high = (unit * norm.at(f"{name}_{end}", PHASE) for end in ("low", "high"))
+        axis.fill_between(PERCENT, low, high, color="0.85", lw=0.0, zorder=0, label="norm: published means")
     for run in runs:
         _mean_and_spread(angle, np.degrees(run.cycles("ankle/angle")), run.colour, run.label)
         parts = ["ankle/moment/passive", "ankle/moment/biological", ORTHOSIS]

@@ -266,6 +266,19 @@ def test_the_angle_is_drawn_over_the_gait_cycle() -> None:
     assert drawn["healthy trial, recorded"] == pytest.approx(sine - 3.0, abs=0.01)
 
 
+def test_the_norms_moment_lies_about_a_healthy_push_off() -> None:
+    """Two means: 1.18 and 1.28 N·m/kg of plantarflexion at 45 % of the stride, drawn downwards."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    report_figure.draw_ankle(figure, [shown()])
+    band = figure.axes[1].collections[0]
+    assert band.get_label() == "norm: published means"
+    corners = band.get_paths()[0].vertices
+    at = np.unique(corners[np.isclose(corners[:, 0], 45.0), 1])
+    assert at == pytest.approx([-1.28, -1.18])
+
+
 def test_the_moment_is_all_that_is_internal_per_body_mass() -> None:
     columns = walk_columns()
     columns = with_orthosis(columns, np.full_like(columns["time"], 2.0))
