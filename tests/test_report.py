@@ -14,7 +14,7 @@ from command import call
 from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import report_figure
+from afo_sim import assets, report_figure
 from afo_sim.errors import InputError
 from afo_sim.metric_words import OTHER, in_short, number, words
 from afo_sim.metrics import Metric
@@ -378,6 +378,8 @@ def test_runs_of_one_name_are_told_apart_by_their_folders(
     ("arguments", "said"),
     [
         (["nowhere"], "there is no run here"),
+        (["empty"], "empty: there is no run here"),
+        (["sitting", "empty"], "empty: there is no run here"),
         (["sitting", "sitting"], "given twice"),
         (["sitting", "--out", "report.pdf"], "ending in .html"),
         (["sitting"] * 7, "too many"),
@@ -392,10 +394,44 @@ def test_mistakes_are_told_with_exit_code_2(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(folders["sitting"].parent)
+    pathlib.Path("empty").mkdir(exist_ok=True)
     code, _, err = call(capsys, "report", *arguments)
     assert code == 2
     assert said.lower() in err.lower()
     assert "Traceback" not in err
+    assert not list(pathlib.Path("empty").iterdir())
+
+
+def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(assets.find_gait("gatk_stride2"), "mine.csv")
+    walk = {"gait.cycle": "mine.csv", "duration": "2.5 s"}
+    for name in ("a", "b"):
+        afo_sim.run("walk-dropfoot", walk).save(tmp_path / name, rrd=False)
+    assert call(capsys, "report", "a", "b")[::2] == (0, "")
+    assert "GaitAnalysisToolKit" in pathlib.Path("a/report.html").read_text(encoding="utf-8")
+    pathlib.Path("mine.csv").unlink()
+    code, _, err = call(capsys, "report", "a", "b")
+    assert code == 0
+    assert err.startswith("note: the gait file mine.csv is not there any more")
+    assert err.count("\n") == 1
+    text = pathlib.Path("a/report.html").read_text(encoding="utf-8")
+    assert Reader(text).text.count("mine.csv is not there any more") == 1
+    assert text.count("<svg") == 3  # its curves are the recording's
+
+
+def test_walking_beside_sitting_is_told_once(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "both.html"
+    code, _, err = call(capsys, "report", folders["sitting"], folders["worn"], "--out", out)
+    assert code == 0
+    assert err.startswith("note: walking (worn) and not walking (sitting): each kind has its own figures")
+    assert err.count("\n") == 1
+    assert Reader(out.read_text(encoding="utf-8")).text.count("walking (worn) and not walking (sitting)") == 1
+    assert call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2] == ""
 
 
 def test_a_recording_of_another_making_is_refused(
