@@ -294,11 +294,16 @@ def _second_stride(columns: dict[str, np.ndarray], name: str) -> tuple[np.ndarra
 
 
 def test_clearance_and_torque_are_drawn_in_their_units() -> None:
+    from matplotlib.figure import Figure
+
     columns = walk_columns()
     run = shown(columns=with_orthosis(columns, np.full_like(columns["time"], 2.0)))
     drawn = lines(report_figure.draw_clearance, [run], 0)
     swing = report_figure.PHASE > TOE_OFF + 0.01
     assert drawn["run"][swing].min() == pytest.approx(10.0, abs=0.05)
+    figure = Figure(layout="constrained")
+    report_figure.draw_clearance(figure, [run])
+    assert "10 mm" in [text.get_text() for text in figure.axes[0].texts]  # the dot's number
     drawn = lines(report_figure.draw_torque, [run], 0)
     assert drawn["available: run"] == pytest.approx(np.full(201, 2.0))
     assert lines(report_figure.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
