@@ -53,7 +53,8 @@ def main() -> None:
             Image.open(scratch / "both.png").convert("RGB").resize((1280, 720), Image.Resampling.LANCZOS)
         )
     for title, picture in (("walk-moments", drawn), ("walk-compared", compared)):
-        picture.quantize(128).save(given.out / f"{title}.png", optimize=True)
+        few = picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+        few.save(given.out / f"{title}.png", optimize=True)
         print(f"written to {given.out / title}.png")
 
 
