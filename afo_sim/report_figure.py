@@ -123,11 +123,12 @@ def _legend(figure: Any, axes: Iterable[Any]) -> None:
 
 
 def draw_ankle(figure: Any, runs: list[Shown]) -> None:
-    """Ankle angle with the norm's band, and the ankle's internal moment, over the gait cycle."""
+    """Ankle angle and internal moment over the gait cycle, each with the norm's band."""
     angle, moment = figure.subplots(1, 2)
     norm = gait_norm.read()
-    low, high = (np.degrees(norm.at(n, PHASE)) for n in ("ankle_low", "ankle_high"))
-    angle.fill_between(PERCENT, low, high, color="0.87", lw=0.0, zorder=0, label="norm: published means")
+    for axis, name, unit in ((angle, "ankle", np.degrees(1.0)), (moment, "moment", 1.0)):
+        low, high = (unit * norm.at(f"{name}_{end}", PHASE) for end in ("low", "high"))
+        axis.fill_between(PERCENT, low, high, color="0.85", lw=0.0, zorder=0, label="norm: published means")
     for run in runs:
         _mean_and_spread(angle, np.degrees(run.cycles("ankle/angle")), run.colour, run.label)
         parts = ["ankle/moment/passive", "ankle/moment/biological", ORTHOSIS]
@@ -139,6 +140,8 @@ def draw_ankle(figure: Any, runs: list[Shown]) -> None:
     moment.plot(PERCENT, healthy, **RECORDED)
     _over_cycle(angle, first.toe_off, "ankle angle [°]\nplantarflexion –  |  + dorsiflexion")
     _over_cycle(moment, first.toe_off, "internal ankle moment [N·m/kg]\nplantarflexion –  |  + dorsiflexion")
+    angle.set_title("ankle angle", loc="left")
+    moment.set_title("ankle moment", loc="left")
     _legend(figure, (angle, moment))
 
 
@@ -148,26 +151,49 @@ def draw_clearance(figure: Any, runs: list[Shown]) -> None:
     start = min(run.toe_off for run in runs)
     seen: list[np.ndarray] = []
     for axis, point in zip(axes, ("toe", "ball"), strict=True):
+        dots: list[tuple[float, float, str]] = []
         for run in runs:
             height = 1e3 * run.cycles(f"{point}/height")
             _mean_and_spread(axis, height, run.colour, run.label)
             rows = np.flatnonzero(run.toe_off <= PHASE)
             lowest = rows[dip(1e-3 * height.mean(axis=0)[rows])[0]]
-            axis.plot(PERCENT[lowest], height.mean(axis=0)[lowest], "o", ms=5.0, color=run.colour, zorder=5)
+            dots.append((PERCENT[lowest], height.mean(axis=0)[lowest], run.colour))
+        _dots(axis, dots)
         recorded = 1e3 * runs[0].cycles(f"gait/{point}_height").mean(axis=0)
         axis.plot(PERCENT, recorded, **RECORDED | {"label": "this foot, ankle as in the healthy trial"})
         _over_cycle(axis, None, f"{point} above the floor [mm]", start)
+        axis.set_title(f"{point} clearance in swing", loc="left")
         seen += [
             line.get_ydata()[start <= PHASE] for line in axis.lines if len(line.get_ydata()) == len(PHASE)
         ]
     low, high = min(y.min() for y in seen), max(y.max() for y in seen)
-    axes[0].set_ylim(min(low, 0.0) - 8.0, high + 8.0)
+    axes[0].set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)  # with room for words
     for axis in axes:
         axis.axhspan(axis.get_ylim()[0], 0.0, color="#f3dede", lw=0.0, zorder=0)
         look = {"fontsize": 8.0, "color": "#803030"}
-        axis.annotate("below the floor: a trip", (0.02, 0.02), xycoords="axes fraction", **look)
+        told = "below the floor: a trip, where the dashed line is not"
+        axis.annotate(told, (0.02, 0.02), xycoords="axes fraction", **look)
         axis.tick_params(labelleft=True)
     _legend(figure, axes)
+
+
+def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
+    """Clearances (gait cycle [%], height [mm], colour); the highest has its number above, others below."""
+    highest = max(height for _, height, _ in dots)
+    for x, height, colour in dots:
+        axis.plot(x, height, "o", ms=5.0, color=colour, zorder=5)
+        above = len(dots) > 1 and height == highest
+        axis.annotate(
+            f"{height:.0f} mm".replace("-", "−"),
+            (x, height),
+            xytext=(0.0, 5.0 if above else -5.0),
+            textcoords="offset points",
+            ha="center",
+            va="bottom" if above else "top",
+            fontsize=8.0,
+            color=colour,
+            zorder=6,
+        )
 
 
 def draw_pressures(figure: Any, runs: list[Shown], over_time: bool = False) -> None:

@@ -16,7 +16,9 @@ import numpy as np
 
 from afo_sim.carriage import Carriage
 from afo_sim.errors import InputError
+from afo_sim.mounting import ANKLE
 from afo_sim.recording import Recording
+from afo_sim.sole import sole_thickness
 from afo_sim.units import GRAVITY, parse_quantity
 from afo_sim.writing import replacing
 
@@ -131,8 +133,8 @@ class _Painter:
     def __init__(self, recording: Recording, width: int, height: int):
         self.recording = recording
         self.walk = _Walk(recording) if "gait/phase" in recording.columns else None
-        ends = None if self.walk is None else self.walk.carriage.ends
-        self.model = model = _scenery(recording.model_xml, width, height, ends)
+        ends, floor = (None, 0.0) if self.walk is None else (self.walk.carriage.ends, self.walk.floor)
+        self.model = model = _scenery(recording.model_xml, width, height, ends, floor)
         self.data = mujoco.MjData(model)
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
@@ -213,6 +215,8 @@ class _Walk:
         scenario = recording.scenario
         mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
         self.weight = parse_quantity(mass, "kg") * GRAVITY
+        model = mujoco.MjModel.from_xml_string(recording.model_xml)
+        self.floor = -sole_thickness(model, scenario["leg"]["foot"], ANKLE)  # its height [m]
 
     def look_at(self, row: int) -> tuple[float, float, float]:
         """Where the camera looks [m]."""
@@ -226,7 +230,7 @@ class _Walk:
         )
         if upward < STANCE_FORCE:
             return
-        start = np.array([place, SIDE, 0.0])
+        start = np.array([place, SIDE, self.floor])
         # MuJoCo draws an arrow half as long as it is said to be.
         end = start + 2.0 * np.array([forward, 0.0, upward]) * ARROW / self.weight
         kind, geom = mujoco.mjtGeom.mjGEOM_ARROW, scene.geoms[scene.ngeom]
@@ -236,10 +240,16 @@ class _Walk:
         scene.ngeom += 1
 
 
-def _scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | None = None) -> mujoco.MjModel:
+def _scenery(
+    xml: str,
+    width: int,
+    height: int,
+    walkway: tuple[float, float] | None = None,
+    floor: float = 0.0,
+) -> mujoco.MjModel:
     """The model of a run with a floor, a light and a background, for pictures of a size [pixel].
 
-    A walkway reaches from one x to another [m], and has squares of 25 cm.
+    A walkway reaches from one x to another [m] at the floor's height [m], and has squares of 25 cm.
     """
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
@@ -259,13 +269,13 @@ def _scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | N
     if walkway is None:
         spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
     else:
-        _add_walkway(spec, *walkway)
+        _add_walkway(spec, *walkway, floor)
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
     _draw_pulley_muscles(spec)
     return spec.compile()
 
 
-def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
+def _add_walkway(spec: mujoco.MjSpec, start: float, end: float, height: float) -> None:
     """A floor cut along the foot's side, as in a section: what sinks below it is seen."""
     spec.add_texture(
         name="squares",
@@ -281,7 +291,7 @@ def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), 0.0],
+        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), height],
         size=[0.5 * (end - start) + MARGIN, 0.5 * (FAR - EDGE), 0.1],
         material="squares",
     )

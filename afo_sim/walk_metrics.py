@@ -176,6 +176,10 @@ def _clearance(stride: Stride) -> Found:
     <point>_clearance_to_recorded [mm] : the same less that of this foot with the recorded ankle angle
     swings_with_<point>_contact [percent] : share of swings with a clearance below zero
     swings_without_<point>_dip [percent] : share of swings without a minimum between two peaks
+
+    Heights are those of the foot's own sole. A plate worn under it counts as a shoe's sole, and the other
+    shoe's as just as thick: the body stands that much higher, and the clearance is that of the plate's
+    underside (with the sole level; at a pitch ψ the underside has thickness × (1 − cos ψ) more).
     """
     swing = stride.swing
     for point in ("toe", "ball"):

@@ -365,4 +365,9 @@ def test_the_norm_is_the_published_points_with_a_band() -> None:
     assert np.all(low <= mean)
     assert np.all(mean <= high)
     assert norm.header["licence"] == "CC BY 4.0"
+    # The two published means at two phases [N·m/kg], plantarflexion positive.
+    for phase, published in ((0.45, (1.18, 1.28)), (0.05, (-0.12, -0.15))):
+        given = [float(norm.at(f"moment_{end}", phase)) for end in ("low", "high")]
+        assert given == pytest.approx(sorted(-moment for moment in published))
+    assert "children" in norm.header["ankle_moment_low_nm_per_kg"]
     assert norm.at("ankle_angle", 1.25) == pytest.approx(float(norm.at("ankle_angle", 0.25)))

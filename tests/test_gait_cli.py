@@ -13,6 +13,7 @@ from command import call
 from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim import assets, cli, gait
+from afo_sim.run_files import read_recording
 
 ROOT = pathlib.Path(__file__).parents[1]
 GAIT_DATA = ROOT / "gait_data"
@@ -117,6 +118,33 @@ def test_readmes_commands_run(
         code, _, complaint = call(capsys, *shlex.split(line))
         assert code == 0, complaint
     assert (tmp_path / "walk.png").is_file()
+
+
+def test_readmes_three_commands_go_from_opensims_files_to_a_report(
+    trial: list[str],
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The block as it is printed, on a synthetic trial; the leg then walks as that trial does."""
+    block = README.split("to a report in three commands:\n\n")[1].split("\n\n")[0]
+    lines = [line.removeprefix("    afo-sim ") for line in block.splitlines()]
+    assert [line.split()[0] for line in lines] == ["gait", "run", "report"]
+    for file in trial:
+        (tmp_path / pathlib.Path(file).name).symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    for line in lines:
+        code, _, complaint = call(capsys, *shlex.split(line))
+        assert code == 0, complaint
+    report = (tmp_path / "runs" / "mine" / "report.html").read_text(encoding="utf-8")
+    assert "my_walk.csv" in report
+    assert "Over the gait cycle" in report
+    run, walk = read_recording(tmp_path / "runs" / "mine"), known_walk()
+    rows = run["gait/stride"] == 2.0
+    # the stride is cut where the ground force passes 20 N, a little off the known walk's own phase 0
+    cut = (walk.heel_strike(0) - walk.start) / walk.cycle.stride_time
+    shank = walk.cycle.signal("shank_angle", run["gait/phase"][rows] + cut)
+    assert np.degrees(np.sqrt(np.mean((run["shank/angle"][rows] - shank) ** 2))) < 0.5
 
 
 def test_show_knows_shipped_names(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,7 @@
 """Laboratory files → gait cycle: a known walk is written as .mot, .sto, .trc and .c3d, and recovered."""
 
-import importlib.util
 import pathlib
+import sys
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from walking import (
 )
 
 from afo_sim.errors import InputError
+from afo_sim.gait_readers.c3d import read_c3d
 from afo_sim.gait_readers.choices import Choices
 from afo_sim.gait_readers.ground_force import find_contacts, foot_force
 from afo_sim.gait_readers.importing import Imported, import_gait
@@ -458,9 +459,10 @@ def test_simms_header_is_understood(tmp_path: pathlib.Path) -> None:
     assert np.array_equal(table.columns["a"], [1.0, 2.0, 3.0])
 
 
-def test_c3d_without_the_library_says_how_to_get_it(tmp_path: pathlib.Path) -> None:
-    if importlib.util.find_spec("ezc3d"):
-        pytest.skip("ezc3d is installed here")
+def test_c3d_without_the_library_says_how_to_get_it(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "ezc3d", None)  # as if it were not installed
     (tmp_path / "walk.c3d").write_bytes(b"")
     with pytest.raises(InputError, match=r"pip install 'afo-sim\[c3d\]'"):
         import_gait([tmp_path / "walk.c3d"], PLAIN)
@@ -502,14 +504,36 @@ def write_c3d(path: pathlib.Path, walk: Walk) -> None:
 
 
 def test_c3d_is_recovered(walk: Walk, tmp_path: pathlib.Path) -> None:
-    pytest.importorskip("ezc3d", reason="reading C3D is an extra: pip install 'afo-sim[c3d]'")
     write_c3d(tmp_path / "walk.c3d", walk)
     done = import_gait([tmp_path / "walk.c3d"], PLAIN)
     assert "forward -y, up z" in done.remarks
+    assert "plate 1: turned round, it had the foot's force on the ground" in done.remarks
     assert_recovered(done, walk)
     (tmp_path / "broken.c3d").write_bytes((tmp_path / "walk.c3d").read_bytes()[:700])
     with pytest.raises(InputError, match="ezc3d cannot read it"):
         import_gait([tmp_path / "broken.c3d"], PLAIN)
+
+
+def test_c3d_holds_markers_and_plate_in_the_laboratorys_axes(walk: Walk, tmp_path: pathlib.Path) -> None:
+    """What was written, sample by sample: markers from mm in m, force and place out of the plate's axes.
+
+    The force is the foot's on the plate, as C3D has it; an import turns it round, and says so.
+    """
+    write_c3d(tmp_path / "walk.c3d", walk)
+    markers, plates = read_c3d(tmp_path / "walk.c3d")
+    written = marker_points(walk, SLOW, "-y", "z")
+    assert markers.time == pytest.approx(SLOW - SLOW[0], abs=1e-9)
+    assert set(markers.positions) == set(written)
+    for name, points in written.items():
+        assert markers.positions[name] == pytest.approx(points, abs=1e-5)  # kept as 32-bit floats
+    (plate,) = plates
+    assert plate.time[1] - plate.time[0] == pytest.approx(1e-3)
+    forward, upward, place = walk.force(plate.time)
+    nought = np.zeros_like(forward)
+    assert plate.force == pytest.approx(-np.column_stack([nought, -forward, upward]), abs=0.01)
+    stands = upward > 100.0
+    expected = np.column_stack([nought + 0.12, -place, nought])
+    assert plate.place[stands] == pytest.approx(expected[stands], abs=1e-3)
 
 
 def test_foot_force_adds_what_two_plates_share(walk: Walk) -> None:

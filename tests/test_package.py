@@ -74,6 +74,14 @@ def test_stories_run(script: str, says: str, leaves: list[str], tmp_path: pathli
         assert (tmp_path / "runs" / name).stat().st_size > 1000
 
 
+def test_the_reports_picture_is_made(tmp_path: pathlib.Path) -> None:
+    out = tmp_path / "report.png"
+    script = str(ROOT / "scripts" / "report_picture.py")
+    run([sys.executable, script, "--duration", "2.5 s", "--out", str(out)], tmp_path)
+    assert 20_000 < out.stat().st_size < 200_000
+    assert f"]({(ROOT / 'models/scenarios/pictures/report.png').relative_to(ROOT)})" in README
+
+
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)

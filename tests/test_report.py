@@ -14,7 +14,7 @@ from command import call
 from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import report_figure
+from afo_sim import assets, report_figure
 from afo_sim.errors import InputError
 from afo_sim.metric_words import OTHER, in_short, number, words
 from afo_sim.metrics import Metric
@@ -266,6 +266,19 @@ def test_the_angle_is_drawn_over_the_gait_cycle() -> None:
     assert drawn["healthy trial, recorded"] == pytest.approx(sine - 3.0, abs=0.01)
 
 
+def test_the_norms_moment_lies_about_a_healthy_push_off() -> None:
+    """Two means: 1.18 and 1.28 N·m/kg of plantarflexion at 45 % of the stride, drawn downwards."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(layout="constrained")
+    report_figure.draw_ankle(figure, [shown()])
+    band = figure.axes[1].collections[0]
+    assert band.get_label() == "norm: published means"
+    corners = band.get_paths()[0].vertices
+    at = np.unique(corners[np.isclose(corners[:, 0], 45.0), 1])
+    assert at == pytest.approx([-1.28, -1.18])
+
+
 def test_the_moment_is_all_that_is_internal_per_body_mass() -> None:
     columns = walk_columns()
     columns = with_orthosis(columns, np.full_like(columns["time"], 2.0))
@@ -281,11 +294,16 @@ def _second_stride(columns: dict[str, np.ndarray], name: str) -> tuple[np.ndarra
 
 
 def test_clearance_and_torque_are_drawn_in_their_units() -> None:
+    from matplotlib.figure import Figure
+
     columns = walk_columns()
     run = shown(columns=with_orthosis(columns, np.full_like(columns["time"], 2.0)))
     drawn = lines(report_figure.draw_clearance, [run], 0)
     swing = report_figure.PHASE > TOE_OFF + 0.01
     assert drawn["run"][swing].min() == pytest.approx(10.0, abs=0.05)
+    figure = Figure(layout="constrained")
+    report_figure.draw_clearance(figure, [run])
+    assert "10 mm" in [text.get_text() for text in figure.axes[0].texts]  # the dot's number
     drawn = lines(report_figure.draw_torque, [run], 0)
     assert drawn["available: run"] == pytest.approx(np.full(201, 2.0))
     assert lines(report_figure.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
@@ -365,6 +383,8 @@ def test_runs_of_one_name_are_told_apart_by_their_folders(
     ("arguments", "said"),
     [
         (["nowhere"], "there is no run here"),
+        (["empty"], "empty: there is no run here"),
+        (["sitting", "empty"], "empty: there is no run here"),
         (["sitting", "sitting"], "given twice"),
         (["sitting", "--out", "report.pdf"], "ending in .html"),
         (["sitting"] * 7, "too many"),
@@ -379,10 +399,44 @@ def test_mistakes_are_told_with_exit_code_2(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(folders["sitting"].parent)
+    pathlib.Path("empty").mkdir(exist_ok=True)
     code, _, err = call(capsys, "report", *arguments)
     assert code == 2
     assert said.lower() in err.lower()
     assert "Traceback" not in err
+    assert not list(pathlib.Path("empty").iterdir())
+
+
+def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(assets.find_gait("gatk_stride2"), "mine.csv")
+    walk = {"gait.cycle": "mine.csv", "duration": "2.5 s"}
+    for name in ("a", "b"):
+        afo_sim.run("walk-dropfoot", walk).save(tmp_path / name, rrd=False)
+    assert call(capsys, "report", "a", "b")[::2] == (0, "")
+    assert "GaitAnalysisToolKit" in pathlib.Path("a/report.html").read_text(encoding="utf-8")
+    pathlib.Path("mine.csv").unlink()
+    code, _, err = call(capsys, "report", "a", "b")
+    assert code == 0
+    assert err.startswith("note: the gait file mine.csv is not there any more")
+    assert err.count("\n") == 1
+    text = pathlib.Path("a/report.html").read_text(encoding="utf-8")
+    assert Reader(text).text.count("mine.csv is not there any more") == 1
+    assert text.count("<svg") == 3  # its curves are the recording's
+
+
+def test_walking_beside_sitting_is_told_once(
+    folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "both.html"
+    code, _, err = call(capsys, "report", folders["sitting"], folders["worn"], "--out", out)
+    assert code == 0
+    assert err.startswith("note: walking (worn) and not walking (sitting): each kind has its own figures")
+    assert err.count("\n") == 1
+    assert Reader(out.read_text(encoding="utf-8")).text.count("walking (worn) and not walking (sitting)") == 1
+    assert call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2] == ""
 
 
 def test_a_recording_of_another_making_is_refused(

@@ -13,6 +13,7 @@ import afo_sim
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording
+from afo_sim.run_files import read_recording
 from afo_sim.simulate import run_built
 from afo_sim.view import screenshot, write_comparison, write_rrd
 from afo_sim.view.walk_scene import ARROW, SIDE, SUNK
@@ -116,6 +117,57 @@ def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path
         red = colours[:, 0] == int.from_bytes(bytes([*SUNK, 255]), "big")
         assert np.array_equal(red, (rows["ground/force/z"] < 20.0) & (rows[f"{point}/height"] < 0.0))
         assert red.sum() > 20
+
+
+def floor_height(file: pathlib.Path) -> float:
+    """Of the floor's upper side, as drawn."""
+    chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/world/floor", is_static=True).to_chunks()
+    found = {
+        name: c.to_record_batch().column(name) for c in chunks for name in c.to_record_batch().schema.names
+    }
+    centre, half = (
+        next(np.array(found[name].to_pylist()[0][0]) for name in found if part in name)
+        for part in ("centers", "half_sizes")
+    )
+    return float(centre[2] + half[2])
+
+
+def test_the_plates_underside_stands_on_the_floor(folders: list[pathlib.Path], bare: Recording) -> None:
+    """In mid-stance the foot is flat: sole or plate are at the floor, which without a plate is at 0."""
+    orthosis = folders[0] / "recording.rrd"
+    assert floor_height(folders[1] / "recording.rrd") == pytest.approx(0.0, abs=1e-6)
+    assert floor_height(orthosis) == pytest.approx(-0.022, abs=1e-6)
+    run = read_recording(folders[0])
+    model = mujoco.MjModel.from_xml_string(run.model_xml)
+    data = mujoco.MjData(model)
+    plate = model.geom("plate_sole").id
+    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T * model.geom_size[plate]
+    low = []
+    for k in np.flatnonzero((run["gait/stride"] == 1.0) & (np.abs(run["gait/phase"] - 0.25) < 0.1))[::20]:
+        for joint in ("shank_x", "shank_z", "shank_angle", "ankle"):
+            data.joint(joint).qpos[0] = run[f"qpos/{joint}"][k]
+        mujoco.mj_kinematics(model, data)
+        space = corners @ data.geom_xmat[plate].reshape(3, 3).T + data.geom_xpos[plate]
+        low.append(space[:, 2].min() - floor_height(orthosis))
+    assert np.abs(low).max() < 0.011  # half the plate: it neither floats nor sinks
+    time, origins = lists(orthosis, "/world/ground_force", "Arrows3D:origins")
+    assert {round(start[0][2], 6) for start in origins if start} == {-0.022}
+    time, strips = lists(orthosis, "/world/trail/toe", "LineStrips3D:strips")
+    ends = np.array([strip[0][1] for strip in strips])[:, 2]
+    assert ends + 0.022 == pytest.approx(rows_of(run, time)["toe/height"], abs=1e-6)
+
+
+def test_runs_with_and_without_a_plate_walk_on_one_floor(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path
+) -> None:
+    """Who wears none is drawn lower: heights above the floor stay those of the recording."""
+    write_comparison(folders[:2], tmp_path / "both.rrd")
+    assert floor_height(tmp_path / "both.rrd") == pytest.approx(-0.022, abs=1e-6)
+    for folder, shift in ((folders[0], 0.0), (folders[1], -0.022)):
+        _, moved = read(
+            tmp_path / "both.rrd", f"/world/carriage/runs/{folder.name}", "Transform3D:translation"
+        )
+        assert moved[:, 2] == pytest.approx(np.full(len(moved), shift), abs=1e-6)
 
 
 def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: Recording) -> None:

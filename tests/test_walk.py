@@ -13,7 +13,7 @@ from afo_sim.errors import InputError
 from afo_sim.foot import turned
 from afo_sim.gait import fit_to_leg
 from afo_sim.model import Built, build
-from afo_sim.patient import needed_moment
+from afo_sim.patient import FALL, RISE, activated, needed_moment
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.reader import load
 from afo_sim.recording import Recording
@@ -135,19 +135,20 @@ def independent_foot(run: Recording, built: Built) -> tuple[np.ndarray, np.ndarr
     at, value = np.array(knots).T
 
     def rhs(t: float, y: np.ndarray) -> list[float]:
-        theta, rate = y
+        theta, rate, first, second = y
         own = internal(t)
         left = 0.0 if own > 0.0 else 1.0  # no dorsiflexors
-        stiffness = left * mass * float(np.interp((t / period) % 1.0, at, value))
+        stiffness = second * mass * float(np.interp((t / period) % 1.0, at, value))
         moment = left * own + stiffness * (signal("ankle_angle", t) - theta)
         moment += passive_moment(theta, signal("knee_angle", t), 1.0, 0.0) - 0.5 * rate + ground(t)
-        return [rate, (moment - rigid(theta, 0.0, t)) / inertia]
+        lags = [(now - y) / (0.05 if now > y else 0.005) for now, y in ((left, first), (first, second))]
+        return [rate, (moment - rigid(theta, 0.0, t)) / inertia, *lags]
 
     assert scenario.leg.damping == 0.5
     first = round(begin / scenario.timestep)
     time = run["time"][first : first + 1200]
-    y0 = [run["ankle/angle"][first], run["ankle/velocity"][first]]
-    found = solve_ivp(rhs, (time[0], time[-1]), y0, t_eval=time, max_step=2e-3, rtol=1e-7, atol=1e-9)
+    y0 = [run["ankle/angle"][first], run["ankle/velocity"][first], 0.0, 0.0]
+    found = solve_ivp(rhs, (time[0], time[-1]), y0, t_eval=time, max_step=1e-3, rtol=1e-7, atol=1e-9)
     return found.y[0], run["ankle/angle"][first : first + 1200]
 
 
@@ -162,6 +163,32 @@ def test_the_drop_is_that_of_an_independent_foot(drop_foot: Recording) -> None:
     assert np.degrees(np.abs(theirs - ours)).max() < 1.0
 
 
+def test_plantarflexors_alone_never_lift_the_foot(drop_foot: Recording) -> None:
+    """A muscle pulls its own way: the muscles that are left give no dorsiflexion."""
+    own = drop_foot["ankle/moment/biological"][settled(drop_foot)]
+    assert own.max() < 0.1
+    assert own.min() < -100.0
+
+
+def test_the_stiffness_rises_as_a_twitch_and_never_jumps() -> None:
+    """Step response of a critically damped second order, 1 − (1 + t/τ) e^(−t/τ), at any time step."""
+    for step in (1e-3, 1e-4):
+        time = np.arange(0.0, 0.3, step)
+        given = activated(np.where(time > 0.0, 1.0, 0.25), step)
+        ago = np.maximum(time - step, 0.0) / RISE
+        assert given == pytest.approx(1.0 - 0.75 * (1.0 + ago) * np.exp(-ago), abs=0.02 * step / 1e-3)
+        falling = activated(np.where(time > 0.0, 0.25, 1.0), step)
+        ago = np.maximum(time - step, 0.0) / FALL
+        assert falling == pytest.approx(0.25 + 0.75 * (1.0 + ago) * np.exp(-ago), abs=0.1 * step / 1e-3)
+    assert np.array_equal(activated(np.full(50, 0.7), 1e-3), np.full(50, 0.7))
+
+
+def test_no_moment_of_the_patient_jumps(drop_foot: Recording) -> None:
+    """From one step to the next, not more than twice what the healthy walk's fastest change takes."""
+    own, recorded = drop_foot["ankle/moment/biological"], drop_foot["gait/ankle_moment"]
+    assert np.abs(np.diff(own)).max() < 2.0 * np.abs(np.diff(recorded)).max()
+
+
 def test_the_orthosis_gives_the_clearance_back(
     healthy: Recording, drop_foot: Recording, lifted: Recording
 ) -> None:
@@ -173,7 +200,7 @@ def test_the_orthosis_gives_the_clearance_back(
 
 
 def test_the_stop_holds_an_ankle_that_the_recorded_ground_bends() -> None:
-    """Weak calf muscles under the recorded force: into the stop at 30°, which gives way by its softness only."""
+    """Weak calf muscles under the recorded force: into the stop at 30°, which gives a little."""
     run = afo_sim.run("walk-dropfoot", {"patient": "plantarflexor-weak", "duration": "2.4 s"})
     assert 30.0 < np.degrees(run["ankle/angle"]).max() < 32.0
     total = sum(run[name] for name in run.columns if name.startswith("ankle/moment/"))

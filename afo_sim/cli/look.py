@@ -108,7 +108,10 @@ def report_command(
     with progress("drawing"):
         from afo_sim.report import write_report
 
-        written = write_report(folders, out)
+        remarks: list[str] = []
+        written = write_report(folders, out, tell=remarks.append)
+    for remark in remarks:
+        print(f"note: {remark}", file=sys.stderr)
     print(f"written to {written}; open it in a browser")
 
 

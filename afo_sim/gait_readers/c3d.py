@@ -20,7 +20,8 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
 
     Returns
     -------
-    (markers, plates named "1", "2", … in the file's order), both in the laboratory's axes
+    (markers, plates named "1", "2", … in the file's order), both in the laboratory's axes; a force is the
+    file's own, by C3D's convention the foot's on the plate, which `ground_force` finds out and turns round
 
     Raises
     ------

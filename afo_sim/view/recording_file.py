@@ -71,10 +71,12 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     shown: list[Shown] = []
     for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
         view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else GHOST)
-        walker, first = None, source.walks and not any(other.walker for other in shown)
+        leader = next((other.walker for other in shown if other.walker), None)
+        walker, first = None, source.walks and leader is None
         if source.walks:
             colour = curves.run_colour(number)
-            walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first)
+            floor = None if leader is None else leader.floor_height  # all walk on one floor
+            walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first, floor)
         lines = curves.compared_curves(source, label, number, healthy=first)
         shown.append(Shown(source, view, lines, walker, label))
     _write(path, " · ".join(run.label for run in shown), shown, rate)

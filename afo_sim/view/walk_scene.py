@@ -3,7 +3,8 @@
 The camera rides beside the walker on a carriage of even speed, so that the floor passes by and the leg
 swings to and fro in the picture, as a person who walks along sees it. All that walks keeps its true place
 on the floor; of several runs each is shown relative to its own carriage, so that they stay together
-whatever their cadence.
+whatever their cadence. What is worn under the foot is a shoe's sole, which lifts the whole body: the floor,
+and all that is drawn at it, lies lower by its thickness.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from afo_sim import assets, gait
 from afo_sim.carriage import Carriage
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
+from afo_sim.sole import sole_thickness
 from afo_sim.units import GRAVITY
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.events import STANCE_FORCE
@@ -59,8 +61,8 @@ def expected_carriage(source: Source) -> Carriage:
     return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 
-def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
-    """A walkway with a line every 10 cm and a stronger one every metre, once.
+def log_walkway(stream: rr.RecordingStream, way: Carriage, height: float) -> None:
+    """A walkway at a height [m] with a line every 10 cm and a stronger one every metre, once.
 
     It is cut along the foot's side, as in a section: what sinks below the floor is seen.
     """
@@ -68,13 +70,13 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     size, centre = (np.array([right, FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
         half_sizes=[[*(0.5 * size), 0.002]],
-        centers=[[*(0.5 * centre), -0.002]],
+        centers=[[*(0.5 * centre), height - 0.002]],
         colors=[[62, 66, 72]],
         fill_mode="solid",
     )
     stream.log("world/floor", floor, static=True)
     places = np.arange(round(10 * left), round(10 * right) + 1)
-    ends = np.array([[0.0, EDGE, 0.0005], [0.0, FAR, 0.0005]])
+    ends = np.array([[0.0, side, height + 0.0005] for side in (EDGE, FAR)])
     strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
     metre = places % 10 == 0
     lines = rr.LineStrips3D(
@@ -100,15 +102,23 @@ class Walker:
     way: Carriage
     colour: list[int] | None = None  # of the trails among several runs
     first: bool = True  # of several: it has the camera, the arrow and the ghost
+    floor: float | None = None  # height that the floor is drawn at; below its own sole by default [m]
 
     def __post_init__(self) -> None:
-        self._points = foot_of(self.view.model, self.source.scenario.leg.foot, ANKLE).points
+        foot = self.source.scenario.leg.foot
+        self._points = foot_of(self.view.model, foot, ANKLE).points
+        self._ground = -sole_thickness(self.view.model, foot, ANKLE)  # where it stands, from its own root
         self._ends: dict[str, np.ndarray] = {}  # of the trails so far
 
     @property
     def trails(self) -> list[str]:
         """The entities of its trails; among several runs only the toe leaves one."""
         return [f"/{self.view.root}/trail/{name}" for name in TRAILS if name == "toe" or not self.colour]
+
+    @property
+    def floor_height(self) -> float:
+        """Where the floor is drawn [m]."""
+        return self._ground if self.floor is None else self.floor
 
     @property
     def stride_time(self) -> float:
@@ -127,7 +137,8 @@ class Walker:
             self._log_force(stream, block)
             self._log_ghost(stream, block)
         if self.view.root.startswith(CARRIAGE):
-            moved = rr.Transform3D.columns(translation=-places.astype(np.float32))
+            shift = np.array([0.0, 0.0, self.floor_height - self._ground]) - places
+            moved = rr.Transform3D.columns(translation=shift.astype(np.float32))
             send(stream, self.view.root, block, moved)
         self._log_trails(stream, block)
 
@@ -147,7 +158,9 @@ class Walker:
         new = np.r_[True, np.diff(nearest) != 0.0]
         rows = {name: block[name][new] for name in ("time", *GAIT)}
         metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
-        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
+        places = np.column_stack(
+            [metres, np.full_like(metres, EDGE - 0.06), np.full_like(metres, self.floor_height)]
+        )
         counts = np.full(len(rows["time"]), 3)
         marks = rr.Points3D.columns(
             positions=places.astype(np.float32),
@@ -160,7 +173,8 @@ class Walker:
         stands = block["ground/force/z"] >= STANCE_FORCE
         force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
         vectors = force * (ARROW / weight(self.source))
-        origins = np.column_stack([block["ground/position/x"], np.full(len(force), SIDE), 0.0 * stands])
+        level = np.full((len(force), 2), (SIDE, self._ground))
+        origins = np.column_stack([block["ground/position/x"], level])
         arrow = rr.Arrows3D.columns(
             vectors=vectors[stands].astype(np.float32), origins=origins[stands].astype(np.float32)
         )
@@ -179,13 +193,16 @@ class Walker:
         send(stream, f"{self.view.root}/healthy/foot", block, pose)
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """From each row's place of a point to the next; the viewer shows those of the last stride."""
+        """From each row's place of a point to the next, on the underside of what is worn.
+
+        The viewer shows those of the last stride.
+        """
         swings = block["ground/force/z"] < STANCE_FORCE
         for entity in self.trails:
             name = entity.rsplit("/", 1)[1]
             x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
             x, z = x + block["ankle/position/x"], z + block["ankle/position/z"]
-            path = np.column_stack([x, np.full(len(x), SIDE), z])
+            path = np.column_stack([x, np.full(len(x), SIDE), z + self._ground])
             path = np.vstack([self._ends.get(name, path[:1]), path])
             self._ends[name] = path[-1:]
             strips = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
@@ -201,7 +218,7 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
     if not walker.first:
         return
-    log_walkway(stream, walker.way)
+    log_walkway(stream, walker.way, walker.floor_height)
     log_ghost_shapes(stream, walker.view, walker.source)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)

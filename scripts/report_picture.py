@@ -1,0 +1,52 @@
+"""The report's picture in the README: a healthy walker, a drop foot, and the same foot with S1's orthosis.
+
+Ankle angle, ankle moment and clearance as `afo-sim report` draws them.
+
+    python scripts/report_picture.py [--duration "14.5 s"] [--out models/scenarios/pictures/report.png]
+"""
+
+import argparse
+import pathlib
+from typing import Any
+
+import matplotlib
+from matplotlib.figure import Figure
+
+import afo_sim
+from afo_sim import report_figure
+from afo_sim.figure import STYLE
+
+RUNS = {
+    "walk-healthy": "healthy",
+    "walk-dropfoot": "drop foot",
+    "walk-dropfoot-afo": "drop foot with orthosis",
+}
+SIZE, DPI = (report_figure.WIDTH, 6.8), 120  # [inch], [1/inch]
+
+
+def draw(figure: Any, runs: list[report_figure.Shown]) -> None:
+    """The two figures that the report begins with, one above the other."""
+    ankle, clearance = figure.subfigures(2, 1)
+    report_figure.draw_ankle(ankle, runs)
+    report_figure.draw_clearance(clearance, runs)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--duration", default="14.5 s", help="of each run; by 13 s the air has settled")
+    place = pathlib.Path(__file__).resolve().parents[1] / "models" / "scenarios" / "pictures"
+    parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
+    given = parser.parse_args()
+    runs = [
+        report_figure.Shown(label, colour, afo_sim.run(name, {"duration": given.duration}))
+        for (name, label), colour in zip(RUNS.items(), report_figure.RUNS, strict=False)
+    ]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=SIZE, layout="constrained")
+        draw(figure, runs)
+        figure.savefig(given.out, dpi=DPI, metadata={"Software": None})
+    print(f"written to {given.out}")
+
+
+if __name__ == "__main__":
+    main()
