@@ -1,0 +1,155 @@
+"""Commands over many cases: sweep, replay."""
+
+import pathlib
+import re
+import sys
+from typing import Annotated
+
+import typer
+
+from afo_sim.cli.apps import app
+from afo_sim.cli.common import print_table, progress
+from afo_sim.errors import InputError
+
+CHANGED = ("refuse", "restart", "continue")
+
+
+@app.command()
+def sweep(
+    source: Annotated[
+        str, typer.Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")
+    ] = "",
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<sweep> by default")
+    ] = None,
+    threads: Annotated[int, typer.Option(help="threads; all of this machine's by default")] = 0,
+    workers: Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")] = 0,
+    scheduler: Annotated[str, typer.Option(help="address of a running Dask cluster")] = "",
+    part: Annotated[str, typer.Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1",
+    if_changed: Annotated[
+        str, typer.Option(help="where sweep file or code changed: refuse, restart or continue")
+    ] = "refuse",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
+    yes_many: Annotated[
+        bool, typer.Option("--yes-many", help="more than ten million cases are no slip")
+    ] = False,
+    show: Annotated[
+        pathlib.Path | None, typer.Option(help="a sweep's folder: print its tables, draw its figures")
+    ] = None,
+    metric: Annotated[
+        list[str] | None, typer.Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
+    ] = None,
+    best: Annotated[int, typer.Option(help="with --show: how many best cases")] = 5,
+) -> None:
+    """Many cases of one scenario; started again, it goes on where it was stopped."""
+    if show is not None:
+        with progress("reading, drawing"):
+            from afo_sim.sweep.show import command
+
+            command(show, None, metric or [], best)
+        return
+    if not source:
+        raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
+    if if_changed not in CHANGED:
+        raise InputError("is no choice", field="--if-changed", value=if_changed, allowed=", ".join(CHANGED))
+    for option, number in (("--threads", threads), ("--workers", workers)):
+        if not 0 <= number <= 4096:
+            raise InputError("is out of range", field=option, value=number, allowed="1 to 4096")
+    which = _part(part)
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.sweep import design, plan, replay, runner
+
+        chosen = plan.read(source)
+        folder = out or pathlib.Path("runs") / chosen.file.stem
+        cases = design.cases_of(chosen, sys.maxsize if yes_many else design.MOST)
+        store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
+        threads = threads or runner.processors()
+        hands = workers or (1 if scheduler else threads)
+        expected = runner.estimate(store, hands)
+        print(_told(expected, scheduler))
+        if dry_run:
+            return
+        state = runner.run(
+            store,
+            threads=threads,
+            workers=workers,
+            scheduler=scheduler,
+            part=which,
+            report=lambda p: report(p.done, p.cases, _line(p)),
+        )
+        for case in chosen.keep if store.finished else ():
+            kept = replay.recording_folder(folder, case)
+            if not kept.is_dir():
+                _keep(folder, case, kept)
+    failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
+    left = "" if store.finished else f", {state.cases - state.done} are left"
+    print(f"{state.new} cases computed{failed}; {state.done} of {state.cases} are done{left}: {folder}")
+
+
+@app.command()
+def replay(
+    folder: Annotated[pathlib.Path, typer.Argument(metavar="DIR", help="a sweep's folder")],
+    case: Annotated[int, typer.Argument(help="the case's number")],
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; DIR/recordings/case_N by default")
+    ] = None,
+    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+) -> None:
+    """One case of a sweep again, with its whole recording."""
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.sweep import replay as replaying
+        from afo_sim.writing import check_writable
+
+        target = out or replaying.recording_folder(folder, case)
+        check_writable(target)
+        again = replaying.replay(folder, case, progress=report)
+        again.recording.save(target, rrd=rrd)
+    if again.different:
+        rows = [[name, f"{row!r}", f"{now!r}"] for name, (row, now) in again.different.items()]
+        print_table("not as in the sweep's row", ["metric", "row", "now"], rows)
+        print("afo-sim: another processor, other code or other libraries", file=sys.stderr)
+        sys.exit(1)
+    told = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
+    print(f"case {case}: {told}: {target}")
+
+
+def _part(text: str) -> tuple[int, int]:
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise InputError("is no part", field="--part", value=text, allowed="K/N with 1 ≤ K ≤ N, such as 3/20")
+    return int(found[1]), int(found[2])
+
+
+def _told(expected: "object", scheduler: str) -> str:
+    from afo_sim.sweep.runner import Estimate
+
+    assert isinstance(expected, Estimate)
+    done = f", {expected.done} of them done" if expected.done else ""
+    dropped = f" ({expected.dropped} outside the constraints)" if expected.dropped else ""
+    time = "" if expected.done == expected.cases else f"; about {_duration(expected.seconds)}"
+    time += " by one worker" if time and scheduler else ""
+    return f"{expected.cases} cases{dropped}{done}{time}; about {expected.bytes / 1e6:.3g} MB of results"
+
+
+def _duration(seconds: float) -> str:
+    for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (172_800.0, 3600.0, "h")):
+        if seconds < limit:
+            return f"{seconds / unit:.2g} {word}"
+    return f"{seconds / 86_400:.3g} days"
+
+
+def _line(state: "object") -> str:
+    from afo_sim.sweep.runner import Progress
+
+    assert isinstance(state, Progress)
+    failed = f", {state.failed} failed" if state.failed else ""
+    return f"{state.done} of {state.cases} cases{failed}"
+
+
+def _keep(folder: pathlib.Path, case: int, target: pathlib.Path) -> None:
+    from afo_sim.sweep.replay import replay as again
+
+    try:
+        again(folder, case).recording.save(target)
+    except InputError as error:
+        print(f"afo-sim: case {case} is not kept: {error}", file=sys.stderr)

@@ -1,0 +1,78 @@
+"""One case of a sweep again, with its whole recording."""
+
+import json
+import math
+import pathlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.errors import InputError
+from afo_sim.model import build
+from afo_sim.reader import load
+from afo_sim.recording import Recording
+from afo_sim.simulate import run_built
+from afo_sim.sweep.results import Results, read
+from afo_sim.sweep.store import OVERRIDES, read_manifest
+
+RECORDINGS = "recordings"  # the folder in a sweep's own
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A case again: its recording, and the metrics that differ from its row, {name: (row, now)}."""
+
+    case: int
+    recording: Recording
+    different: dict[str, tuple[float, float]]
+
+
+def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], None] | None = None) -> Replay:
+    """Run one case of a sweep as the sweep ran it.
+
+    Parameters
+    ----------
+    folder : of the sweep
+    case : its number
+    progress : called with (steps done, steps in all)
+
+    Returns
+    -------
+    Replay. On the same kind of processor, with the same code, nothing differs.
+
+    Raises
+    ------
+    InputError
+        There is no such sweep or case, or the case cannot be built: with the reason.
+    """
+    results = read(folder)
+    row = row_of(results, case)
+    scenario = read_manifest(folder)["scenario"]
+    recording = run_built(build(load("scenario", scenario, json.loads(row[OVERRIDES]))), progress=progress)
+    different = {}
+    for name in results.metrics if recording.ok else ():
+        now = recording.metrics[name].value if name in recording.metrics else math.nan
+        if not (now == row[name] or (math.isnan(now) and math.isnan(row[name]))):
+            different[name] = (row[name], now)
+    return Replay(case, recording, different)
+
+
+def row_of(results: Results, case: int) -> dict[str, Any]:
+    """The row of a case.
+
+    Raises
+    ------
+    InputError
+        The sweep has no such case, or it is not computed yet.
+    """
+    where = (results["case"] == case).nonzero()[0]
+    if not len(where):
+        late = results.unfinished and 0 <= case < results.planned
+        problem = "is not computed yet" if late else "there is no such case"
+        raise InputError(problem, field="CASE", value=case, allowed=f"0 to {results.planned - 1}")
+    return {name: column[0] for name, column in results.table.slice(int(where[0]), 1).to_pydict().items()}
+
+
+def recording_folder(folder: pathlib.Path, case: int) -> pathlib.Path:
+    """Where a case's recording is kept."""
+    return folder / RECORDINGS / f"case_{case:07d}"

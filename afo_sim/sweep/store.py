@@ -1,0 +1,235 @@
+"""A sweep's folder: what is swept, the chunks computed so far, the results; each file whole or not at all."""
+
+import errno
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.recording import versions
+from afo_sim.sweep.design import Cases
+from afo_sim.sweep.engine import Outcome
+from afo_sim.sweep.parameter import Choice, Normal, Range
+from afo_sim.sweep.plan import Plan
+from afo_sim.sweep.results import CHUNKS, EVERY_ROW, RESULTS
+from afo_sim.writing import replacing
+
+MANIFEST = "sweep.json"
+OVERRIDES = "overrides"  # column: all that a case sets, as JSON by dotted key
+GATHERED = 64  # chunks in one row group of the results
+LOOKS = ("cli", "view")  # parts of the package that no result depends on
+
+
+@dataclass(frozen=True)
+class Store:
+    """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file."""
+
+    folder: pathlib.Path
+    cases: Cases
+    metrics: dict[str, str]
+    chunk: int
+
+    @property
+    def count(self) -> int:
+        """Of chunks."""
+        return -(-len(self.cases) // self.chunk)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the results are there."""
+        return (self.folder / RESULTS).is_file()
+
+    def numbers(self, chunk: int) -> range:
+        """The cases of a chunk."""
+        return range(chunk * self.chunk, min((chunk + 1) * self.chunk, len(self.cases)))
+
+    def pending(self) -> list[int]:
+        """The chunks that are not computed yet."""
+        if self.finished:
+            return []
+        there = {path.stem for path in (self.folder / CHUNKS).glob("*.parquet")}
+        return [chunk for chunk in range(self.count) if _stem(chunk) not in there]
+
+    def write(self, chunk: int, outcomes: Sequence[Outcome]) -> None:
+        """Put a chunk's rows on disk.
+
+        Raises
+        ------
+        InputError
+            The disk is full or the folder cannot be written to; what was written before is safe.
+        """
+        import pyarrow.parquet as pq
+
+        with _disk(self.folder), replacing(self._path(chunk)) as path:
+            pq.write_table(self.table(chunk, outcomes), path)
+            _sync(path)
+
+    def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Any:
+        """A chunk's rows as a pyarrow Table."""
+        import pyarrow as pa
+
+        numbers = self.numbers(chunk)
+        rows = slice(numbers.start, numbers.stop)
+        columns: list[Any] = [
+            pa.array(np.arange(numbers.start, numbers.stop)),
+            pa.array(self.cases.seeds[rows].astype(np.int64)),
+            pa.array([outcome.status for outcome in outcomes], pa.string()),
+            pa.array([outcome.reason for outcome in outcomes], pa.string()),
+        ]
+        for parameter in self.cases.plan.parameters:
+            values = self.cases.values[parameter.name][rows]
+            columns.append(pa.array(values, pa.string() if parameter.words else pa.float64()))
+        for name in self.metrics:
+            told = [outcome.metrics.get(name) for outcome in outcomes]
+            columns.append(pa.array([np.nan if m is None else m.value for m in told], pa.float64()))
+        sets = [json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers]
+        columns.append(pa.array(sets, pa.string()))
+        return pa.table(columns, schema=self.schema())
+
+    def schema(self) -> Any:
+        """Of chunks and results: role and unit in each column's metadata, the sweep in the schema's."""
+        import pyarrow as pa
+
+        kinds = dict(zip(EVERY_ROW, (pa.int64(), pa.int64(), pa.string(), pa.string()), strict=True))
+        fields = [pa.field(name, kind, metadata={"role": "case"}) for name, kind in kinds.items()]
+        plan = self.cases.plan
+        for parameter in plan.parameters:
+            facts = {"role": "parameter", "unit": parameter.unit, "key": ", ".join(parameter.keys)}
+            kind = pa.string() if parameter.words else pa.float64()
+            fields.append(pa.field(parameter.name, kind, metadata=facts))
+        for name, unit in self.metrics.items():
+            fields.append(pa.field(name, pa.float64(), metadata={"role": "metric", "unit": unit}))
+        fields.append(pa.field(OVERRIDES, pa.string(), metadata={"role": "case"}))
+        sweep = {
+            "design": plan.design,
+            "scenario": plan.scenario,
+            "seed": plan.seed,
+            "cases": len(self.cases),
+            "parameters": [{"name": p.name, **_spread(p.spread)} for p in plan.parameters],
+            "versions": versions(),
+        }
+        return pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
+
+    def finish(self) -> None:
+        """Gather all chunks into the results, and take them away.
+
+        Raises
+        ------
+        InputError
+            As `write`.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        with _disk(self.folder), replacing(self.folder / RESULTS) as path:
+            with pq.ParquetWriter(path, self.schema()) as writer:
+                for first in range(0, self.count, GATHERED):
+                    some = range(first, min(first + GATHERED, self.count))
+                    writer.write_table(pa.concat_tables([pq.read_table(self._path(k)) for k in some]))
+            _sync(path)
+        shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
+
+    def _path(self, chunk: int) -> pathlib.Path:
+        return self.folder / CHUNKS / f"{_stem(chunk)}.parquet"
+
+
+def fingerprint(plan: Plan) -> dict[str, Any]:
+    """What decides a sweep's results: the sweep, this program's code, what it runs on."""
+    canonical = json.dumps(plan.canonical(), sort_keys=True)
+    return {
+        "sweep": hashlib.sha256(canonical.encode()).hexdigest(),
+        "code": _code(),
+        "versions": versions(),
+    }
+
+
+def read_manifest(folder: pathlib.Path) -> dict[str, Any]:
+    """What a sweep's folder says of itself.
+
+    Raises
+    ------
+    InputError
+        The folder is no sweep's.
+    """
+    try:
+        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        return told if isinstance(told, dict) else {}
+    except FileNotFoundError:
+        raise InputError(f"there is no sweep here ({MANIFEST} is missing)", file=folder) from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {error}", file=folder / MANIFEST) from None
+
+
+def write_manifest(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
+    """Say what a folder's sweep is.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to.
+    """
+    with _disk(folder), replacing(folder / MANIFEST) as path:
+        path.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        _sync(path)
+
+
+def clear(folder: pathlib.Path) -> None:
+    """Take away all that a sweep has written."""
+    shutil.rmtree(folder / CHUNKS, ignore_errors=True)
+    for name in (RESULTS, MANIFEST):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _stem(chunk: int) -> str:
+    return f"{chunk:07d}"
+
+
+def _spread(spread: Any) -> dict[str, Any]:
+    if isinstance(spread, Range):
+        scale = "log" if spread.logarithmic else "linear"
+        return {"distribution": "uniform", "from": spread.lower, "to": spread.upper, "scale": scale}
+    if isinstance(spread, Normal):
+        kind = "lognormal" if spread.of_logarithm else "normal"
+        return {"distribution": kind, "centre": spread.centre, "sd": spread.sd}
+    if isinstance(spread, Choice):
+        return {"distribution": "values", "values": list(spread.values)}
+    return {"distribution": "own seed"}
+
+
+@cache
+def _code() -> str:
+    """Of this package's files, but for those that only show."""
+    package = pathlib.Path(__file__).resolve().parents[1]
+    found = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        part = path.relative_to(package)
+        if part.parts[0] not in LOOKS:
+            found.update(f"{part.as_posix()}\n".encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def _sync(path: pathlib.Path) -> None:
+    """On disk, not only on its way there: a machine that loses power keeps it."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def _disk(folder: pathlib.Path) -> Iterator[None]:
+    """What the disk refuses, in words."""
+    try:
+        yield
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        problem = "the disk is full" if full else f"cannot be written to: {error.strerror or error}"
+        allowed = "the same command again when there is room; what is computed is kept"
+        raise InputError(problem, field="--out", value=str(folder), allowed=allowed) from None
