@@ -10,6 +10,8 @@ import numpy as np
 from afo_sim.gait_checks import STANCE_FORCE, STANCE_SHARE
 from afo_sim.units import GRAVITY
 
+AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
+
 
 @dataclass(frozen=True, eq=False)
 class Stride:
@@ -88,7 +90,19 @@ def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float
 
 
 def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stride]:
-    """Those of the whole strides that are not the first one begun, which is the transient."""
+    """Those of the whole strides that are not the transient from the start.
+
+    The first one begun never counts. Nor do those before the orthosis' air has come to what it is later on:
+    the first that counts begins with as much air, to 5 % or two standard deviations, as the later half of
+    the strides begin with in the middle.
+    """
     way = progress(columns)
     begun = int(np.floor(way[0] + 0.5 * (way[1] - way[0]))) if len(way) > 1 else 0
-    return [stride for stride in whole if stride.number > begun]
+    later = [stride for stride in whole if stride.number > begun]
+    air = [name for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
+    if not air or not later:
+        return later
+    mass = np.array([sum(stride[name][0] for name in air) for stride in later])
+    half = mass[len(mass) // 2 :]
+    alike = np.abs(mass - np.median(half)) <= max(AIR_SETTLED * np.median(half), 2.0 * half.std())
+    return later[int(np.argmax(alike)) :]

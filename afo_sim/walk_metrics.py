@@ -1,6 +1,7 @@
 """Numbers that a clinician and a designer ask of a recording of walking, for each stride and over all.
 
-The first stride begun is the transient from the start: it stands among the strides, but not in the totals.
+The strides before the air has settled, and always the first begun, are the transient from the start: they
+stand among the strides, but not in the totals (`strides.settled`).
 A total is the mean over the strides, but for the `lowest_…` clearances. Swing is from toe-off to the next
 heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; peaks and means of a torque
 "each way" are told as positive numbers. What cannot be told is left out, and a warning says so.
