@@ -1,5 +1,6 @@
 """The foot as a rigid body about a moving ankle: mass, inertia, its named points, and the moments on it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import mujoco
@@ -57,8 +58,15 @@ class Foot:
 
 def turned(point: tuple[float, float], pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
-    x, z = point
-    return x * np.cos(pitch) - z * np.sin(pitch), x * np.sin(pitch) + z * np.cos(pitch)
+    return turned_all([point], pitch)[0]
+
+
+def turned_all(
+    points: Iterable[tuple[float, float]], pitch: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Points of the foot as `turned` gives them."""
+    cosine, sine = np.cos(pitch), np.sin(pitch)
+    return [(x * cosine - z * sine, x * sine + z * cosine) for x, z in points]
 
 
 def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:

@@ -4,6 +4,7 @@ import functools
 import math
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from afo_sim.foot import Foot
@@ -113,13 +114,20 @@ def activated(wanted: np.ndarray, timestep: float) -> np.ndarray:
     -------
     (n,), at rest in the first step; rises with `RISE`, falls with `FALL`
     """
+    if np.ptp(wanted) == 0.0:
+        return wanted.copy()
     up, down = (-math.expm1(-timestep / lag) for lag in (RISE, FALL))
+    return _follow(wanted, up, down)
+
+
+@numba.njit  # sweeps walk tens of millions of steps
+def _follow(wanted: np.ndarray, up: float, down: float) -> np.ndarray:
     first = second = wanted[0]
     given = np.empty_like(wanted)
-    for k, now in enumerate(wanted):
+    for k in range(len(wanted)):
         given[k] = second
         second += (up if first > second else down) * (first - second)
-        first += (up if now > first else down) * (now - first)
+        first += (up if wanted[k] > first else down) * (wanted[k] - first)
     return given
 
 

@@ -1,5 +1,6 @@
 """One simulation or many: static equilibrium, roll-out through `mujoco.batch`, recording."""
 
+import math
 import os
 import re
 import time
@@ -140,8 +141,25 @@ def simulate(
     return _ended(built, rows, started, done, reason, wall)
 
 
+@dataclass
+class Workspace:
+    """Memory that roll-outs record into, one after the other: new memory costs as much as some stepping."""
+
+    arrays: dict[str, np.ndarray]
+
+    def take(self, name: str, shape: tuple[int, ...]) -> np.ndarray:
+        """An array of this shape, with what was left in it."""
+        size = math.prod(shape)
+        if name not in self.arrays or self.arrays[name].size < size:
+            self.arrays[name] = np.empty(size)
+        return self.arrays[name][:size].reshape(shape)
+
+
 def simulate_together(
-    builts: Sequence[Built], controls: Sequence[np.ndarray], threads: int = 1
+    builts: Sequence[Built],
+    controls: Sequence[np.ndarray],
+    threads: int = 1,
+    workspace: Workspace | None = None,
 ) -> list[Rollout]:
     """Roll compiled scenarios out side by side, each exactly as `simulate` does it alone.
 
@@ -150,6 +168,7 @@ def simulate_together(
     builts : compiled scenarios whose MjData are of one layout; they may differ in every number
     controls : inputs of each (n_step, nu), all of one length
     threads : that step them
+    workspace : memory for the rows, which are then good until it is used again
 
     Returns
     -------
@@ -160,7 +179,11 @@ def simulate_together(
         alive = [k for k, state in enumerate(begun) if not isinstance(state, Rollout)]
         start = time.perf_counter()
         ends = _rollouts(
-            [builts[k] for k in alive], [controls[k] for k in alive], [begun[k] for k in alive], threads
+            [builts[k] for k in alive],
+            [controls[k] for k in alive],
+            [begun[k] for k in alive],
+            threads,
+            workspace or Workspace({}),
         )
         wall = time.perf_counter() - start
     for k, (rows, done, reason) in zip(alive, ends, strict=True):
@@ -322,7 +345,11 @@ def _batch_rollout(
 
 
 def _rollouts(
-    builts: list[Built], controls: list[np.ndarray], states: list[np.ndarray], threads: int
+    builts: list[Built],
+    controls: list[np.ndarray],
+    states: list[np.ndarray],
+    threads: int,
+    workspace: Workspace,
 ) -> list[tuple[Rows, int, str | None]]:
     """Of each: rows, steps done, and why it stopped."""
     if not builts:
@@ -332,11 +359,15 @@ def _rollouts(
     batch.state[:] = states
     n_step = len(controls[0])
     blank = _blank(mujoco.MjData(builts[0].model), 0)
-    rows = {name: np.full((len(builts), n_step, values.shape[1]), np.nan) for name, values in blank.items()}
+    rows = {
+        name: workspace.take(name, (len(builts), n_step, values.shape[1])) for name, values in blank.items()
+    }
+    rows["time"][:] = np.nan  # tells the rows that no step has written
+    control = np.stack(controls, out=workspace.take("control", (len(builts), *controls[0].shape)))
     out: dict[Any, np.ndarray] = {_recorded(name): values for name, values in rows.items()}
     failed: tuple[int, ...] = ()
     try:
-        batch.rollout(n_step, np.stack(controls), record=list(out), out=out)
+        batch.rollout(n_step, control, record=list(out), out=out)
     except BatchError as error:
         failed = tuple(error.ids)
     found = []

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from afo_sim.contact import LOADED
-from afo_sim.foot import POINTS, turned
+from afo_sim.foot import POINTS, turned_all
 from afo_sim.units import GRAVITY
 from afo_sim.walk import JOINTS
 from afo_sim.walk_model import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
@@ -65,6 +65,10 @@ def walking_columns(
     driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
     angle = rows["qpos"][:, index.ankle_qpos]
     pitch = angle - shank
+    places = [foot.points[name] for name in POINTS]
+    sole, recorded = (
+        dict(zip(POINTS, turned_all(places, way), strict=True)) for way in (pitch, walk.ankle[here] - shank)
+    )
     force = {name: rows["actuator_force"][:, i] for name, i in index.walking.items()}
     biological = force[ACTIVE] + force[STIFFNESS] + force[SPASTIC]
     own = rows["actuator_force"][:, index.passive]
@@ -78,7 +82,7 @@ def walking_columns(
         driven[:, 1] += rows["qacc"][:, sink.dofadr[0]]
         z = z + contact["shank/sink"]
         pads = np.stack([force[name] for name in PADS], axis=1)
-        ahead = np.stack([turned(foot.points[name], pitch)[0] for name in POINTS], axis=1)
+        ahead = np.stack([sole[name][0] for name in POINTS], axis=1)
         moment = moment + np.sum(pads * ahead, axis=1)
         pressing = pads.sum(axis=1)
         centre = np.sum(pads * ahead, axis=1) / np.maximum(pressing, LOADED)
@@ -89,10 +93,7 @@ def walking_columns(
         "gait/ankle_angle": walk.ankle[here],
         "gait/ankle_moment": active.recorded[steps],
         "gait/needed_moment": active.needed[steps],
-        **{
-            f"gait/{name}_height": z + turned(foot.points[name], walk.ankle[here] - shank)[1]
-            for name in ("ball", "toe")
-        },
+        **{f"gait/{name}_height": z + recorded[name][1] for name in ("ball", "toe")},
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - moment,
         "ankle/moment/biological": biological,
         "ankle/moment/ground": moment,
@@ -104,6 +105,6 @@ def walking_columns(
         "ground/force/x": weight * forward,
         "ground/force/z": pressing,
         "ground/position/x": x + place,
-        **{f"{name}/height": z + turned(foot.points[name], pitch)[1] for name in POINTS},
+        **{f"{name}/height": z + sole[name][1] for name in POINTS},
         **contact,
     }

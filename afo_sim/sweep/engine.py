@@ -21,7 +21,7 @@ from afo_sim.metrics import Metric
 from afo_sim.model import Built, build
 from afo_sim.reader import load
 from afo_sim.recording import examine
-from afo_sim.simulate import Rollout, row_width, simulate, simulate_together
+from afo_sim.simulate import Rollout, Workspace, row_width, simulate, simulate_together
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows in one roll-out; three of them exist at a time
@@ -77,10 +77,11 @@ def outcomes(
     ------
     (number, Outcome), the numbers of a chunk in no particular order
     """
+    here, there = Workspace({}), Workspace({})  # one is read while the other is recorded into
     with native.installed():
         if threads < 2:
             for batch in _batches(scenario, cases, chunk):
-                yield from batch if isinstance(batch[0], tuple) else _finish(batch, _roll(batch, 1))
+                yield from batch if isinstance(batch[0], tuple) else _finish(batch, _roll(batch, 1, here))
             return
         with ThreadPoolExecutor(1) as pool:
             running: tuple[list[Prepared], Future[list[Rollout]]] | None = None
@@ -88,7 +89,8 @@ def outcomes(
                 if isinstance(batch[0], tuple):
                     yield from batch
                     continue
-                begun = pool.submit(_roll, batch, threads)
+                begun = pool.submit(_roll, batch, threads, here)
+                here, there = there, here
                 if running:
                     yield from _finish(running[0], running[1].result())
                 running = batch, begun
@@ -131,10 +133,11 @@ def _batches(
     yield from groups.values()
 
 
-def _roll(batch: Sequence[Prepared], threads: int) -> list[Rollout]:
+def _roll(batch: Sequence[Prepared], threads: int, workspace: Workspace) -> list[Rollout]:
     if batch[0].built.scenario.callback == "python":  # which `mujoco.batch` refuses
         return [simulate(case.built, case.control) for case in batch]
-    return simulate_together([case.built for case in batch], [case.control for case in batch], threads)
+    builts, controls = [case.built for case in batch], [case.control for case in batch]
+    return simulate_together(builts, controls, threads, workspace)
 
 
 def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[tuple[int, Outcome]]:
