@@ -1,6 +1,7 @@
 """spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
 
 import dataclasses
+import functools
 import math
 import pathlib
 from dataclasses import dataclass
@@ -121,11 +122,21 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
     return spec
 
 
+def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
+    """A model file as a spec of its caller's own; ValueError where MuJoCo cannot read it."""
+    return _parsed(str(file), file.stat().st_mtime_ns if file.is_file() else 0).copy()
+
+
+@functools.lru_cache(maxsize=16)  # a changed file has another time of change
+def _parsed(file: str, when: int) -> mujoco.MjSpec:
+    return mujoco.MjSpec.from_file(file)
+
+
 def _leg_spec(scenario: Scenario) -> mujoco.MjSpec:
     """The leg's own spec, with its ankle named, and as big as the patient."""
     leg = scenario.leg
     try:
-        spec = mujoco.MjSpec.from_file(str(leg.file))
+        spec = _read_spec(leg.file)
     except ValueError as error:
         raise InputError(f"MuJoCo cannot read it: {error}", file=leg.file) from None
     spec.compiler.fusestatic = False  # a URDF's fixed root would lose its mass
@@ -194,7 +205,7 @@ def _attach(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody
 def _part(file: pathlib.Path, name: str) -> mujoco.MjsBody:
     """The one rigid body of a cuff or plate."""
     try:
-        part = mujoco.MjSpec.from_file(str(file))
+        part = _read_spec(file)
     except ValueError as error:
         problem = "there is no such file" if not file.is_file() else f"MuJoCo cannot read it: {error}"
         raise InputError(problem, field=f"orthosis.{name}", value=str(file)) from None

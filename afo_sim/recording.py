@@ -193,18 +193,18 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
 
 
 def examine(
-    built: Built, control: np.ndarray, rollout: "Rollout"
+    built: Built, control: np.ndarray, rollout: "Rollout", *, transient: bool = True
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
-    """Columns of every step of a roll-out, and what they say in numbers."""
+    """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
     columns = _columns(built, control, rollout.rows, rollout.first_step)
-    return columns, _metrics(built, columns) if len(columns["time"]) else WalkMetrics({}, {}, ())
+    return columns, _metrics(built, columns, transient) if len(columns["time"]) else WalkMetrics({}, {}, ())
 
 
-def _metrics(built: Built, columns: dict[str, np.ndarray]) -> WalkMetrics:
+def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:
     """Of walking for each stride and over all; of a fixed shank over all only."""
     scenario = built.scenario
     if built.walk is not None:
-        return walk_metrics(columns, scenario.timestep, built.body_mass)
+        return walk_metrics(columns, scenario.timestep, built.body_mass, transient=transient)
     words = scenario.leg.directions
     return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
 
@@ -228,26 +228,28 @@ def _columns(
         "time": (first_step + np.arange(n)) * built.scenario.timestep,
         "ankle/angle": rows["qpos"][:, qpos],
         "ankle/velocity": rows["qvel"][:, dof],
-        "ankle/acceleration": rows["qacc"][:, dof],
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - passive_tissue,
-        "ankle/moment/passive": passive_tissue
-        + load
-        + rows["qfrc_passive"][:, dof]
-        + rows["qfrc_constraint"][:, dof],
-        "ankle/moment/gravity": 0.0 - rows["qfrc_bias"][:, dof],
     }
+    whole = "qacc" in rows  # else recorded for metrics alone
+    if whole:
+        held = load + rows["qfrc_passive"][:, dof] + rows["qfrc_constraint"][:, dof]
+        columns["ankle/acceleration"] = rows["qacc"][:, dof]
+        columns["ankle/moment/passive"] = passive_tissue + held
+        columns["ankle/moment/gravity"] = 0.0 - rows["qfrc_bias"][:, dof]
     if load:
         columns["ankle/moment/load"] = np.full(n, -load)
     if built.walk is not None:
         columns |= walking_columns(built, rows, control[:n], first_step)
     for name, i in index.muscles.items():
+        columns[f"muscle/{name}/force"] = 0.0 - rows["actuator_force"][:, i]  # and never −0.0
+        if not whole:
+            continue
         parameters = model.actuator_user[i]
         nominal = parameters[native.MUSCLE_NOMINAL_LENGTH]
         length = rows["actuator_length"][:, i] - parameters[native.MUSCLE_SERIES_LENGTH]
         tendon = int(model.actuator_trnid[i, 0])
         adr = int(model.ten_J_rowadr[tendon])
         dofs = list(model.ten_J_colind[adr : adr + model.ten_J_rownnz[tendon]])
-        columns[f"muscle/{name}/force"] = 0.0 - rows["actuator_force"][:, i]  # and never −0.0
         columns[f"muscle/{name}/length"] = length
         columns[f"muscle/{name}/velocity"] = rows["actuator_velocity"][:, i]
         columns[f"muscle/{name}/contraction"] = (nominal - length) / nominal

@@ -26,17 +26,16 @@ from afo_sim.walk import JOINTS
 
 # What a roll-out records. The state is that after each step, the rest belongs to the state before it.
 STATE = ("time", "qpos", "qvel", "act")
+TOLD = ("actuator_force", "qfrc_actuator", "userdata")  # all that metrics need beside the state
 DERIVED = (
+    *TOLD,
     "qacc",
-    "actuator_force",
     "actuator_length",
     "actuator_velocity",
-    "qfrc_actuator",
     "qfrc_bias",
     "qfrc_passive",
     "qfrc_constraint",
     "ten_J",
-    "userdata",
 )
 # How a kernel's objection arrives: through mju_error, or in Python mode as itself.
 PLAY = 0.5  # beyond a stop [rad]
@@ -162,6 +161,8 @@ def simulate_together(
     workspace: Workspace | None = None,
 ) -> list[Rollout]:
     """Roll compiled scenarios out side by side, each exactly as `simulate` does it alone.
+
+    Of their rows only what metrics need is recorded: the state and TOLD.
 
     Parameters
     ----------
@@ -358,7 +359,7 @@ def _rollouts(
     batch.set_models([built.model for built in builts])
     batch.state[:] = states
     n_step = len(controls[0])
-    blank = _blank(mujoco.MjData(builts[0].model), 0)
+    blank = _blank(mujoco.MjData(builts[0].model), 0, TOLD)
     rows = {
         name: workspace.take(name, (len(builts), n_step, values.shape[1])) for name, values in blank.items()
     }
@@ -419,13 +420,13 @@ def _python_rollout(
 
 
 def row_width(model: mujoco.MjModel) -> int:
-    """Numbers that a roll-out records in each step."""
-    return sum(values.shape[1] for values in _blank(mujoco.MjData(model), 0).values())
+    """Numbers that `simulate_together` records in each step."""
+    return sum(values.shape[1] for values in _blank(mujoco.MjData(model), 0, TOLD).values())
 
 
-def _blank(data: mujoco.MjData, n_step: int) -> Rows:
+def _blank(data: mujoco.MjData, n_step: int, derived: tuple[str, ...] = DERIVED) -> Rows:
     """Rows to record into, NaN until a step has written them."""
-    widths = {name: np.size(getattr(data, name)) for name in (*STATE, *DERIVED)}
+    widths = {name: np.size(getattr(data, name)) for name in (*STATE, *derived)}
     return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
 
 
@@ -456,7 +457,7 @@ def _aligned(model: mujoco.MjModel, rows: Rows, state: np.ndarray, first: int, s
     """Rows first…stop, states moved down by one: row k is the state that step k started from."""
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    aligned = {name: rows[name][first:stop] for name in DERIVED}
+    aligned = {name: values[first:stop] for name, values in rows.items() if name not in STATE}
     for name in STATE:
         before = rows[name][first - 1 : first] if first else np.reshape(getattr(data, name), (1, -1))
         aligned[name] = np.concatenate([before, rows[name][first : max(stop - 1, first)]])[: stop - first]

@@ -62,7 +62,6 @@ def walking_columns(
     steps = slice(first_step, first_step + n)
     model, dof = built.model, index.ankle_dof
     x, z, shank = (rows["qpos"][:, model.joint(name).qposadr[0]] for name in JOINTS)
-    driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
     angle = rows["qpos"][:, index.ankle_qpos]
     pitch = angle - shank
     places = [foot.points[name] for name in POINTS]
@@ -79,7 +78,6 @@ def walking_columns(
     if built.contact is not None:
         sink = model.joint(SINK)
         contact = {"gait/ground_force_z": pressing, "shank/sink": rows["qpos"][:, sink.qposadr[0]]}
-        driven[:, 1] += rows["qacc"][:, sink.dofadr[0]]
         z = z + contact["shank/sink"]
         pads = np.stack([force[name] for name in PADS], axis=1)
         ahead = np.stack([sole[name][0] for name in POINTS], axis=1)
@@ -97,8 +95,6 @@ def walking_columns(
         "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - moment,
         "ankle/moment/biological": biological,
         "ankle/moment/ground": moment,
-        "ankle/moment/gravity": foot.gravity_moment(pitch),
-        "ankle/moment/frame": foot.frame_moment(pitch, driven[:, :2], driven[:, 2]),
         "shank/angle": shank,
         "ankle/position/x": x,
         "ankle/position/z": z,
@@ -107,4 +103,18 @@ def walking_columns(
         "ground/position/x": x + place,
         **{f"{name}/height": z + sole[name][1] for name in POINTS},
         **contact,
+        **(_inertial(built, rows, pitch) if "qacc" in rows else {}),
+    }
+
+
+def _inertial(built: "Built", rows: dict[str, np.ndarray], pitch: np.ndarray) -> dict[str, np.ndarray]:
+    """What weight and the driven shank do to the foot."""
+    model, foot = built.model, built.foot
+    assert foot is not None
+    driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
+    if built.contact is not None:
+        driven[:, 1] += rows["qacc"][:, model.joint(SINK).dofadr[0]]
+    return {
+        "ankle/moment/gravity": foot.gravity_moment(pitch),
+        "ankle/moment/frame": foot.frame_moment(pitch, driven[:, :2], driven[:, 2]),
     }

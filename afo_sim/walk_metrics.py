@@ -40,7 +40,9 @@ class WalkMetrics:
     warnings: tuple[str, ...]
 
 
-def walk_metrics(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float) -> WalkMetrics:
+def walk_metrics(
+    columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, *, transient: bool = True
+) -> WalkMetrics:
     """All metrics of a recording of walking.
 
     Parameters
@@ -48,6 +50,7 @@ def walk_metrics(columns: Mapping[str, np.ndarray], timestep: float, body_mass: 
     columns : of a recording at the full step rate, SI
     timestep : [s]
     body_mass : of the patient [kg]
+    transient : also of the strides that do not count
 
     Returns
     -------
@@ -55,7 +58,7 @@ def walk_metrics(columns: Mapping[str, np.ndarray], timestep: float, body_mass: 
     """
     whole = strides(columns, timestep, body_mass)
     counted = settled(columns, whole)
-    all_of = {stride.number: stride_metrics(stride) for stride in whole}
+    all_of = {stride.number: stride_metrics(stride) for stride in (whole if transient else counted)}
     each = {number: _finite(metrics) for number, metrics in all_of.items()}
     if not counted:
         told = "no whole stride follows the first, which is the start's transient: no gait metrics"

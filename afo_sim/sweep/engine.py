@@ -149,7 +149,7 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
     if rollout.failure is not None:
         return Outcome(UNSTABLE, str(rollout.failure), {})
     try:
-        _, found = examine(case.built, case.control, rollout)
+        _, found = examine(case.built, case.control, rollout, transient=False)
     except Exception as error:
         return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
     told = {name: metric for name, metric in found.totals.items() if math.isfinite(metric.value)}
