@@ -667,6 +667,10 @@ def test_what_is_no_list_of_cases(text: str, says: str, tmp_path: pathlib.Path) 
     assert says in str(error)
 
 
+def test_a_slip_of_some_zeros_fills_no_memory(tmp_path: pathlib.Path) -> None:
+    refused(tmp_path, 'design = "grid"', PRESSURE + "steps = 3000000000\n", most=10_000_000)
+
+
 def test_a_million_times_too_many_can_be_asked_for(tmp_path: pathlib.Path) -> None:
     assert "the design has 9 cases" in str(
         refused(tmp_path, 'design = "grid"', PRESSURE + "steps = 9\n", most=8)

@@ -161,7 +161,8 @@ class ParameterReader:
         if self.design != "grid" and steps is not None:
             raise self._error(f"does not go with the design {self.design!r}", "steps", "the design grid")
         found = Range(lower, upper, logarithmic, steps, whole)
-        if steps is not None and len(set(found.levels())) < steps:
+        # by number first: the levels of a slip of some zeros would fill the memory
+        if steps is not None and whole and (steps > upper - lower + 1.0 or len(set(found.levels())) < steps):
             raise self._error("is more than there are whole numbers in the range", "steps", "fewer", steps)
         return found
 
