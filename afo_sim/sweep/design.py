@@ -18,6 +18,7 @@ MOST = 10_000_000  # cases, beyond which a number is taken for a slip
 BLOCK = 1 << 16  # samples at a time
 RARE = 1e-3  # share of samples within the constraints below which a sweep is refused …
 JUDGED = 20_000  # … once so many are drawn
+STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is told of a slip
 FEW = 48  # cases that are all checked before the first is run
 
 Columns = dict[str, np.ndarray]
@@ -122,8 +123,10 @@ def _count(plan: Plan) -> int:
 def _check_count(plan: Plan, most: int) -> None:
     count = _count(plan)
     if count > most:
+        steps = load("scenario", plan.scenario, plan.set).n_step
+        days, size = count * steps * STEP_SECONDS / 86_400.0, count * ROW_BYTES / 1e9
         raise InputError(
-            f"the design has {count} cases",
+            f"the design has {count} cases: some {days:.2g} days on one processor, {size:.2g} GB of results",
             file=plan.file,
             field="parameters" if plan.design == "grid" else "cases",
             allowed=f"up to {most}, or --yes-many",
