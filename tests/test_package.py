@@ -82,6 +82,17 @@ def test_the_reports_picture_is_made(tmp_path: pathlib.Path) -> None:
     assert f"]({(ROOT / 'models/scenarios/pictures/report.png').relative_to(ROOT)})" in README
 
 
+def test_the_sweeps_picture_is_made(tmp_path: pathlib.Path) -> None:
+    shipped = (ROOT / "models" / "sweeps" / "pressure-and-timing.toml").read_text(encoding="utf-8")
+    few = shipped.replace("cases = 256", "cases = 16").replace('duration = "14.4 s"', 'duration = "3.7 s"')
+    assert few.count("16") > shipped.count("16")
+    (tmp_path / "few.toml").write_text(few, encoding="utf-8")
+    out, script = tmp_path / "sweep.png", str(ROOT / "scripts" / "sweep_picture.py")
+    run([sys.executable, script, "--sweep", "few.toml", "--runs", "few", "--out", str(out)], tmp_path)
+    assert out.stat().st_size > 20_000
+    assert f"]({(ROOT / 'models/scenarios/pictures/sweep.png').relative_to(ROOT)})" in README
+
+
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)
