@@ -641,6 +641,9 @@ def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) ->
     best = json.loads((uninterrupted / "out" / store.BEST).read_text())
     best |= {"feasible": False, "feasible_designs": 0}
     best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0}
+    best["parameters"][0]["value"] = 3.99e5  # of 2 to 4 bar
+    best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
     said = " ".join(words.statement(best))
+    assert "at an end of its range: pressure;" in said
     assert "no design keeps every limit" in said
     assert "Toe clearance is 7.5 mm short" in said

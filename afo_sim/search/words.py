@@ -49,12 +49,21 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     else:
         said.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
     said.append(f"{tried}; {how}")
+    ends = [p["name"] for p in best["parameters"] if _at_an_end(p)]
+    if ends:
+        said.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     fresh = best["fresh_patients"]
     if fresh is None:
         said.append("not tried on fresh patients: the search tells no patients to draw from")
     elif best["feasible"] and not _holds(fresh):
         said.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return said
+
+
+def _at_an_end(parameter: Mapping[str, Any]) -> bool:
+    """Whether a value is within a hundredth of its range from either end."""
+    low, high = parameter["from"], parameter["to"]
+    return bool(min(parameter["value"] - low, high - parameter["value"]) < 0.01 * (high - low))
 
 
 def _holds(fresh: Mapping[str, Any]) -> bool:
