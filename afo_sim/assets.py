@@ -14,8 +14,9 @@ KINDS = {
     "valve": "valves",
     "patient": "patients",
     "sweep": "sweeps",
+    "search": "searches",
 }
-FLAT = ("scenario", "sweep")  # kinds whose products are single files, not folders
+FLAT = ("scenario", "sweep", "search")  # kinds whose products are single files, not folders
 
 
 def folder(name: str) -> pathlib.Path:

@@ -14,6 +14,7 @@ PLURALS = {
     "valves": "valve",
     "patients": "patient",
     "sweeps": "sweep",
+    "searches": "search",
 }
 
 

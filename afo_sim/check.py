@@ -63,6 +63,8 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
     table = assets.read_toml(path)
     if "check" in table:
         return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
+    if "objective" in table:
+        return _check_search(path)
     if "parameters" in table:
         return _check_sweep(path)
     kind = next((TELLTALES[key] for key in TELLTALES if key in table), None)
@@ -71,7 +73,8 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file), a list of checks ([[check]]) or a sweep ([parameters.NAME])",
+            "(conductance), leg (file), a list of checks ([[check]]), a sweep ([parameters.NAME]) or a "
+            "search (with [objective])",
         )
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]
@@ -97,6 +100,21 @@ def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
         (parameter.name, f"{', '.join(parameter.keys)}{f' [{parameter.unit}]' if parameter.unit else ''}")
         for parameter in plan.parameters
     ]
+
+
+def _check_search(path: pathlib.Path) -> list[tuple[str, str]]:
+    from afo_sim.search.plan import read
+
+    search = read(path)
+    patients = search.judging()
+    findings = [
+        ("kind", "search"),
+        ("scenario", search.designs.scenario),
+        ("patients", str(len(patients)) if patients else "the scenario's own"),
+        ("objective", f"{search.objective.goal} {search.objective.metric}"),
+    ]
+    findings += [("limit", f"{limit.metric} {limit.option} {limit.bound}") for limit in search.limits]
+    return findings + [(parameter.name, ", ".join(parameter.keys)) for parameter in search.designs.parameters]
 
 
 def _timer_for(orthosis: Orthosis) -> dict[str, Any]:

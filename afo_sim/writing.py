@@ -1,5 +1,6 @@
 """Files that appear whole or not at all."""
 
+import errno
 import os
 import pathlib
 import tempfile
@@ -40,3 +41,28 @@ def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
         raise InputError(
             f"cannot be written to: {error.strerror or error}", field=field, value=str(folder)
         ) from None
+
+
+@contextmanager
+def keeping(path: pathlib.Path, again: str) -> Iterator[pathlib.Path]:
+    """As `replacing`, and on the disk, not only on its way there: a machine that loses power keeps it.
+
+    Parameters
+    ----------
+    path : the file
+    again : what can be done once there is room
+
+    Raises
+    ------
+    InputError
+        The disk is full, or the folder cannot be written to.
+    """
+    try:
+        with replacing(path) as temporary:
+            yield temporary
+            with temporary.open("rb") as file:
+                os.fsync(file.fileno())
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        problem = "the disk is full" if full else f"cannot be written to: {error.strerror or error}"
+        raise InputError(problem, field="--out", value=str(path.parent), allowed=again) from None

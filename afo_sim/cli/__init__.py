@@ -13,6 +13,7 @@ from afo_sim.cli import stand as _stand  # noqa: F401
 from afo_sim.cli import fits as _fits  # noqa: F401
 from afo_sim.cli import gait as _gait  # noqa: F401
 from afo_sim.cli import sweep as _sweep  # noqa: F401
+from afo_sim.cli import optimise as _optimise  # noqa: F401
 from afo_sim.cli import lists as _lists  # noqa: F401
 
 # ruff: isort: on

@@ -64,6 +64,24 @@ class Constraint:
             found = _Evaluation(self, values).truth(_parse(self.text))
         return np.broadcast_to(found, (len(next(iter(values.values()), "-")),))
 
+    def excess(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """How far cases are from fulfilling it: 0 where they do, more where more is missing.
+
+        A comparison's excess is what it is off by, as a share of the larger side; the excesses of parts
+        joined by `and` add up, of those joined by `or` the least counts.
+
+        Parameters
+        ----------
+        values : every parameter's values (n,) [SI]; no words
+
+        Returns
+        -------
+        (n,)
+        """
+        with np.errstate(all="ignore"):
+            found = np.nan_to_num(_Evaluation(self, values).excess(_parse(self.text)), nan=np.inf)
+        return np.where(self.holds(values), 0.0, np.maximum(found, np.finfo(np.float64).tiny))
+
 
 def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
     """Read a constraint, and see that it makes sense.
@@ -118,6 +136,31 @@ class _Evaluation:
                 np.broadcast_arrays(*(self._compared(left, op, right, node) for left, op, right in pairs))
             )
         self._refuse(node, "is neither true nor false", "a comparison, or several with and, or, not")
+
+    def excess(self, node: ast.expr, negated: bool = False) -> Any:
+        """How far something that `truth` can read is from being true, or `negated`, false."""
+        if isinstance(node, ast.UnaryOp):
+            return self.excess(node.operand, not negated)
+        if isinstance(node, ast.BoolOp):
+            parts = [self.excess(part, negated) for part in node.values]
+            all_of_them = isinstance(node.op, ast.And)
+        else:
+            assert isinstance(node, ast.Compare)
+            sides = [node.left, *node.comparators]
+            pairs = zip(sides, node.ops, sides[1:], strict=False)
+            parts = [self._off(left, op, right, negated) for left, op, right in pairs]
+            all_of_them = True
+        joined = np.add if all_of_them != negated else np.minimum
+        return joined.reduce(np.broadcast_arrays(*parts))
+
+    def _off(self, left: ast.expr, op: ast.cmpop, right: ast.expr, negated: bool) -> Any:
+        """What a comparison is off by, as a share of the larger side."""
+        a, b = self._number(left).value, self._number(right).value
+        if isinstance(op, ast.Eq | ast.NotEq):
+            off = np.abs(a - b) if isinstance(op, ast.Eq) != negated else np.zeros(np.shape(a - b))
+        else:
+            off = a - b if isinstance(op, ast.Lt | ast.LtE) != negated else b - a
+        return np.where(off > 0.0, off / np.maximum(np.abs(a), np.abs(b)), off * 0.0)
 
     def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr, whole: ast.expr) -> Any:
         if type(op) not in COMPARISONS:

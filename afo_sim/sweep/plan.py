@@ -140,11 +140,15 @@ def read(path: str | os.PathLike[str]) -> Plan:
         The first thing that is wrong, with its field, value and what is allowed.
     """
     file = assets.find("sweep", os.fspath(path))
-    table = assets.read_toml(file)
+    return of_table(file, assets.read_toml(file))
+
+
+def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
+    """A sweep that stands in `file` as `table`; returns and raises as `read`."""
     try:
         told = _ToldSweep.model_validate(table)
     except ValidationError as error:
-        raise _input_error(file, table, error) from None
+        raise first_error(file, table, error) from None
     _check_count(file, told)
     scenario = _scenario_of(file, told.scenario)
     sets = _flat(told.set)
@@ -155,7 +159,7 @@ def read(path: str | os.PathLike[str]) -> Plan:
         field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
     parameters = _parameters(file, told, base)
-    _check_keys(file, parameters, sets)
+    check_keys(file, parameters, sets)
     constraints = _constraints(file, told, parameters)
     return Plan(
         file=file,
@@ -240,7 +244,7 @@ def _parameters(file: pathlib.Path, told: _ToldSweep, base: Scenario) -> tuple[P
     return found
 
 
-def _check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
+def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
     """Refuse what is set twice: the same key, or one below another parameter's."""
     taken: dict[tuple[str, ...], tuple[str, str]] = {}
     for parameter in parameters:
@@ -292,7 +296,7 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
     return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
 
 
-def _input_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
+def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
     """The first validation error, as a message for people."""
     first = error.errors(include_url=False)[0]
     facts = first.get("ctx", {})

@@ -1,0 +1,69 @@
+"""Command of the design search: optimise."""
+
+import pathlib
+from typing import Annotated
+
+import typer
+
+from afo_sim.cli.apps import app
+from afo_sim.cli.common import print_table, progress
+from afo_sim.errors import InputError
+
+CHANGED = ("refuse", "restart")
+
+
+@app.command()
+def optimise(
+    source: Annotated[str, typer.Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<search> by default")
+    ] = None,
+    threads: Annotated[int, typer.Option(help="threads; all of this machine's by default")] = 0,
+    workers: Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")] = 0,
+    scheduler: Annotated[str, typer.Option(help="address of a running Dask cluster")] = "",
+    if_changed: Annotated[
+        str, typer.Option(help="where search file or code changed: refuse or restart")
+    ] = "refuse",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
+) -> None:
+    """Search the design that serves an objective best within limits; started again, it goes on."""
+    if if_changed not in CHANGED:
+        raise InputError("is no choice", field="--if-changed", value=if_changed, allowed=", ".join(CHANGED))
+    for option, number in (("--threads", threads), ("--workers", workers)):
+        if not 0 <= number <= 4096:
+            raise InputError("is out of range", field=option, value=number, allowed="1 to 4096")
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.search import answers, plan, runner, words
+        from afo_sim.sweep.runner import processors
+
+        search = plan.read(source)
+        folder = out or pathlib.Path("runs") / search.file.stem
+        opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
+        threads = threads or processors()
+        print(_told(opened, workers or (1 if scheduler else threads)))
+        if dry_run:
+            return
+        with answers.hands(threads, workers, scheduler) as who:
+            best = runner.run(
+                opened,
+                who,
+                lambda p: report(p.generations, p.most, f"{p.generations} of {p.most} generations"),
+            )
+    for title, header, rows in words.tables(best):
+        print_table(title, header, rows)
+    for line in words.statement(best):
+        print(line)
+    print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
+
+
+def _told(opened: "object", hands: int) -> str:
+    from afo_sim.cli.sweep import _duration
+    from afo_sim.search.runner import Opened
+
+    assert isinstance(opened, Opened)
+    if opened.finished:
+        return "the search is finished: nothing is computed"
+    search = opened.search
+    count = search.generations * opened.cases
+    time = _duration(count * opened.seconds / hands)
+    return f"up to {search.generations} generations of {opened.cases} cases; about {time} in all"

@@ -1,0 +1,1 @@
+"""Design search: the parameters of an orthosis that serve an objective best within limits."""

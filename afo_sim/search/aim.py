@@ -1,0 +1,162 @@
+"""What a search aims at: an objective over the patients, limits that a share of them must keep."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+OUTSIDE, LACKING, OBJECTIVE = "outside", "lacking", "objective"
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The metric that is to be lowest or highest, `over` the patients: their mean, median or worst."""
+
+    metric: str
+    goal: Literal["lowest", "highest"]
+    over: Literal["mean", "median", "worst"] = "mean"
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Of designs (n,), of the metric (n, patients); NaN where any patient's is."""
+        if self.over == "mean":
+            return np.asarray(np.mean(values, axis=1))
+        if self.over == "median":
+            return np.asarray(np.median(values, axis=1))
+        return np.asarray((np.max if self.goal == "lowest" else np.min)(values, axis=1))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """At least, or at most, `bound` [the metric's unit] in a `share` of the patients."""
+
+    metric: str
+    at_least: bool
+    bound: float
+    share: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """For columns: toe_clearance_at_least."""
+        return f"{self.metric}_at_{'least' if self.at_least else 'most'}"
+
+    def spare(self, patients: int) -> int:
+        """How many of the patients need not keep it."""
+        return patients - math.ceil(self.share * patients - 1e-9)
+
+    def level(self, values: np.ndarray) -> float:
+        """The best bound that the share of the patients keeps; NaN where too few have a value.
+
+        This is the quantile that is itself a patient's value (of at-most limits the inverse of the empirical
+        distribution, of at-least limits the same from above), so that the level keeps the bound exactly if
+        the share of the patients does. A patient without a value (NaN) does not keep the limit.
+
+        Parameters
+        ----------
+        values : of the metric (patients,)
+        """
+        spare = self.spare(len(values)) - int(np.count_nonzero(np.isnan(values)))
+        if spare < 0:
+            return math.nan
+        known = np.sort(values[~np.isnan(values)])
+        return float(known[spare] if self.at_least else known[-1 - spare])
+
+    def kept(self, values: np.ndarray) -> float:
+        """The share of the patients (patients,) that keep it."""
+        return float(np.mean(values >= self.bound if self.at_least else values <= self.bound))
+
+    def short(self, level: float) -> float:
+        """What a level lacks [the metric's unit]; 0 where it keeps the bound."""
+        return max(self.bound - level if self.at_least else level - self.bound, 0.0)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """Objective and limits."""
+
+    objective: Objective
+    limits: tuple[Limit, ...] = ()
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics that it looks at."""
+        return tuple(dict.fromkeys([self.objective.metric, *(limit.metric for limit in self.limits)]))
+
+    def judge(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """How designs serve it.
+
+        Parameters
+        ----------
+        metrics : (designs, patients) each; NaN where a patient has none, as in a case that failed
+
+        Returns
+        -------
+        columns (designs,): `objective`; `lacking`, how many patients lack the objective, and how many more
+        than a limit spares lack the limit's metric; of each limit the `…_level`, the share `…_kept` and
+        what is `…_short` [the metric's unit]
+        """
+        goal = metrics[self.objective.metric]
+        found = {
+            OBJECTIVE: self.objective.of(goal),
+            LACKING: np.count_nonzero(np.isnan(goal), axis=1).astype(np.int64),
+        }
+        for limit in self.limits:
+            values = metrics[limit.metric]
+            missing = np.count_nonzero(np.isnan(values), axis=1)
+            found[LACKING] += np.maximum(missing - limit.spare(values.shape[1]), 0)
+            levels = np.array([limit.level(row) for row in values])
+            found[f"{limit.name}_level"] = levels
+            found[f"{limit.name}_kept"] = np.array([limit.kept(row) for row in values])
+            found[f"{limit.name}_short"] = np.array([limit.short(level) for level in levels])
+        return found
+
+    def unknown(self, count: int) -> dict[str, np.ndarray]:
+        """The columns of `judge` of designs that were not simulated."""
+        names = [f"{limit.name}_{what}" for limit in self.limits for what in ("level", "kept", "short")]
+        found = {name: np.full(count, math.nan) for name in (OBJECTIVE, *names)}
+        return found | {LACKING: np.zeros(count, np.int64)}
+
+    def violation(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """What designs lack of all limits together (n,), of each as a share of the most that any lacks."""
+        total = np.zeros(len(columns[OBJECTIVE]))
+        for limit in self.limits:
+            short = np.nan_to_num(columns[f"{limit.name}_short"])
+            total += short / (np.max(short, initial=0.0) or 1.0)
+        return total
+
+    def ranks(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """How designs compare (n,): 0 is the best; equals share a rank.
+
+        A feasible design beats one that is not, and of two feasible ones the better objective wins. Of two
+        others the one that violates less: first the constraints on the parameters, then in how many
+        patients something that is judged is lacking, then the summed violation of the limits.
+
+        Source
+        ------
+        Deb 2000, doi 10.1016/S0045-7825(99)00389-8
+        """
+        outside, lacking = columns[OUTSIDE], columns[LACKING]
+        violation = self.violation(columns)
+        sign = 1.0 if self.objective.goal == "lowest" else -1.0
+        cost = np.where(feasible(outside, lacking, violation), sign * columns[OBJECTIVE], 0.0)
+        keys = np.column_stack([outside, lacking, violation, cost])
+        order = np.lexsort(keys.T[::-1])
+        new = np.any(keys[order][1:] != keys[order][:-1], axis=1)
+        found = np.zeros(len(order), np.int64)
+        found[order[1:]] = np.maximum.accumulate(np.where(new, np.arange(1, len(order)), 0))
+        return found
+
+    def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Which designs keep everything (n,)."""
+        return feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
+
+
+def feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:
+    """Which designs violate nothing (n,)."""
+    return (outside == 0.0) & (lacking == 0) & (violation == 0.0)
+
+
+def outside(excesses: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """How far designs are outside the constraints on the parameters (n,), all together."""
+    return np.sum(excesses, axis=0) if len(excesses) else np.zeros(count)

@@ -1,0 +1,129 @@
+"""A search at one glance: objective, limits and parameters of all designs, generation by generation."""
+
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from afo_sim import metric_words
+from afo_sim.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.report_figure import plain
+from afo_sim.search.aim import OBJECTIVE, Limit
+from afo_sim.search.loop import Columns, Problem, best_of
+from afo_sim.sweep.words import human_unit
+from afo_sim.units import in_unit
+
+ACROSS = 3  # panels side by side
+PANEL = (2.5, 2.0)  # [inch]
+NOT = {"color": "0.72", "marker": "o", "ls": "", "ms": 3.0, "mew": 0.0}
+KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
+BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
+BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
+
+
+def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, path: pathlib.Path) -> None:
+    """Draw all designs over the generations, with the best so far.
+
+    Parameters
+    ----------
+    problem : that was searched
+    units : {metric: unit}
+    columns : of all designs, in the order in which they were tried
+    path : PNG to write
+    """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    aim = problem.aim
+    count = 1 + len(aim.limits) + len(problem.parameters)
+    rows, across = -(-count // ACROSS), min(count, ACROSS)
+    with rc_context(STYLE):
+        figure = Figure((PANEL[0] * across, PANEL[1] * rows + 0.5), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
+        so_far = _best_so_far(problem, columns)
+        _objective(axes[0], problem, units, columns, so_far)
+        for axis, limit in zip(axes[1:], aim.limits, strict=False):
+            _limit(axis, problem, limit, units, columns, so_far)
+        for k, axis in enumerate(axes[1 + len(aim.limits) : count]):
+            _parameter(axis, problem, k, columns, so_far)
+        for axis in axes[count:]:
+            axis.set_visible(False)
+        for axis in axes[max(count - across, 0) : count]:
+            axis.set_xlabel("generation")
+            axis.tick_params(labelbottom=True)
+        handles, labels = axes[-1 if count == len(axes) else count - 1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=4)
+        figure.savefig(path, format="png", dpi=RESOLUTION)
+
+
+def _best_so_far(problem: Problem, columns: Columns) -> np.ndarray:
+    """Row of the best design up to each generation."""
+    ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
+    return np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
+
+
+def _dots(
+    axis: Any, problem: Problem, columns: Columns, values: np.ndarray, so_far: np.ndarray, shown: np.ndarray
+) -> None:
+    """All designs' values; grey those that violate something, a line along the best where `shown`."""
+    generation, keeps = columns["generation"] + 1, problem.aim.feasible(columns)
+    axis.plot(generation[~keeps], values[~keeps], label="violates a limit or constraint", zorder=2, **NOT)
+    axis.plot(generation[keeps], values[keeps], label="feasible", zorder=3, **KEEPS)
+    line = np.where(shown, values[so_far], np.nan)
+    axis.plot(np.arange(1, len(so_far) + 1), line, label="best so far", zorder=4, **BEST)
+    axis.set_xlim(0.5, len(so_far) + 0.5)
+    axis.locator_params(axis="x", integer=True, nbins=6)
+    axis.margins(y=0.08)
+
+
+def _objective(
+    axis: Any, problem: Problem, units: Mapping[str, str], columns: Columns, so_far: np.ndarray
+) -> None:
+    aim = problem.aim
+    keeps = aim.feasible(columns)[so_far]
+    _dots(axis, problem, columns, columns[OBJECTIVE], so_far, keeps)
+    axis.set_ylabel(_title(aim.objective.metric, units))
+    said = f"{aim.objective.goal}, {aim.objective.over} of patients"
+    axis.set_title(said, loc="left", fontsize=8.0, color="0.3")
+
+
+def _limit(
+    axis: Any,
+    problem: Problem,
+    limit: Limit,
+    units: Mapping[str, str],
+    columns: Columns,
+    so_far: np.ndarray,
+) -> None:
+    _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, np.full(len(so_far), True))
+    axis.axhline(limit.bound, zorder=1, **BOUND)
+    axis.set_ylabel(_title(limit.metric, units))
+    said = f"kept by {100.0 * limit.share:.3g} %; limit dashed"
+    axis.set_title(said, loc="left", fontsize=8.0, color="0.3")
+
+
+def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:
+    parameter = problem.parameters[number]
+    ends = np.array([parameter.spread.lower, parameter.spread.upper])  # type: ignore[union-attr]
+    unit = human_unit(parameter.unit, ends)
+    factor = in_unit(1.0, parameter.unit, unit) if unit != parameter.unit else 1.0
+    values = factor * columns[parameter.name]
+    _dots(axis, problem, columns, values, so_far, np.full(len(so_far), True))
+    if parameter.spread.logarithmic:  # type: ignore[union-attr]
+        axis.set_yscale("log")
+    low, high = factor * ends
+    pad = 0.04 * (high - low)
+    axis.set_ylim((low / 1.05, high * 1.05) if axis.get_yscale() == "log" else (low - pad, high + pad))
+    name = plain(parameter.name.replace("_", " "))
+    axis.set_ylabel(f"{name} [{unit}]" if unit else name)
+
+
+def _title(metric: str, units: Mapping[str, str]) -> str:
+    label, unit = (
+        plain(metric_words.words(metric).label),
+        metric_words.UNITS.get(units[metric], units[metric]),
+    )
+    return f"{label} [{unit}]" if unit else label

@@ -1,0 +1,297 @@
+"""A design search as its TOML file describes it: parameters, objective, limits, patients."""
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field as Option
+from pydantic import StrictFloat, StrictInt, StrictStr, ValidationError, field_validator, model_validator
+
+from afo_sim import assets
+from afo_sim.errors import InputError, nearest_name
+from afo_sim.metric_words import OTHER, WORDS, words
+from afo_sim.quantity import refusal
+from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective
+from afo_sim.sweep import plan as sweep_plan
+from afo_sim.sweep.design import Cases, case_seeds, cases_of
+from afo_sim.sweep.parameter import Parameter, Range
+from afo_sim.sweep.parameter_table import Told
+from afo_sim.sweep.plan import Plan
+from afo_sim.sweep.store import fingerprint
+from afo_sim.units import parse_quantity
+
+GENERATIONS = 40
+FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
+JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
+FIXED_COLUMNS = ("generation", "design", "outside", "lacking", OBJECTIVE, "feasible", "violation", "reason")
+
+
+@dataclass(frozen=True)
+class ToldLimit:
+    """A limit before its metric's unit is known: the bound as it is written."""
+
+    metric: str
+    at_least: bool
+    bound: str | float
+    share: float
+
+    @property
+    def option(self) -> str:
+        """Which option tells the bound."""
+        return "at_least" if self.at_least else "at_most"
+
+
+@dataclass(frozen=True)
+class Search:
+    """A design search, checked.
+
+    `designs` holds scenario, fixed overrides, searched parameters and constraints as a sweep does;
+    `patients` are the conditions by which every design is judged, None where there is the scenario's own
+    alone. `population` is None where CMA-ES has its own number of designs in a generation.
+    """
+
+    file: pathlib.Path
+    description: str
+    designs: Plan
+    patients: Plan | None
+    objective: Objective
+    limits: tuple[ToldLimit, ...]
+    generations: int
+    population: int | None
+
+    def aim(self, units: Mapping[str, str]) -> Aim:
+        """Objective and limits, by the units that the scenario's metrics have.
+
+        Raises
+        ------
+        InputError
+            The scenario has no such metric, or a bound's unit does not convert to the metric's.
+        """
+        fields = {"objective.metric": self.objective.metric}
+        fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
+        for field, name in fields.items():
+            if name not in units:
+                problem, near = "is no metric of this scenario", nearest_name(name, units)
+                allowed = ", ".join(sorted(units))
+                raise InputError(
+                    problem, file=self.file, field=field, value=name, allowed=allowed, nearest=near
+                )
+        return Aim(self.objective, tuple(self._limit(k, units) for k in range(len(self.limits))))
+
+    def _limit(self, number: int, units: Mapping[str, str]) -> Limit:
+        told = self.limits[number]
+        bound = told.bound.replace("%", " percent") if isinstance(told.bound, str) else told.bound
+        try:
+            value = parse_quantity(bound, units[told.metric])
+        except ValueError as error:
+            field = f"limits[{number}].{told.option}"
+            raise InputError(str(error), file=self.file, field=field, value=told.bound) from None
+        return Limit(told.metric, told.at_least, value, told.share)
+
+    def judging(self) -> Cases | None:
+        """The patients by which every design is judged."""
+        try:
+            return cases_of(self.patients) if self.patients else None
+        except InputError as error:
+            raise _of_patients(error) from None
+
+    def fresh(self) -> Cases | None:
+        """Patients that no design has seen: of another seed, and more of them; None where none can be."""
+        if self.patients is None or self.patients.cases is None:
+            return None
+        count, seed = FRESH * self.patients.cases, self.patients.seed + 1
+        return cases_of(replace(self.patients, cases=count, seed=seed))
+
+    def as_cases(self, values: Mapping[str, np.ndarray]) -> Cases:
+        """Designs as cases of a sweep; {parameter: values (n,) [SI]}."""
+        plan, count = self.designs, len(next(iter(values.values())))
+        names, units = (p.name for p in plan.parameters), (p.unit for p in plan.parameters)
+        return Cases(plan, tuple(names), tuple(units), dict(values), case_seeds(plan.seed, count), 0)
+
+    def fingerprint(self) -> dict[str, Any]:
+        """What decides the result: the search, this program's code, what it runs on.
+
+        How many generations are asked for is not in it: of more, the first are the same.
+        """
+        told = {
+            "designs": self.designs.canonical(),
+            "patients": self.patients.canonical() if self.patients else None,
+            "objective": repr(self.objective),
+            "limits": repr(self.limits),
+            "population": self.population,
+        }
+        found = fingerprint(self.designs)
+        del found["sweep"]
+        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        versions = found["versions"] | {"cma": _version("cma")}
+        return found | {"search": digest, "versions": versions}
+
+
+class _ToldObjective(Told):
+    metric: StrictStr
+    goal: Literal["lowest", "highest"]
+    over: Literal["mean", "median", "worst"] = "mean"
+
+    @field_validator("metric")
+    @classmethod
+    def _is_a_metric(cls, name: str) -> str:
+        return _known(name)
+
+
+class _ToldLimit(Told):
+    metric: StrictStr
+    at_least: StrictStr | StrictFloat | StrictInt | None = None
+    at_most: StrictStr | StrictFloat | StrictInt | None = None
+    share: StrictFloat | StrictInt = Option(default=1.0, gt=0.0, le=1.0)
+
+    @field_validator("metric")
+    @classmethod
+    def _is_a_metric(cls, name: str) -> str:
+        return _known(name)
+
+    @model_validator(mode="after")
+    def _has_one_bound(self) -> "_ToldLimit":
+        if (self.at_least is None) == (self.at_most is None):
+            raise refusal("the bound is not told, or twice", "at_least or at_most", "at_least")
+        return self
+
+
+class _ToldPatients(Told):
+    design: StrictStr
+    cases: StrictInt | None = None
+    seed: StrictInt = Option(default=0, ge=0)
+    file: StrictStr | None = None
+    constraints: tuple[StrictStr, ...] = ()
+    parameters: dict[str, Any] = Option(min_length=1)
+
+    @field_validator("design")
+    @classmethod
+    def _is_a_design(cls, design: str) -> str:
+        if design not in JUDGING:
+            near = nearest_name(design, JUDGING) or ""
+            raise refusal("is no design of patients", ", ".join(JUDGING), nearest=near)
+        return design
+
+
+class _ToldSearch(Told):
+    """A search's file as it is written."""
+
+    description: StrictStr = ""
+    scenario: StrictStr
+    seed: StrictInt = Option(default=0, ge=0)
+    generations: StrictInt = Option(default=GENERATIONS, ge=1)
+    population: StrictInt | None = Option(default=None, ge=4)
+    constraints: tuple[StrictStr, ...] = ()
+    set: dict[str, Any] = Option(default_factory=dict)
+    parameters: dict[str, Any] = Option(min_length=1)
+    objective: _ToldObjective
+    limits: tuple[_ToldLimit, ...] = ()
+    patients: _ToldPatients | None = None
+
+
+def read(path: str | os.PathLike[str]) -> Search:
+    """Read a design search.
+
+    Parameters
+    ----------
+    path : TOML file, or the name of a shipped search
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong, with its field, value and what is allowed.
+    """
+    file = assets.find("search", os.fspath(path))
+    table = assets.read_toml(file)
+    try:
+        told = _ToldSearch.model_validate(table)
+    except ValidationError as error:
+        raise sweep_plan.first_error(file, table, error) from None
+    base = {"scenario": told.scenario, "set": told.set}
+    searched = {
+        "design": "random",
+        "cases": 1,
+        "seed": told.seed,
+        "constraints": told.constraints,
+        "parameters": told.parameters,
+    }
+    designs = sweep_plan.of_table(file, base | searched)
+    limits = tuple(_limit(limit) for limit in told.limits)
+    for parameter in designs.parameters:
+        _check_searched(file, parameter, told.parameters[parameter.name], limits)
+    patients = None
+    if told.patients is not None:
+        patients = _patients(file, base | told.patients.model_dump(exclude_none=True), designs)
+    return Search(
+        file=file,
+        description=told.description,
+        designs=designs,
+        patients=patients,
+        objective=Objective(**told.objective.model_dump()),
+        limits=limits,
+        generations=told.generations,
+        population=told.population,
+    )
+
+
+def _known(name: str) -> str:
+    if words(name).group == OTHER:
+        raise refusal(f"{name!r} is no metric", "see `afo-sim run`", nearest=nearest_name(name, WORDS) or "")
+    return name
+
+
+def _limit(told: _ToldLimit) -> ToldLimit:
+    at_least = told.at_least is not None
+    bound = told.at_least if told.at_least is not None else told.at_most
+    assert bound is not None
+    return ToldLimit(told.metric, at_least, bound, float(told.share))
+
+
+def _check_searched(
+    file: pathlib.Path, parameter: Parameter, told: Mapping[str, Any], limits: tuple[ToldLimit, ...]
+) -> None:
+    """Refuse what is no range, and names that the designs' table has itself."""
+    if not isinstance(parameter.spread, Range):
+        option = next((name for name in ("values", "distribution", "from_seed") if name in told), "")
+        problem = "is nothing that can be searched"
+        field = f"parameters.{parameter.name}.{option}"
+        raise InputError(problem, file=file, field=field, value=told.get(option), allowed="from and to")
+    taken = {f"{limit.metric}_{limit.option}_{w}" for limit in limits for w in ("level", "kept", "short")}
+    if parameter.name in FIXED_COLUMNS or parameter.name in taken:
+        problem = "is what another column of the designs is called"
+        raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")
+
+
+def _patients(file: pathlib.Path, table: dict[str, Any], designs: Plan) -> Plan:
+    try:
+        found = sweep_plan.of_table(file, table)
+        for parameter in found.parameters:
+            if parameter.name in (p.name for p in designs.parameters):
+                field = f"parameters.{parameter.name}"
+                raise InputError(
+                    "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
+                )
+        sweep_plan.check_keys(file, (*designs.parameters, *found.parameters), {})
+        return found
+    except InputError as error:
+        raise _of_patients(error) from None
+
+
+def _of_patients(error: InputError) -> InputError:
+    """An error in a sweep's table as one in [patients], which is such a table."""
+    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
+    field = f"patients.{error.field}"
+    return InputError(error.problem, file=error.file, field=field, **facts)  # type: ignore[arg-type]
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"

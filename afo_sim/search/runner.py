@@ -1,0 +1,242 @@
+"""A design search from its description to its result, in a folder that it can be resumed from."""
+
+import math
+import pathlib
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.errors import InputError
+from afo_sim.reader import expand, load
+from afo_sim.search import store
+from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
+from afo_sim.search.answers import Answers, Columns, Hands, answers
+from afo_sim.search.evolution import Evolution
+from afo_sim.search.figure import draw_search
+from afo_sim.search.loop import Problem, Progress, best_of, evolve, row
+from afo_sim.search.plan import Search
+from afo_sim.sweep import engine
+from afo_sim.sweep.design import Cases
+from afo_sim.sweep.engine import OK
+from afo_sim.toml_text import toml_text
+from afo_sim.writing import keeping
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A search and its folder. `seconds` is what one case takes; `best` the result, if it is there."""
+
+    search: Search
+    folder: pathlib.Path
+    scenario: dict[str, Any]
+    units: dict[str, str]
+    patients: Cases | None
+    problem: Problem
+    seconds: float
+    best: dict[str, Any] | None
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.best is not None and (
+            self.best["settled"] or self.best["generations"] >= self.search.generations
+        )
+
+    @property
+    def cases(self) -> int:
+        """Simulations in a generation."""
+        return self.problem.evolution().population * (len(self.patients) if self.patients else 1)
+
+
+def open_search(search: Search, folder: pathlib.Path, changed: store.Changed = "refuse") -> Opened:
+    """A search in its folder: a new one, or one to be continued.
+
+    Parameters
+    ----------
+    search : to be done
+    folder : made if need be
+    changed : what to do where the folder holds another search, or designs computed by other code
+
+    Raises
+    ------
+    InputError
+        As `store.opened`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
+    """
+    patients = search.judging()
+    plan = search.designs
+    Evolution(len(plan.parameters), plan.seed, search.population)  # says so at once if cma is missing
+    fingerprint = search.fingerprint()
+    told = store.opened(folder, fingerprint, changed)
+    if not told:
+        scenario = expand("scenario", plan.scenario)
+        units, seconds = _probe(scenario, search, patients)
+        search.aim(units)
+        told = {
+            "fingerprint": fingerprint,
+            "scenario": scenario,
+            "search_file": str(search.file),
+            "metrics": units,
+            "seconds_per_case": seconds,
+        }
+        store.begin(folder, told)
+    aim = search.aim(told["metrics"])
+    return Opened(
+        search=search,
+        folder=folder,
+        scenario=told["scenario"],
+        units=told["metrics"],
+        patients=patients,
+        problem=Problem(plan.parameters, plan.constraints, aim, plan.seed, search.population),
+        seconds=float(told["seconds_per_case"]),
+        best=store.read_best(folder),
+    )
+
+
+def run(opened: Opened, who: Hands, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
+    """Search to the end, or on to it; what was done before is not done again.
+
+    Parameters
+    ----------
+    opened : from `open_search`
+    who : simulates
+    report : told after every generation
+
+    Returns
+    -------
+    the result, as best.json holds it
+
+    Raises
+    ------
+    InputError
+        As `loop.evolve` and `answers`.
+    """
+    if opened.finished:
+        assert opened.best is not None
+        return opened.best
+    search, problem = opened.search, opened.problem
+
+    def judged(values: Columns, patients: Cases | None) -> Answers:
+        designs = search.as_cases(values)
+        return answers(opened.scenario, designs, patients, problem.aim.metrics, who)
+
+    columns, settled = evolve(
+        problem, opened.folder, search.generations, lambda v: judged(v, opened.patients), report
+    )
+    best = row(columns, best_of(problem.aim, columns))
+    fresh = search.fresh()
+    again = None
+    if fresh is not None and best[OUTSIDE][0] == 0.0:
+        found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
+        again = problem.aim.judge(found.metrics) | {"reason": np.array(found.reasons, dtype=object)}
+    told = _told(opened, columns, best, settled)
+    told["fresh_patients"] = _fresh(problem.aim, fresh, again)
+    _write(opened, columns, best, told)
+    return told
+
+
+def _probe(
+    scenario: Mapping[str, Any], search: Search, patients: Cases | None
+) -> tuple[dict[str, str], float]:
+    """The metrics that cases have, with their units, and what one case takes [s]."""
+    middle = {p.name: p.spread.at(np.array([0.5])) for p in search.designs.parameters}  # type: ignore[union-attr]
+    sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
+    tried = [search.designs.set, sets]
+    next(engine.outcomes(scenario, [(0, tried[0])]))  # compiles what only the first run compiles
+    begun = time.perf_counter()
+    found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(tried))]
+    seconds = (time.perf_counter() - begun) / len(tried)
+    if all(outcome.status != OK for outcome in found):
+        raise InputError(f"no case that was tried runs: {found[-1].reason}", file=search.file)
+    return {name: m.unit for outcome in found for name, m in outcome.metrics.items()}, seconds
+
+
+def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dict[str, Any]:
+    """The result but for the fresh patients, as JSON-able data."""
+    problem, aim = opened.problem, opened.problem.aim
+    simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
+    sets = opened.search.as_cases({p.name: best[p.name] for p in problem.parameters}).sets(0)
+    return {
+        "search": opened.search.file.stem,
+        "scenario": opened.search.designs.scenario,
+        "feasible": bool(aim.feasible(best)[0]),
+        "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
+        "settled": settled,
+        "generations": int(columns["generation"][-1]) + 1,
+        "designs": len(columns["design"]),
+        "simulated": simulated,
+        "patients": len(opened.patients) if opened.patients else 1,
+        "design": int(best["design"][0]),
+        "outside": float(best[OUTSIDE][0]),
+        "lacking": int(best[LACKING][0]),
+        "reason": str(best["reason"][0]),
+        "parameters": [
+            {"name": p.name, "keys": list(p.keys), "value": float(best[p.name][0]), "unit": p.unit}
+            | {"from": float(p.spread.lower), "to": float(p.spread.upper)}  # type: ignore[union-attr]
+            for p in problem.parameters
+        ],
+        "objective": {
+            "metric": aim.objective.metric,
+            "goal": aim.objective.goal,
+            "over": aim.objective.over,
+            "unit": opened.units[aim.objective.metric],
+            "value": _number(best[OBJECTIVE]),
+        },
+        "limits": [
+            {"metric": limit.metric, "at": "least" if limit.at_least else "most", "bound": limit.bound}
+            | {"unit": opened.units[limit.metric], "share": limit.share}
+            | {what: _number(best[f"{limit.name}_{what}"]) for what in ("level", "kept", "short")}
+            for limit in aim.limits
+        ],
+        "sets": sets,
+    }
+
+
+def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, Any] | None:
+    """How the best design serves patients that the search has not seen."""
+    if fresh is None or columns is None:
+        return None
+    return {
+        "patients": len(fresh),
+        "seed": fresh.plan.seed,
+        "lacking": int(columns[LACKING][0]),
+        "reason": str(columns["reason"][0]),
+        "objective": _number(columns[OBJECTIVE]),
+        "limits": [
+            {what: _number(columns[f"{limit.name}_{what}"]) for what in ("level", "kept", "short")}
+            for limit in aim.limits
+        ],
+    }
+
+
+def _number(column: np.ndarray) -> float | None:
+    """A design's number; JSON has none that is not finite."""
+    value = float(column[0])
+    return value if math.isfinite(value) else None
+
+
+def _write(opened: Opened, columns: Columns, best: Columns, told: Mapping[str, Any]) -> None:
+    """All files of the result, the one that says so last."""
+    aim, folder = opened.problem.aim, opened.folder
+    units = {p.name: p.unit for p in opened.problem.parameters}
+    units[OBJECTIVE] = opened.units[aim.objective.metric]
+    for limit in aim.limits:
+        units |= {f"{limit.name}_{what}": opened.units[limit.metric] for what in ("level", "short")}
+    judged = {"feasible": aim.feasible(columns), "violation": aim.violation(columns)}
+    about = {key: told[key] for key in ("search", "scenario", "objective", "limits")}
+    store.write_designs(folder, columns | judged, units, about)
+    store.write_text(folder / store.SCENARIO, _scenario_toml(opened, told))
+    with keeping(folder / store.FIGURE, store.AGAIN) as path:
+        draw_search(opened.problem, opened.units, columns, path)
+    store.write_best(folder, told)
+
+
+def _scenario_toml(opened: Opened, told: Mapping[str, Any]) -> str:
+    """The scenario with the best design's values."""
+    scenario = load("scenario", opened.scenario, told["sets"]).resolved()
+    scenario["name"] = f"{opened.search.file.stem}-best"
+    kind = "best design" if told["feasible"] else "design that violates its limits least (none keeps them)"
+    head = f"# The {kind} of {told['designs']} that the search {opened.search.file.name} tried.\n"
+    return head + toml_text(scenario)

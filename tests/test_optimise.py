@@ -1,0 +1,649 @@
+"""Design search: ranking, limits, the optimiser on problems with known answers, resuming, refusals."""
+
+import functools
+import json
+import math
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from command import call
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import afo_sim
+from afo_sim import assets
+from afo_sim.errors import InputError
+from afo_sim.search import plan, store, words
+from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
+from afo_sim.search.answers import Answers, Columns
+from afo_sim.search.evolution import Evolution
+from afo_sim.search.figure import draw_search
+from afo_sim.search.loop import Problem, best_of, evolve
+from afo_sim.sweep.constraint import read_constraint
+from afo_sim.sweep.design import cases_of
+from afo_sim.sweep.parameter import Parameter, Range
+
+LOWEST = Objective("f", "lowest")
+X = Parameter("x", ("x",), "", Range(0.1, 5.0))
+Y = Parameter("y", ("y",), "", Range(0.1, 3.0))
+
+
+def of_functions(**functions: object) -> object:
+    """An evaluator of closed forms, with one patient: {metric: function of the parameters}."""
+
+    def evaluate(values: Columns) -> Answers:
+        count = len(next(iter(values.values())))
+        found = {name: function(**values)[:, None] for name, function in functions.items()}  # type: ignore[operator]
+        return Answers(found, ("",) * count)
+
+    return evaluate
+
+
+def solved(
+    folder: pathlib.Path,
+    evaluate: object,
+    parameters: tuple[Parameter, ...] = (X, Y),
+    *,
+    limits: tuple[Limit, ...] = (),
+    constraints: tuple[str, ...] = (),
+    generations: int = 100,
+    seed: int = 0,
+    objective: Objective = LOWEST,
+) -> tuple[Columns, int, Aim]:
+    """(all designs, row of the best, aim)"""
+    aim = Aim(objective, limits)
+    read = tuple(read_constraint(text, parameters) for text in constraints)
+    columns, _ = evolve(Problem(parameters, read, aim, seed), folder, generations, evaluate)  # type: ignore[arg-type]
+    return columns, best_of(aim, columns), aim
+
+
+# -- limits and shares ------------------------------------------------------------------------------------
+
+PATIENTS = st.lists(st.integers(-5, 5).map(float), min_size=1, max_size=40)
+SHARES = st.integers(1, 20).map(lambda k: k / 20.0)
+
+
+@given(PATIENTS, SHARES, st.integers(-6, 6), st.booleans())
+def test_a_level_keeps_the_bound_exactly_if_the_share_does(
+    values: list[float], share: float, bound: int, at_least: bool
+) -> None:
+    """Counted patient by patient in whole numbers: share = k/20."""
+    limit = Limit("g", at_least, float(bound), share)
+    good = sum(v >= bound if at_least else v <= bound for v in values)
+    enough = 20 * good >= round(20 * share) * len(values)
+    level = limit.level(np.array(values))
+    assert (limit.short(level) == 0.0) == enough
+    assert limit.kept(np.array(values)) == pytest.approx(good / len(values), abs=1e-15)
+
+
+@pytest.mark.parametrize("count", [7, 20, 33, 100])
+@pytest.mark.parametrize("share", [0.5, 0.8125, 1.0])
+def test_a_level_is_numpys_quantile(count: int, share: float) -> None:
+    """The inverse of the empirical distribution, from below and, mirrored, from above."""
+    values = np.random.default_rng(count).normal(size=count)
+    below = np.quantile(values, share, method="inverted_cdf")
+    above = -np.quantile(-values, share, method="inverted_cdf")
+    assert Limit("g", False, 0.0, share).level(values) == below
+    assert Limit("g", True, 0.0, share).level(values) == above
+
+
+def test_nineteen_of_twenty() -> None:
+    limit = Limit("toe", True, 15.0, 0.95)
+    values = np.full(20, 16.0)
+    values[3] = -40.0
+    assert limit.short(limit.level(values)) == 0.0
+    values[7] = 14.0
+    assert limit.short(limit.level(values)) == 1.0
+
+
+def test_a_patient_without_a_value_does_not_keep_a_limit() -> None:
+    values = np.full((3, 20), 20.0)
+    values[1, 0] = np.nan
+    values[2, :2] = np.nan
+    aim = Aim(Objective("air", "lowest"), (Limit("toe", True, 15.0, 0.95),))
+    found = aim.judge({"air": np.ones((3, 20)), "toe": values})
+    assert found[LACKING].tolist() == [0, 0, 1]
+    assert found["toe_at_least_kept"].tolist() == [1.0, 0.95, 0.9]
+    assert aim.feasible(found | {OUTSIDE: np.zeros(3)}).tolist() == [True, True, False]
+
+
+def test_a_case_that_failed_makes_a_design_infeasible() -> None:
+    air = np.ones((2, 4))
+    air[1, 2] = np.nan
+    aim = Aim(Objective("air", "lowest", "median"))
+    found = aim.judge({"air": air})
+    assert aim.feasible(found | {OUTSIDE: np.zeros(2)}).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("goal", "over", "expected"),
+    [("lowest", "mean", 3.0), ("lowest", "median", 2.0), ("lowest", "worst", 6.0), ("highest", "worst", 1.0)],
+)
+def test_objective_over_the_patients(goal: str, over: str, expected: float) -> None:
+    assert Objective("f", goal, over).of(np.array([[1.0, 6.0, 2.0]]))[0] == expected  # type: ignore[arg-type]
+
+
+# -- ranking ----------------------------------------------------------------------------------------------
+
+DESIGN = st.tuples(
+    st.sampled_from([0.0, 0.0, 0.0, 0.1, 0.4]),
+    st.sampled_from([0, 0, 0, 1, 3]),
+    st.sampled_from([0.0, 0.0, 1.0, 2.0]),
+    st.sampled_from([0.0, 0.0, 10.0, 30.0]),
+    st.sampled_from([1.0, 2.0, 3.0]),
+)
+
+
+@given(st.lists(DESIGN, min_size=1, max_size=12), st.sampled_from(["lowest", "highest"]))
+def test_ranks_are_debs_rules_pair_by_pair(designs: list[tuple[float, ...]], goal: str) -> None:
+    off, lacking, one, two, goal_values = map(np.array, zip(*designs, strict=True))
+    aim = Aim(Objective("f", goal), (Limit("a", True, 5.0), Limit("b", False, 5.0)))  # type: ignore[arg-type]
+    columns = {OUTSIDE: off, LACKING: lacking, OBJECTIVE: goal_values}
+    columns |= {"a_at_least_short": one, "b_at_most_short": two}
+
+    def beats(i: int, j: int) -> bool:
+        most = [max(d[k] for d in designs) or 1.0 for k in (2, 3)]
+        total = [d[2] / most[0] + d[3] / most[1] for d in designs]
+        good = [d[0] == 0.0 and d[1] == 0 and t == 0.0 for d, t in zip(designs, total, strict=True)]
+        if good[i] and good[j]:
+            a, b = designs[i][4], designs[j][4]
+            return a < b if goal == "lowest" else a > b
+        if good[i] or good[j]:
+            return good[i]
+        if designs[i][0] != designs[j][0]:
+            return designs[i][0] < designs[j][0]
+        if designs[i][1] != designs[j][1]:
+            return designs[i][1] < designs[j][1]
+        return total[i] < total[j]
+
+    every = range(len(designs))
+    assert aim.ranks(columns).tolist() == [sum(beats(other, one) for other in every) for one in every]
+
+
+def test_a_limit_in_large_numbers_does_not_drown_another() -> None:
+    """Pascals beside millimetres: each is measured by the most that any design lacks of it."""
+    aim = Aim(LOWEST, (Limit("p", True, 1e5), Limit("mm", True, 5.0)))
+    columns = {
+        OUTSIDE: np.zeros(3),
+        LACKING: np.zeros(3, int),
+        OBJECTIVE: np.zeros(3),
+        "p_at_least_short": np.array([1e5, 1e4, 0.0]),
+        "mm_at_least_short": np.array([0.0, 5.0, 4.0]),
+    }
+    assert aim.violation(columns) == pytest.approx([1.0, 1.1, 0.8])
+
+
+# -- constraints on parameters ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x < y", [0.0, 0.5, 0.0]),
+        ("x > y", [0.5, 0.0, 1.0]),
+        ("not x > y", [0.0, 0.5, 0.0]),
+        ("x < y and x < 1", [0.0, 0.5 + 0.5, 0.0]),
+        ("x < y or x < 4", [0.0, 0.0, 0.0]),
+        ("1 < x < 4", [0.0, 0.0, 1.0]),
+        ("not (x < y or y < 2)", [0.5, 0.5, 1.0]),
+        ("x == 1", [0.0, 0.5, 1.0]),
+    ],
+)
+def test_excess_of_a_constraint(text: str, expected: list[float]) -> None:
+    """Designs (1, 2), (2, 1) and (0, 4), by hand: what is missing over the larger side."""
+    values = {"x": np.array([1.0, 2.0, 0.0]), "y": np.array([2.0, 1.0, 4.0])}
+    constraint = read_constraint(text, (X, Y))
+    found = constraint.excess(values)
+    # a strict comparison of equals is off by nothing, and still not fulfilled
+    assert np.array_equal(found == 0.0, constraint.holds(values))
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+def test_division_by_nothing_is_far_off() -> None:
+    found = read_constraint("x / y > 1", (X, Y)).excess({"x": np.zeros(1), "y": np.zeros(1)})
+    assert found[0] == math.inf
+
+
+# -- the optimiser on problems with known answers ---------------------------------------------------------
+
+
+def sphere(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return (x - 2.0) ** 2 + (y - 1.0) ** 2
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_sphere_with_the_optimum_inside(tmp_path: pathlib.Path, seed: int) -> None:
+    columns, best, _ = solved(tmp_path, of_functions(f=sphere), seed=seed)
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx([2.0, 1.0], abs=5e-3)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_sphere_with_the_optimum_in_a_corner(tmp_path: pathlib.Path, seed: int) -> None:
+    """Beyond both bounds: the best of the box is its corner, and none is outside."""
+    columns, best, _ = solved(
+        tmp_path, of_functions(f=lambda x, y: (x - 7.0) ** 2 + (y + 1.0) ** 2), seed=seed
+    )
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx([5.0, 0.1], abs=5e-3)
+    assert columns["x"].max() <= 5.0
+    assert columns["y"].min() >= 0.1
+
+
+def test_highest_is_the_opposite_of_lowest(tmp_path: pathlib.Path) -> None:
+    goal = Objective("f", "highest")
+    columns, best, _ = solved(tmp_path, of_functions(f=lambda x, y: -sphere(x, y)), objective=goal)
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx([2.0, 1.0], abs=5e-3)
+
+
+def test_one_parameter_with_a_log_scale(tmp_path: pathlib.Path) -> None:
+    x = Parameter("x", ("x",), "", Range(1e-4, 1e4, logarithmic=True))
+    columns, best, _ = solved(tmp_path, of_functions(f=lambda x: np.log(x / 0.03) ** 2), (x,))
+    assert columns["x"][best] == pytest.approx(0.03, rel=2e-2)
+
+
+def test_whole_numbers_stay_whole(tmp_path: pathlib.Path) -> None:
+    n = Parameter("x", ("x",), "", Range(1.0, 12.0, whole=True), whole=True)
+    columns, best, _ = solved(tmp_path, of_functions(f=lambda x: (x - 4.2) ** 2), (n,), generations=15)
+    assert columns["x"][best] == 4.0
+    assert np.array_equal(columns["x"], np.round(columns["x"]))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("how", ["limit", "constraint"])
+def test_least_sum_of_a_given_product(tmp_path: pathlib.Path, seed: int, how: str) -> None:
+    """x + y least with x·y ≥ 1: by Lagrange's multiplier x = y = 1, sum 2."""
+    evaluate = of_functions(f=lambda x, y: x + y, g=lambda x, y: x * y)
+    limits = (Limit("g", True, 1.0),) if how == "limit" else ()
+    constraints = ("x * y >= 1",) if how == "constraint" else ()
+    columns, best, aim = solved(tmp_path, evaluate, limits=limits, constraints=constraints, seed=seed)
+    assert columns["x"][best] * columns["y"][best] >= 1.0
+    assert 2.0 <= columns[OBJECTIVE][best] < 2.001
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx([1.0, 1.0], abs=0.03)
+    assert aim.feasible(columns)[best]
+
+
+def test_designs_outside_the_constraints_are_not_simulated(tmp_path: pathlib.Path) -> None:
+    asked: list[np.ndarray] = []
+
+    def evaluate(values: Columns) -> Answers:
+        asked.append(values["x"] - values["y"])
+        return of_functions(f=lambda x, y: x + y)(values)  # type: ignore[operator]
+
+    columns, *_ = solved(tmp_path, evaluate, constraints=("x > y",), generations=12)
+    assert np.concatenate(asked).min() > 0.0
+    outside = columns[OUTSIDE] > 0.0
+    assert outside.any()
+    assert np.array_equal(outside, columns["x"] <= columns["y"])
+    assert np.isnan(columns[OBJECTIVE][outside]).all()
+
+
+def test_without_any_feasible_design_the_least_violating_one_is_best(tmp_path: pathlib.Path) -> None:
+    evaluate = of_functions(f=lambda x, y: x, g=sphere)
+    columns, best, aim = solved(tmp_path, evaluate, limits=(Limit("g", False, -1.0),))
+    assert not aim.feasible(columns).any()
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx([2.0, 1.0], abs=0.03)
+    assert columns["g_at_most_short"][best] == pytest.approx(1.0, abs=1e-3)
+
+
+# -- resuming ---------------------------------------------------------------------------------------------
+
+
+class Killed(Exception):
+    """What stands for a kill in these tests."""
+
+
+def same(a: Columns, b: Columns) -> bool:
+    return list(a) == list(b) and all(np.array_equal(a[n], b[n], equal_nan=a[n].dtype.kind == "f") for n in a)
+
+
+def test_interrupted_after_every_generation_is_uninterrupted_to_the_last_bit(tmp_path: pathlib.Path) -> None:
+    evaluate = of_functions(f=lambda x, y: x + y, g=lambda x, y: x * y)
+    run = functools.partial(solved, limits=(Limit("g", True, 1.0),), constraints=("x < 2 * y",))
+    whole, best, _ = run(tmp_path / "whole", evaluate, generations=12)
+    calls = 0
+
+    def dies_at_the_second(values: Columns) -> Answers:
+        nonlocal calls
+        calls += 1
+        if calls > 1:
+            raise Killed
+        return evaluate(values)  # type: ignore[operator]
+
+    for generation in range(12):
+        calls = 0
+        np.random.seed(generation)  # another process has another state of NumPy's own generator
+        try:
+            parts, again, _ = run(tmp_path / "parts", dies_at_the_second, generations=12)
+        except Killed:
+            assert generation < 11
+            assert len(list((tmp_path / "parts" / store.GENERATIONS).glob("*"))) == generation + 1
+    assert same(whole, parts)
+    assert again == best
+
+
+def test_more_generations_continue_fewer(tmp_path: pathlib.Path) -> None:
+    evaluate = of_functions(f=sphere)
+    few, *_ = solved(tmp_path / "a", evaluate, generations=5)
+    more, *_ = solved(tmp_path / "a", evaluate, generations=9)
+    at_once, *_ = solved(tmp_path / "b", evaluate, generations=9)
+    assert same(more, at_once)
+    assert same(few, {name: column[: len(few["x"])] for name, column in more.items()})
+
+
+def test_other_designs_in_the_folder_are_refused(tmp_path: pathlib.Path) -> None:
+    solved(tmp_path, of_functions(f=sphere), generations=3)
+    with pytest.raises(InputError, match="other designs"):
+        solved(tmp_path, of_functions(f=sphere), generations=4, seed=1)
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 2**31), st.integers(1, 5))
+def test_the_same_ranks_ask_for_the_same_designs(seed: int, dimensions: int) -> None:
+    one, two = Evolution(dimensions, seed), Evolution(dimensions, seed)
+    for _ in range(4):
+        asked = one.ask()
+        assert asked.shape == (one.population, dimensions)
+        assert asked.min() >= 0.0
+        assert asked.max() <= 1.0
+        assert np.array_equal(asked, two.ask())
+        ranks = np.argsort(np.argsort(asked[:, 0]))
+        one.tell(ranks)
+        two.tell(ranks)
+
+
+def test_the_figure_takes_a_search_without_any_feasible_design(tmp_path: pathlib.Path) -> None:
+    columns, _, aim = solved(
+        tmp_path,
+        of_functions(f=lambda x, y: x, g=sphere),
+        limits=(Limit("g", False, -1.0),),
+        constraints=("x > y",),
+        generations=2,
+    )
+    read = (read_constraint("x > y", (X, Y)),)
+    draw_search(Problem((X, Y), read, aim, 0), {"f": "g", "g": "mm"}, columns, tmp_path / "search.png")
+    assert (tmp_path / "search.png").read_bytes().startswith(b"\x89PNG")
+
+
+# -- a search's file --------------------------------------------------------------------------------------
+
+PARAMETERS = """
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "4 bar"
+[parameters.fill_start]
+key = "phases.dorsiflexor.inlet[0][0]"
+from = 0.45
+to = 0.85
+"""
+OBJECTIVE_TABLE = '[objective]\nmetric = "air_per_stride"\ngoal = "lowest"\n'
+LIMIT = '[[limits]]\nmetric = "toe_clearance"\nat_least = "-1.5 cm"\nshare = 0.5\n'
+STRENGTH = '[patients.parameters.strength]\nkey = "patient.dorsiflexor_strength"\nfrom = 0.0\nto = 0.5\n'
+PATIENT_TABLE = f'[patients]\ndesign = "latin-hypercube"\ncases = 2\n{STRENGTH}'
+HEAD = (
+    'scenario = "walk-dropfoot-afo"\ngenerations = 2\npopulation = 4\nconstraints = ["fill_start < 0.8"]\n'
+    '[set]\nduration = "3.6 s"\ntimestep = "1 ms"\n'
+)
+SMALL = HEAD + PARAMETERS + OBJECTIVE_TABLE + LIMIT + PATIENT_TABLE
+
+
+def written(folder: pathlib.Path, text: str = SMALL) -> pathlib.Path:
+    file = folder / "small.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("name", assets.names("search"))
+def test_shipped_searches_are_good(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    search = plan.read(name)
+    assert len(search.description) > 10
+    judging, fresh = search.judging(), search.fresh()
+    assert judging is not None
+    assert fresh is not None
+    assert len(fresh) == 4 * len(judging)
+    for parameter in judging.names:  # none of the fresh patients is one of the others
+        assert not set(judging.values[parameter]) & set(fresh.values[parameter])
+    code, out, _ = call(capsys, "list", "searches")
+    assert code == 0
+    assert name in out
+
+
+def test_a_search_is_checked(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+    code, out, _ = call(capsys, "check", written(tmp_path))
+    assert code == 0
+    assert "search" in out
+    assert "lowest air_per_stride" in out
+
+
+def test_bounds_come_in_the_metrics_unit(tmp_path: pathlib.Path) -> None:
+    text = SMALL + '[[limits]]\nmetric = "torque_covered"\nat_least = "50 %"\n'
+    text = text.replace(PATIENT_TABLE, "") + PATIENT_TABLE
+    search = plan.read(written(tmp_path, text))
+    aim = search.aim({"air_per_stride": "g", "toe_clearance": "mm", "torque_covered": "percent"})
+    assert [limit.bound for limit in aim.limits] == [-15.0, 50.0]
+
+
+REFUSED = {
+    "no objective": (OBJECTIVE_TABLE, "", r"objective: is missing"),
+    "unknown metric": (
+        "air_per_stride",
+        "air_per_strid",
+        r"objective.*did you mean 'air_per_stride'",
+    ),
+    "unknown limit": ("toe_clearance", "toe_clearanc", r"limits.*did you mean 'toe_clearance'"),
+    "goal": ('"lowest"', '"least"', r"objective\.goal = 'least'.*'lowest' or 'highest'"),
+    "no goal": ('goal = "lowest"', "", r"objective\.goal: is missing"),
+    "generations": ("generations = 2", "generations = 0", r"generations = 0.*greater than or equal to 1"),
+    "population": ("population = 4", "population = 2", r"population = 2.*greater than or equal to 4"),
+    "empty range": ('to = "4 bar"', 'to = "1 bar"', r"parameters\.pressure\.from.*the range is empty"),
+    "values": ("from = 0.45\nto = 0.85", "values = [0.5, 0.6]", r"fill_start\.values.*allowed: from and to"),
+    "words": ('from = "2 bar"\nto = "4 bar"', 'values = ["2 bar"]', r"pressure\.values.*from and to"),
+    "spread": (
+        "from = 0.45\nto = 0.85",
+        'distribution = "normal"\nmean = 0.5\nsd = 0.1',
+        r"fill_start\.distribution.*from and to",
+    ),
+    "unit of a limit": ('"-1.5 cm"', '"5 bar"', r"limits\[0\]\.at_least = '5 bar'.*does not convert to mm"),
+    "no unit": ('"-1.5 cm"', "5", r"limits\[0\]\.at_least = 5: has no unit"),
+    "no bound": ('at_least = "-1.5 cm"', "", r"limits\.0\.at_least: the bound is not told"),
+    "two bounds": ('"-1.5 cm"', '"-1.5 cm"\nat_most = "1 cm"', r"the bound is not told, or twice"),
+    "share": ("share = 0.5", "share = 1.5", r"limits\.0\.share = 1\.5.*less than or equal to 1"),
+    "not of this scenario": (
+        '"air_per_stride"',
+        '"air_per_cycle"',
+        r"objective\.metric = 'air_per_cycle': is no metric of this scenario",
+    ),
+    "same key": (
+        '"patient.dorsiflexor_strength"\nfrom = 0.0\nto = 0.5',
+        '"supply.pressure"\nfrom = "2 bar"\nto = "3 bar"',
+        r"patients\.parameters\.strength\.key.*sets what 'pressure' sets already",
+    ),
+    "same name": ("[patients.parameters.strength]", "[patients.parameters.pressure]", r"name of a searched"),
+    "taken name": ("[parameters.pressure]", "[parameters.objective]", r"what another column"),
+    "patients' design": ('"latin-hypercube"', '"latin-hypercub"', r"patients\.design.*'latin-hypercube'"),
+    "sensitivity": ('"latin-hypercube"', '"saltelli"', r"patients\.design = 'saltelli'"),
+    "patients' range": ("to = 0.5\n", "to = 0.0\n", r"patients\.parameters\.strength\.from"),
+    "patients' value": ("to = 0.5\n", "to = 1.5\n", r"patients\.parameters\.strength"),
+    "typing error": ("generations", "generation", r"generation.*did you mean 'generations'"),
+    "constraint": ("fill_start < 0.8", "fil_start < 0.8", r"did you mean 'fill_start'"),
+    "scenario": ('"walk-dropfoot-afo"', '"walk-dropfoot-af"', r"did you mean 'walk-dropfoot-afo'"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(case: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    old, new, message = REFUSED[case]
+    assert old in SMALL
+    file = written(tmp_path, SMALL.replace(old, new))
+    code, _, err = call(capsys, "optimise", file, "--out", tmp_path / "out")
+    assert code == 2
+    assert "Traceback" not in err
+    assert re.search(message, err.replace("\n", " ")), err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_cma_it_says_what_to_install(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cma", None)
+    code, _, err = call(capsys, "optimise", written(tmp_path), "--out", tmp_path / "out")
+    assert code == 2
+    assert "pip install 'afo-sim[sweep]'" in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_with_something_else_is_left_alone(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("mine")
+    for option in ("refuse", "restart"):
+        code, _, err = call(
+            capsys, "optimise", written(tmp_path), "--out", tmp_path / "out", "--if-changed", option
+        )
+        assert code == 2
+        assert "something else" in err
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+# -- the real thing ---------------------------------------------------------------------------------------
+
+
+def started(file: pathlib.Path, out: pathlib.Path) -> "subprocess.Popen[bytes]":
+    """The command in a process of its own."""
+    code = "from afo_sim.cli import main; main()"
+    root = str(pathlib.Path(afo_sim.__file__).parents[1])
+    environment = os.environ | {"PYTHONPATH": root}
+    command = [sys.executable, "-c", code, "optimise", str(file), "--out", str(out), "--threads", "1"]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def killed_after(generations: int, process: "subprocess.Popen[bytes]", out: pathlib.Path) -> None:
+    """Kill it as soon as so many generations are on disk."""
+    until = time.monotonic() + 300.0
+    while len(list((out / store.GENERATIONS).glob("[0-9]*.parquet"))) < generations:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.005)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    folder = tmp_path_factory.mktemp("whole")
+    _, err = started(written(folder), folder / "out").communicate()
+    assert (folder / "out" / store.BEST).is_file(), err
+    return folder
+
+
+def test_a_killed_search_ends_as_if_it_had_not_been(
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    file = written(tmp_path)
+    killed_after(1, started(file, out), out)
+    assert not (out / store.BEST).exists()
+    code, printed, err = call(capsys, "optimise", file, "--out", out)  # with as many threads as there are
+    assert code == 0, err
+    assert "objective and limits" in printed
+    for name in (store.DESIGNS, store.BEST):
+        assert (out / name).read_bytes() == (uninterrupted / "out" / name).read_bytes()
+
+
+def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> None:
+    """Each patient of each design run alone, the limit counted patient by patient."""
+    search = plan.read(uninterrupted / "small.toml")
+    patients = cases_of(search.patients)  # type: ignore[arg-type]
+    table = pq.read_table(uninterrupted / "out" / store.DESIGNS).to_pylist()
+    assert len(table) == 8
+    simulated = [row for row in table if row["fill_start"] < 0.8]
+    assert all(row[OUTSIDE] > 0.0 for row in table if row not in simulated)
+    for row in simulated[:2]:
+        sets = {
+            "supply.pressure": f"{row['pressure']!r} Pa",
+            "phases.dorsiflexor.inlet[0][0]": row["fill_start"],
+        } | {"duration": "3.6 s", "timestep": "1 ms"}
+        runs = [afo_sim.run("walk-dropfoot-afo", sets | patients.sets(k)) for k in range(2)]
+        air = [run.metrics["air_per_stride"].value for run in runs]
+        toe = [run.metrics["toe_clearance"].value for run in runs]
+        assert row[OBJECTIVE] == (air[0] + air[1]) / 2.0
+        assert row["toe_clearance_at_least_level"] == max(toe)  # half of two patients
+        assert row["feasible"] == (max(toe) >= -15.0)
+
+
+def test_the_best_design_runs_and_is_told(
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    best = json.loads((uninterrupted / "out" / store.BEST).read_text())
+    rows = pq.read_table(uninterrupted / "out" / store.DESIGNS).to_pylist()
+    row = rows[best["design"]]
+    assert {p["name"]: p["value"] for p in best["parameters"]} == {
+        name: row[name] for name in ("pressure", "fill_start")
+    }
+    good = [r for r in rows if r["feasible"]]
+    assert best["feasible"] == bool(good)
+    if good:
+        assert row[OBJECTIVE] == min(r[OBJECTIVE] for r in good)
+    assert best["fresh_patients"]["patients"] == 8
+    scenario = uninterrupted / "out" / store.SCENARIO
+    code, _, err = call(capsys, "run", scenario, "--out", tmp_path / "run", "--no-rrd")
+    assert code == 0, err
+    by_hand = afo_sim.run("walk-dropfoot-afo", best["sets"])
+    assert afo_sim.run(str(scenario)).metrics == by_hand.metrics
+
+
+def test_a_finished_search_computes_nothing(
+    uninterrupted: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = uninterrupted / "out"
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    code, printed, _ = call(capsys, "optimise", uninterrupted / "small.toml", "--out", out)
+    assert code == 0
+    assert "nothing is computed" in printed
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
+
+
+def test_a_changed_search_is_refused_or_begins_anew(
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = uninterrupted / "out"
+    other = written(tmp_path, SMALL.replace('"-1.5 cm"', '"-2 cm"'))
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    code, _, err = call(capsys, "optimise", other, "--out", out)
+    assert code == 2
+    assert "another search" in err
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
+    manifest = json.loads((out / store.MANIFEST).read_text())
+    manifest["fingerprint"]["code"] = "other"
+    copy = tmp_path / "copy"
+    (copy / store.GENERATIONS).mkdir(parents=True)
+    (copy / store.MANIFEST).write_text(json.dumps(manifest))
+    (copy / store.GENERATIONS / "000000.parquet").write_text("of other code")
+    code, _, err = call(capsys, "optimise", uninterrupted / "small.toml", "--out", copy)
+    assert code == 2
+    assert "other code" in err
+    code, _, err = call(
+        capsys, "optimise", uninterrupted / "small.toml", "--out", copy, "--if-changed", "restart"
+    )
+    assert code == 0, err
+    assert (copy / store.DESIGNS).read_bytes() == (out / store.DESIGNS).read_bytes()
+
+
+def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) -> None:
+    best = json.loads((uninterrupted / "out" / store.BEST).read_text())
+    best |= {"feasible": False, "feasible_designs": 0}
+    best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0}
+    best["parameters"][0]["value"] = 3.99e5  # of 2 to 4 bar
+    best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
+    said = " ".join(words.statement(best))
+    assert "at an end of its range: pressure;" in said
+    assert "no design keeps every limit" in said
+    assert "Toe clearance is 7.5 mm short" in said
