@@ -2,7 +2,7 @@
 
 Runs the shipped sweep `pressure-and-timing` and keeps its figure of main effects.
 
-    python scripts/sweep_picture.py [--runs runs/pressure-and-timing] [--out models/scenarios/pictures/sweep.png]
+    python scripts/sweep_picture.py [--runs runs/pressure-and-timing] [--out PICTURE]
 """
 
 import argparse
