@@ -159,7 +159,7 @@ def test_friction_is_taken_off_while_taut():
 
 @pytest.mark.parametrize("taken", [40.0, 400.0])
 def test_coefficient_is_the_slope_of_friction_that_the_static_force_holds_too(taken):
-    # As of a friction in pressure: what the muscle carries changes with its rate, and so does the damper's bound.
+    # As of a friction in pressure: what the muscle carries changes with the rate, and the damper's bound too.
     def force(rate):
         return hill_force(60.0 - taken * rate, 0.1, rate, R * ABSOLUTE, 0.0, 0.0, taken, BRAID)
 
