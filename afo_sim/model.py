@@ -104,6 +104,7 @@ def _with_walking(built: Built) -> Built:
     if scenario.contact:
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
+        built = dataclasses.replace(built, warnings=(*built.warnings, *contact.warnings()))
     return dataclasses.replace(built, walk=walk, foot=foot, active=own, contact=contact)
 
 
