@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 LOADED = 1.0  # force from which on a pad stands on the floor; below it plates only hum [N]
 RAMP = 0.02  # time in which the floor passes from its own height to the recorded sole's [s]
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
+NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
 STIFF = 1.0  # of (rate × time step)² of the pads; it is unstable at 4
 
@@ -38,7 +39,8 @@ class Contact:
 
     floor [m] and load [N], recorded, of each pad (n, 3); moment is what the recorded ground force has about
     the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support is
-    what the body above gives so that the ankle stays where it was recorded, upward [N].
+    what the body above gives so that the ankle stays where it was recorded, upward [N]. lost is the most of
+    the recorded force that no floor has the pads carry, since they leave it too fast, in body weights [-].
     """
 
     floor: np.ndarray
@@ -46,6 +48,14 @@ class Contact:
     moment: np.ndarray
     shift: np.ndarray
     support: np.ndarray
+    lost: float
+
+    def warnings(self) -> tuple[str, ...]:
+        """Where even a foot that goes as recorded does not feel what was recorded."""
+        if self.lost <= NOTICED:
+            return ()
+        told = f"the pads lose up to {100.0 * self.lost:.0f} % of the body weight of the recorded force"
+        return (f"{told}, where the recorded foot leaves the floor fast: lower ground.damping",)
 
 
 def pad_stiffness(ground: Ground, foot: Foot) -> dict[str, float]:
@@ -118,7 +128,9 @@ def register(
     load = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height)
     above = np.maximum(height, 0.0) * (1.0 - standing(load > LOADED, RAMP / walk.timestep))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
-    give = np.maximum(1.0 - ground.damping * velocity, FASTEST)
+    share = 1.0 - ground.damping * velocity
+    give = np.maximum(share, FASTEST)
+    lost = np.sum(load * (1.0 - np.maximum(share, 0.0) / give), axis=1)
     total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
     shift = np.where(total > LOADED, place - turning / np.maximum(total, LOADED), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
@@ -128,6 +140,7 @@ def register(
         moment=recorded - turning,
         shift=shift,
         support=leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
+        lost=float(lost.max()) / weight,
     )
 
 

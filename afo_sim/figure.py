@@ -14,6 +14,7 @@ from afo_sim.errors import InputError
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
 from afo_sim.recording import Recording
+from afo_sim.strides import stance_force
 from afo_sim.units import parse_quantity
 from afo_sim.writing import replacing
 
@@ -248,8 +249,8 @@ def _healthy_heights(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def _shade_stance(axis: Any, recording: Recording) -> None:
-    """A band wherever the foot stands, behind all else."""
-    stands = np.r_[False, recording["ground/force/z"] >= STANCE_FORCE, False]
+    """A band wherever the recorded foot stands, behind all else."""
+    stands = np.r_[False, recording[stance_force(recording.columns)] >= STANCE_FORCE, False]
     time = np.r_[recording["time"], recording["time"][-1]]
     for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
         axis.axvspan(time[start], time[end], color="#56B4E9", alpha=0.10, lw=0.0, zorder=-1)

@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import math
 import pathlib
+import re
 from dataclasses import dataclass
 
 import mujoco
@@ -21,6 +22,9 @@ from afo_sim.walk import Walk, lay_out
 from afo_sim.walk_model import add_walking, fill_walking, scale, walking_actuators
 
 PASSIVE = "passive_ankle"
+REFERS = re.compile(
+    rb"<(include|model)\s"
+)  # other files in a model file: a change of theirs is not seen in it
 STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 
 
@@ -100,6 +104,7 @@ def _with_walking(built: Built) -> Built:
     if scenario.contact:
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
+        built = dataclasses.replace(built, warnings=(*built.warnings, *contact.warnings()))
     return dataclasses.replace(built, walk=walk, foot=foot, active=own, contact=contact)
 
 
@@ -124,7 +129,9 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
 
 def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
     """A model file as a spec of its caller's own; ValueError where MuJoCo cannot read it."""
-    return _parsed(str(file), file.stat().st_mtime_ns if file.is_file() else 0).copy()
+    if not file.is_file() or REFERS.search(file.read_bytes()):
+        return mujoco.MjSpec.from_file(str(file))
+    return _parsed(str(file), file.stat().st_mtime_ns).copy()
 
 
 @functools.lru_cache(maxsize=16)  # a changed file has another time of change

@@ -99,7 +99,9 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 
 @functools.lru_cache(maxsize=2)  # cases of a sweep share it
 def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
-    return passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+    moment = passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+    moment.flags.writeable = False
+    return moment
 
 
 def activated(wanted: np.ndarray, timestep: float) -> np.ndarray:

@@ -172,7 +172,8 @@ def make_recording(built: Built, control: np.ndarray, rollout: "Rollout") -> Rec
     columns, found = examine(built, control, rollout)
     n, stride = len(columns["time"]), scenario.record_stride
     return Recording(
-        columns={name: np.ascontiguousarray(values[::stride]) for name, values in columns.items()},
+        # copies: the recording is its user's, while the recorded walking is shared by later runs
+        columns={name: np.array(values[::stride]) for name, values in columns.items()},
         metrics=found.totals,
         strides=found.strides,
         scenario=scenario.resolved(),

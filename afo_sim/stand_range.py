@@ -36,7 +36,7 @@ def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) ->
     out = np.empty(kappa.size)
     for k, (x, p) in enumerate(zip(kappa.flat, gauge.flat, strict=True)):
         spring = muscle_static_force(law, float(x), float(p), lowest, coefficients, 0)
-        out[k] = hill_force(spring, float(x), 0.0, 0.0, 0.0, 0.0, stiffness)[0]
+        out[k] = hill_force(spring, float(x), 0.0, 0.0, 0.0, 0.0, 0.0, stiffness)[0]
     return out.reshape(kappa.shape)
 
 

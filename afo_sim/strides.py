@@ -1,7 +1,7 @@
 """A recording of walking cut into strides, heel strike to heel strike."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,13 +38,8 @@ class Stride:
 
     @cached_property
     def toe_off(self) -> float:
-        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-].
-
-        The recorded ground: a toe that drags through swing would have no toe-off of its own.
-        """
-        recorded = "gait/ground_force_z"
-        force = self[recorded if recorded in self.columns else "ground/force/z"]
-        free = force <= STANCE_FORCE * self.body_mass * GRAVITY
+        """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
+        free = self[stance_force(self.columns)] <= STANCE_FORCE * self.body_mass * GRAVITY
         free &= self.phase > STANCE_SHARE[0]
         return float(self.phase[np.argmax(free)]) if free.any() else 1.0
 
@@ -57,6 +52,15 @@ class Stride:
         """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""
         here = np.asarray(phase) + self.number
         return np.interp(here, progress(self.columns), self.columns[column])
+
+
+def stance_force(columns: Container[str]) -> str:
+    """The column that tells stance from swing, of a recording's columns.
+
+    The recorded ground's force: a toe that drags through swing, in contact, would have no toe-off of its own.
+    """
+    recorded = "gait/ground_force_z"
+    return recorded if recorded in columns else "ground/force/z"
 
 
 def progress(columns: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -70,7 +70,9 @@ def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
 # Cases of a sweep share most of this; a changed file has another time of change.
 @functools.lru_cache(maxsize=8)
 def _cycle(file: pathlib.Path, when: int, ankle_height: float) -> tuple[GaitCycle, float]:
-    return fit_to_leg(gait_file.read(file), ankle_height)
+    cycle, shift = fit_to_leg(gait_file.read(file), ankle_height)
+    _keep(*(value for value in vars(cycle).values() if isinstance(value, np.ndarray)))
+    return cycle, shift
 
 
 @functools.lru_cache(maxsize=2)
@@ -82,7 +84,15 @@ def _laid_out(
     phase = phase_at(gait, cycle.stride_time, time)
     pose = np.stack([cycle.signal(name, phase) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
     ankle = cycle.signal("ankle_angle", phase) + gait.ankle_offset
-    return Walk(cycle, shift, timestep, phase, pose, ankle, cycle.signal("knee_angle", phase))
+    knee = cycle.signal("knee_angle", phase)
+    _keep(phase, pose, ankle, knee)
+    return Walk(cycle, shift, timestep, phase, pose, ankle, knee)
+
+
+def _keep(*arrays: np.ndarray) -> None:
+    """What later runs are given too is nobody's to change."""
+    for array in arrays:
+        array.flags.writeable = False
 
 
 def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:

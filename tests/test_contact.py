@@ -331,3 +331,13 @@ def test_a_sole_without_its_points_is_refused(tmp_path: pathlib.Path) -> None:
         with pytest.raises(InputError) as refused:
             contact_built({"leg": str(tmp_path / "leg.toml")})
         assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(("damping", "warned"), [("1 s/m", False), ("2 s/m", True)])
+def test_a_recorded_force_that_the_pads_cannot_carry_is_told(damping: str, warned: bool) -> None:
+    # A damping of 2 s/m lets go of a point that rises at 0.5 m/s, as the ball does before toe-off.
+    sets = {"ground.mode": "contact", "ground.damping": damping, "duration": "1.3 s", "timestep": "0.25 ms"}
+    run = afo_sim.run("walk-healthy", sets)
+    missing = np.max(run["gait/ground_force_z"] - run["ground/force/z"]) / (75.0 * 9.80665)
+    assert (missing > 0.01) == warned
+    assert any("lower ground.damping" in text for text in run.warnings) == warned

@@ -52,6 +52,15 @@ def test_stance_is_shaded_where_the_ground_pushes(bare: Recording) -> None:
         assert any(span.x0 <= time < span.x1 for span in spans) == (force >= 20.0)
 
 
+def test_a_toe_that_drags_does_not_shade_the_swing() -> None:
+    run = afo_sim.run("walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact"})
+    axis = panel(figure._clearance_panel, run)
+    figure._shade_stance(axis, run)
+    recorded = run["gait/ground_force_z"] >= 20.0
+    assert len(axis.patches) == 1 + int(np.sum(recorded[1:] & ~recorded[:-1]))
+    assert np.any(~recorded & (run["ground/force/z"] >= 20.0))
+
+
 def test_moment_panel_has_all_of_walkings_moments(bare: Recording, helped: Recording) -> None:
     for run, names in ((bare, ()), (helped, ("orthosis",))):
         drawn = lines(panel(figure._moment_panel, run))

@@ -21,7 +21,7 @@ BRAID = 20e3  # [N]
 
 def plain(static, contraction, rate, absolute, damping, stiffness):
     """Hill's muscle without friction, with S2's damping R × absolute pressure."""
-    return hill_force(static, contraction, rate, damping * absolute, 0.0, 0.0, stiffness)
+    return hill_force(static, contraction, rate, damping * absolute, 0.0, 0.0, 0.0, stiffness)
 
 
 def _slope(function, x, step):
@@ -146,15 +146,26 @@ def test_at_rest_the_clamp_acts_once():
 
 
 def test_friction_is_taken_off_while_taut():
-    assert hill_force(50.0, 0.1, 0.2, 0.0, 12.0, 300.0, BRAID) == (38.0, 300.0)
-    assert hill_force(50.0, 0.1, -0.2, 0.0, -12.0, 300.0, BRAID) == (62.0, 300.0)
+    assert hill_force(50.0, 0.1, 0.2, 0.0, 12.0, 300.0, 0.0, BRAID) == (38.0, 300.0)
+    assert hill_force(50.0, 0.1, -0.2, 0.0, -12.0, 300.0, 0.0, BRAID) == (62.0, 300.0)
     # a slack muscle has none, and friction never makes a muscle push
-    assert hill_force(-5.0, 0.1, -0.2, 0.0, -12.0, 300.0, BRAID) == (0.0, 0.0)
-    assert hill_force(50.0, 0.1, 0.2, 0.0, 80.0, 300.0, BRAID) == (0.0, 0.0)
-    for i in range(7):
-        arguments = [50.0, -0.01, 0.2, 10.0, 5.0, 300.0, BRAID]
+    assert hill_force(-5.0, 0.1, -0.2, 0.0, -12.0, 300.0, 0.0, BRAID) == (0.0, 0.0)
+    assert hill_force(50.0, 0.1, 0.2, 0.0, 80.0, 300.0, 0.0, BRAID) == (0.0, 0.0)
+    for i in range(8):
+        arguments = [50.0, -0.01, 0.2, 10.0, 5.0, 300.0, 40.0, BRAID]
         arguments[i] = math.nan
         assert any(map(math.isnan, hill_force(*arguments))), i
+
+
+@pytest.mark.parametrize("taken", [40.0, 400.0])
+def test_coefficient_is_the_slope_of_friction_that_the_static_force_holds_too(taken):
+    # As of a friction in pressure: what the muscle carries changes with the rate, and the damper's bound too.
+    def force(rate):
+        return hill_force(60.0 - taken * rate, 0.1, rate, R * ABSOLUTE, 0.0, 0.0, taken, BRAID)
+
+    for rate in np.linspace(-5.0, 0.1, 103):
+        slope = _slope(lambda v: force(v)[0], rate, 1e-6)
+        assert force(rate)[1] == pytest.approx(-slope, rel=1e-6)
 
 
 # Reynolds 2003 and Serres 2009 as published: p in kPa, B in N·s/mm.

@@ -248,3 +248,19 @@ def test_odd_descriptions_are_refused(key: str, value: object, problem: str) -> 
 def test_a_whole_is_set_before_its_parts() -> None:
     scenario = load("scenario", "seated", {f"{FORWARD}.count": 2, "orthosis": "s1"})
     assert scenario.orthosis.muscle["dorsiflexor"].count == 2
+
+
+def test_a_changed_file_that_a_leg_includes_is_read_again(tmp_path) -> None:
+    original = load("leg", "adult_75kg").file.read_text()
+    start, end = original.index("<worldbody>"), original.index("</worldbody>") + len("</worldbody>")
+    part, leg = tmp_path / "part.xml", tmp_path / "leg.xml"
+    leg.write_text(original[:start] + '<include file="part.xml"/>' + original[end:])
+    lowest = []
+    for place in ("-0.068", "-0.090"):
+        part.write_text(f"<mujocoinclude>{original[start:end]}</mujocoinclude>".replace("-0.068", place))
+        model = built(**{"leg.file": str(leg)}).model
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        ankle = data.xanchor[model.joint("ankle").id]
+        lowest.append(data.site("ball").xpos[2] - ankle[2])
+    assert lowest[1] - lowest[0] == pytest.approx(-0.022, abs=1e-9)

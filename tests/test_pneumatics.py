@@ -354,16 +354,24 @@ def test_an_overdriven_coil_is_clamped(command, clamped):
     assert over[-1] == clamped
 
 
-@pytest.mark.parametrize(("delay", "timestep"), DELAYS)
+@pytest.mark.parametrize(("delay", "timestep"), [*DELAYS, (0.0, 1e-3), (0.3e-3, 1e-3)])
 @pytest.mark.parametrize("share", [0.01, 0.375, 0.99])
 def test_an_event_within_a_step_is_delayed_as_any_other(delay, timestep, share):
     # Switched on for the last part of its first step, or for the first part of its last.
     opening = _opening([share] + [1.0] * 100, delay, 9.0, timestep)
     lost = 101 * timestep - timestep * opening.sum()
-    dead = max(delay, timestep) if delay + (1.0 - share) * timestep > timestep else delay
+    dead = max(delay, timestep)  # nothing answers within the step that switches it
     assert lost == pytest.approx((1.0 - share) * timestep + dead, abs=1e-9)
     shut = _opening([share] + [0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
     assert timestep * shut.sum() == pytest.approx(share * timestep + dead, abs=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.4, 0.99])
+def test_a_valve_without_delays_is_open_for_as_long_as_its_coil_is_on(share):
+    # A pulse within one step, and pulses that begin and end within steps.
+    for coil in ([share], [share, 1.0, 1.0, 0.3], 10 * [1.0, 1.0, share, 0.0, 0.0]):
+        opening = _opening(coil + [0.0] * 3, 0.0, 0.0, 1e-3)
+        assert opening.sum() == pytest.approx(sum(coil), abs=1e-12)
 
 
 def test_a_switch_faster_than_the_armature_moves_nothing():

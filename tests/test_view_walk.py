@@ -201,6 +201,31 @@ def test_lanes_are_stance_and_strides(file: pathlib.Path, bare: Recording) -> No
     assert np.array_equal(bare["gait/stride"][np.round(time * 1e-6).astype(int)], [0.0, 1.0, 2.0])
 
 
+def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
+    """In contact: one stance and one swing a stride, by the recorded ground, as the metrics count them."""
+    run = afo_sim.run("walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact"})
+    stands = run["gait/ground_force_z"] >= 20.0
+    dragged = ~stands & (run["ground/force/z"] >= 20.0)
+    assert dragged.any()
+    file = run.save(tmp_path / "dragged") / "recording.rrd"
+    time, support = read(file, "/gait/support", "StateChange:state")
+    changes = np.r_[0, np.flatnonzero(stands[1:] != stands[:-1]) + 1]
+    assert np.array_equal(time, changes * 1_000_000)
+    assert support[:, 0].tolist() == ["stance" if stands[k] else "swing" for k in changes]
+    # the lowest toe of the swing is the dragging one, drawn in red
+    lowest = np.where(stands, np.inf, run["toe/height"]).argmin()
+    assert dragged[lowest]
+    chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
+    texts = [str(row) for c in chunks for row in c.to_record_batch().column("TextLog:text").to_pylist()]
+    told = f"toe lowest in swing: {1e3 * run['toe/height'][lowest]:.0f} mm"
+    assert any(told in text for text in texts), texts
+    time, _ = lists(file, "/world/trail/toe", "LineStrips3D:strips")
+    _, colours = read(file, "/world/trail/toe", "LineStrips3D:colors")
+    red = colours[:, 0] == int.from_bytes(bytes([*SUNK, 255]), "big")
+    rows = rows_of(run, time)
+    assert np.array_equal(red, (rows["gait/ground_force_z"] < 20.0) & (rows["toe/height"] < 0.0))
+
+
 def test_every_row_has_its_time_in_strides(file: pathlib.Path, bare: Recording) -> None:
     strides = np.round((bare["gait/stride"] + bare["gait/phase"]) * 1e9).astype(np.int64)
     for entity in ("/angle/ankle", "/world/bodies/foot", "/world/carriage", "/gait/support"):

@@ -326,3 +326,17 @@ def test_bad_walks_are_refused(name: str, sets: dict[str, object], said: str) ->
     with pytest.raises(InputError) as refused:
         build(load("scenario", name, sets))
     assert said in str(refused.value)
+
+
+def test_who_changes_a_recording_does_not_change_the_next_run():
+    # The recorded walking is laid out once for all runs of a process that share it.
+    sets = {"duration": "0.3 s"}
+    first = afo_sim.run("walk-dropfoot", sets)
+    angle = first["ankle/angle"].copy()
+    for values in first.columns.values():
+        values *= 2.0
+    assert np.array_equal(afo_sim.run("walk-dropfoot", sets)["ankle/angle"], angle)
+    walk = build(load("scenario", "walk-dropfoot", sets)).walk
+    for values in (walk.pose, walk.ankle, walk.knee, walk.phase, walk.cycle.ankle_x, walk.cycle.grf_z):
+        with pytest.raises(ValueError, match="read-only"):
+            values[:] = 0.0

@@ -140,7 +140,7 @@ def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + 2]
     pressure = absolute - AMBIENT_PRESSURE
     law, lowest, c = u[j + MUSCLE_LAW], u[j + MUSCLE_LOWEST_PRESSURE], j + MUSCLE_COEFFICIENTS
-    friction, slope = 0.0, 0.0
+    friction, slope, static_slope = 0.0, 0.0, 0.0
     model = u[j + MUSCLE_FRICTION]
     if model == 0.0:
         static = muscle_static_force(law, contraction, pressure, lowest, u, c)
@@ -162,12 +162,13 @@ def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
         static = muscle_static_force(law, contraction, felt, lowest, u, c)
         more = muscle_static_force(law, contraction, felt + PRESSURE_STEP, lowest, u, c)
         if more > static:
-            slope = (more - static) / PRESSURE_STEP * q_slope
+            static_slope = (more - static) / PRESSURE_STEP * q_slope
     k = j + MUSCLE_DAMPER
     damping = u[j + MUSCLE_DAMPING] * absolute + length * three_element_damping(
         pressure, rate, u[k], u[k + 1], u[k + 2], u[k + 3], u[k + 4], u[k + 5], u[k + 6]
     )
-    return hill_force(static, contraction, rate, damping, friction, slope, u[j + MUSCLE_BRAID_STIFFNESS])
+    braid = u[j + MUSCLE_BRAID_STIFFNESS]
+    return hill_force(static, contraction, rate, damping, friction, slope, static_slope, braid)
 
 
 def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:

@@ -107,8 +107,8 @@ DAMPER_COEFFICIENTS = 7
 
 
 @register_jitable
-def bounded(loss: float, bound: float) -> tuple[float, float]:
-    """A loss that cannot exceed a bound, and its slope d/d(loss).
+def bounded(loss: float, bound: float) -> tuple[float, float, float]:
+    """A loss that cannot exceed a bound, and its slopes d/d(loss) and d/d(bound).
 
     The loss itself up to half the bound b, from there b − (3b/2 − x)²/2b, which meets b at 3b/2 levelly.
 
@@ -119,14 +119,14 @@ def bounded(loss: float, bound: float) -> tuple[float, float]:
 
     Returns
     -------
-    (loss [N], slope [-])
+    (loss [N], slope by the loss [-], slope by the bound [-])
     """
     if loss <= 0.5 * bound:
-        return loss, 1.0
+        return loss, 1.0, 0.0
     if loss < 1.5 * bound:
         rest = 1.5 - loss / bound
-        return bound * (1.0 - 0.5 * rest * rest), rest
-    return bound + 0.0 * loss, 0.0  # a NaN stays one
+        return bound * (1.0 - 0.5 * rest * rest), rest, (1.0 - rest) * (1.0 - 0.5 * rest)
+    return bound + 0.0 * loss, 0.0, 1.0  # a NaN stays one
 
 
 @register_jitable
@@ -137,6 +137,7 @@ def hill_force(
     damping: float,
     friction: float,
     friction_slope: float,
+    static_slope: float,
     braid_stiffness: float,
 ) -> tuple[float, float]:
     """Total muscle force, F = F_static − c κ̇ − F_friction, in tension only.
@@ -148,7 +149,8 @@ def hill_force(
     contraction_rate : κ̇, shortening positive [1/s]
     damping : c [N·s], the Hill damper's R p_abs and what else is in proportion to κ̇
     friction : F_friction, positive while shortening [N]
-    friction_slope : its derivative by κ̇ [N·s], also of friction that `static_force` already holds
+    friction_slope : its derivative by κ̇ [N·s]
+    static_slope : −dF_static/dκ̇ [N·s], of friction that `static_force` already holds
     braid_stiffness : [N] per unit of stretch
 
     Returns
@@ -159,12 +161,15 @@ def hill_force(
     ------
     Piteľ & Tóthová 2016 (S2), F_d = R P κ̇ with absolute P; S1, F = F_s + F_D.
     """
-    spring = 0.0 if static_force < 0.0 else static_force  # the bladder does not hold the braid back
+    spring = static_force
+    if spring < 0.0:  # the bladder does not hold the braid back
+        spring, static_slope = 0.0, 0.0
     carried = spring + braid_force(contraction, braid_stiffness)
     loss = damping * contraction_rate + friction
     if loss < 0.0:  # drawn out, it holds at most as much again as it carries
         pull, engaged = tension(carried, FORCE_BLEND)
-        held, slope = bounded(-engaged * loss, pull)
-        return pull + held, slope * engaged * (damping + friction_slope)
+        held, by_loss, by_pull = bounded(-engaged * loss, pull)
+        slope = by_loss * (damping + friction_slope) + (1.0 + by_pull) * static_slope
+        return pull + held, engaged * slope
     force, slope = tension(carried - loss, FORCE_BLEND)
-    return force, slope * (damping + friction_slope)
+    return force, slope * (damping + friction_slope + static_slope)

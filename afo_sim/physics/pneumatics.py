@@ -216,12 +216,16 @@ def valve_rates(
         coil = 0.0
     elif coil > 1.0:
         coil = 1.0
+    # the opening of this step is known already: nothing answers sooner than after one
+    if opening_delay < timestep:
+        opening_delay = timestep
+    if closing_delay < timestep:
+        closing_delay = timestep
     place = armature
     if armature < 1.0 - RESTING:
-        place += coil * timestep / opening_delay if opening_delay > 0.0 else coil
+        place += coil * timestep / opening_delay
     if armature > RESTING:
-        off = 1.0 - coil
-        place -= off * timestep / closing_delay if closing_delay > 0.0 else off
+        place -= (1.0 - coil) * timestep / closing_delay
     if place > 1.0 - RESTING:
         place = seat = 1.0
     elif place < RESTING:

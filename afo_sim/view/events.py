@@ -3,6 +3,7 @@
 import numpy as np
 import rerun as rr
 
+from afo_sim.strides import stance_force
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.curves import colour_of
 from afo_sim.view.source import Columns, Source
@@ -21,6 +22,7 @@ class EventFinder:
 
     def __init__(self, source: Source):
         self.valves, self.walks = source.named("valve"), source.walks
+        self._stance = stance_force(source.columns)
         self.lanes: dict[str, list[Change]] = {}
         self._peaks: dict[str, tuple[float, float]] = {}
         self._knots: list[tuple[float, float]] = []  # time [s], strides
@@ -30,7 +32,7 @@ class EventFinder:
     @property
     def columns(self) -> list[str]:
         """The columns that `see` looks at."""
-        walking = (*GAIT, "ground/force/z", "toe/height") if self.walks else ()
+        walking = (*GAIT, self._stance, "toe/height") if self.walks else ()
         valves = (f"valve/{valve}/opening" for valve in self.valves)
         return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking]
 
@@ -47,7 +49,7 @@ class EventFinder:
         if self._torque:
             peaks[f"greatest {self.positive} torque of the orthosis"] = block["ankle/moment/orthosis"]
         if self.walks:
-            stands = block["ground/force/z"] >= STANCE_FORCE
+            stands = block[self._stance] >= STANCE_FORCE
             self._lane("gait/support", time, np.where(stands, "stance", "swing"))
             self._lane("gait/stride", time, np.char.mod("stride %d", block["gait/stride"] + 1.0))
             self._knots += zip(time[::KNOTS], strides(block)[::KNOTS], strict=True)

@@ -9,6 +9,7 @@ import rerun as rr
 
 from afo_sim.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.spec import Muscle, MuscleGroup
+from afo_sim.strides import stance_force
 from afo_sim.view.clock import GAIT, send
 from afo_sim.view.source import Columns, Source
 
@@ -48,7 +49,7 @@ class Stage:
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
-    walking = WALKING if source.walks else ()
+    walking = tuple(dict.fromkeys((*WALKING, stance_force(source.columns)))) if source.walks else ()
     return Stage(model, muscle_names(source.scenario.orthosis), root, opacity, colour_by, walking)
 
 

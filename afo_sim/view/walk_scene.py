@@ -18,6 +18,7 @@ from afo_sim.carriage import Carriage
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
 from afo_sim.sole import sole_thickness
+from afo_sim.strides import stance_force
 from afo_sim.units import GRAVITY
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.events import STANCE_FORCE
@@ -197,7 +198,7 @@ class Walker:
 
         The viewer shows those of the last stride.
         """
-        swings = block["ground/force/z"] < STANCE_FORCE
+        swings = block[stance_force(self.source.columns)] < STANCE_FORCE
         for entity in self.trails:
             name = entity.rsplit("/", 1)[1]
             x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
