@@ -16,12 +16,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native, schedule
-from afo_sim.errors import InputError
+from afo_sim.errors import InputError, SimulationError
 from afo_sim.metrics import Metric
 from afo_sim.model import Built, build
 from afo_sim.reader import load
 from afo_sim.recording import examine
 from afo_sim.simulate import Rollout, row_width, simulate, simulate_together
+from afo_sim.sweep.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows in one roll-out; three of them exist at a time
@@ -77,6 +78,7 @@ def outcomes(
     ------
     (number, Outcome), the numbers of a chunk in no particular order
     """
+    keep_flat()
     with native.installed():
         if threads < 2:
             for batch in _batches(scenario, cases, chunk):
@@ -101,10 +103,8 @@ def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, A
     try:
         built = build(load("scenario", scenario, sets))
         return Prepared(number, built, schedule.controls(built))
-    except InputError as error:
-        return Outcome(INFEASIBLE, str(error), {})
     except Exception as error:  # one case's trouble is not the others'
-        return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
+        return _failed(error)
 
 
 def _batches(
@@ -133,8 +133,15 @@ def _batches(
 
 def _roll(batch: Sequence[Prepared], threads: int) -> list[Rollout]:
     if batch[0].built.scenario.callback == "python":  # which `mujoco.batch` refuses
-        return [simulate(case.built, case.control) for case in batch]
+        return [_roll_alone(case) for case in batch]
     return simulate_together([case.built for case in batch], [case.control for case in batch], threads)
+
+
+def _roll_alone(case: Prepared) -> Rollout:
+    try:
+        return simulate(case.built, case.control)
+    except Exception as error:
+        return Rollout({}, error, 0.0)
 
 
 def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[tuple[int, Outcome]]:
@@ -144,10 +151,21 @@ def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[
 
 def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
     if rollout.failure is not None:
-        return Outcome(UNSTABLE, str(rollout.failure), {})
+        return _failed(rollout.failure)
     try:
         _, found = examine(case.built, case.control, rollout)
     except Exception as error:
-        return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
+        return _failed(error)
     told = {name: metric for name, metric in found.totals.items() if math.isfinite(metric.value)}
     return Outcome(OK, "", told)
+
+
+def _failed(error: Exception) -> Outcome:
+    """The outcome that an error is; but what befalls the machine is no case's own, and stops the sweep."""
+    if isinstance(error, MemoryError):
+        raise error
+    if isinstance(error, SimulationError):
+        return Outcome(UNSTABLE, str(error), {})
+    if isinstance(error, InputError):
+        return Outcome(INFEASIBLE, str(error), {})
+    return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
