@@ -54,7 +54,7 @@ class Rollout:
     """Aligned rows of one simulation: row k is the state before step k and that step's forces."""
 
     rows: Rows
-    failure: SimulationError | None
+    failure: Exception | None
     wall_seconds: float
     first_step: int = 0
 
@@ -173,10 +173,11 @@ def simulate_together(
 
     Returns
     -------
-    list of Rollout, in order. What fails in one does not touch the others.
+    list of Rollout, in order. What fails in one does not touch the others: of one that cannot even start,
+    `failure` is what `simulate` would raise.
     """
     with native.installed("native"):
-        begun = [_start(built, control, None) for built, control in zip(builts, controls, strict=True)]
+        begun = [_begun(built, control) for built, control in zip(builts, controls, strict=True)]
         alive = [k for k, state in enumerate(begun) if not isinstance(state, Rollout)]
         start = time.perf_counter()
         ends = _rollouts(
@@ -200,9 +201,20 @@ def _start(built: Built, control: np.ndarray, state: np.ndarray | None) -> Any:
             state = equilibrium(built, control[0]) if built.walk is None else walking_start(built)
         _assert_muscles_pull(built, state)
     except FAILURES as error:
-        nothing = _blank(mujoco.MjData(built.model), 0)
-        return Rollout(nothing, _failure(built, _named(built, str(error)), 0), 0.0)
+        return _not_begun(built, _failure(built, _named(built, str(error)), 0))
     return state
+
+
+def _begun(built: Built, control: np.ndarray) -> Any:
+    """As `_start`, but an error is this simulation's own."""
+    try:
+        return _start(built, control, None)
+    except Exception as error:
+        return _not_begun(built, error)
+
+
+def _not_begun(built: Built, failure: Exception) -> Rollout:
+    return Rollout(_blank(mujoco.MjData(built.model), 0), failure, 0.0)
 
 
 def _ended(

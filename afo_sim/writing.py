@@ -35,7 +35,7 @@ def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
         existing = folder.absolute()
         while not existing.exists():
             existing = existing.parent
-        with tempfile.TemporaryDirectory(dir=existing):
+        with tempfile.TemporaryDirectory(prefix=".", dir=existing):
             pass
     except OSError as error:
         raise InputError(

@@ -3,6 +3,8 @@
 import pathlib
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
@@ -57,6 +59,7 @@ def sweep(
             raise InputError("is out of range", field=option, value=number, allowed="1 to 4096")
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
+        from afo_sim.run_files import RERUN
         from afo_sim.sweep import design, plan, replay, runner
 
         chosen = plan.read(source)
@@ -69,17 +72,18 @@ def sweep(
         print(_told(expected, scheduler))
         if dry_run:
             return
-        state = runner.run(
-            store,
-            threads=threads,
-            workers=workers,
-            scheduler=scheduler,
-            part=which,
-            report=lambda p: report(p.done, p.cases, _line(p)),
-        )
+        with _interruptible():
+            state = runner.run(
+                store,
+                threads=threads,
+                workers=workers,
+                scheduler=scheduler,
+                part=which,
+                report=lambda p: report(p.done, p.cases, _line(p)),
+            )
         for case in chosen.keep if store.finished else ():
             kept = replay.recording_folder(folder, case)
-            if not kept.is_dir():
+            if not (kept / RERUN).is_file():
                 _keep(folder, case, kept)
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
     left = "" if store.finished else f", {state.cases - state.done} are left"
@@ -111,6 +115,16 @@ def replay(
         sys.exit(1)
     told = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
     print(f"case {case}: {told}: {target}")
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C says that nothing is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print("afo-sim: stopped; the same command goes on from here", file=sys.stderr)
+        sys.exit(130)
 
 
 def _part(text: str) -> tuple[int, int]:
@@ -151,5 +165,5 @@ def _keep(folder: pathlib.Path, case: int, target: pathlib.Path) -> None:
 
     try:
         again(folder, case).recording.save(target)
-    except InputError as error:
+    except (InputError, OSError) as error:  # the results are there, and the same command tries again
         print(f"afo-sim: case {case} is not kept: {error}", file=sys.stderr)

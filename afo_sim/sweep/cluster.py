@@ -1,21 +1,24 @@
 """Chunks computed by a Dask cluster: one on this machine, or one that is running somewhere."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import CancelledError
+from typing import Any
 
 from afo_sim.errors import InputError
 from afo_sim.sweep import engine
 from afo_sim.sweep.engine import Outcome
-
-if TYPE_CHECKING:
-    from afo_sim.sweep.store import Store
+from afo_sim.sweep.store import Store, program
 
 AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 
+# The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
+# them.
+_one_chunk = threading.Lock()
+
 
 def chunks(
-    scenario: Mapping[str, Any], store: "Store", pending: list[int], workers: int, scheduler: str
+    scenario: Mapping[str, Any], store: Store, pending: Iterable[int], workers: int, scheduler: str
 ) -> Iterator[tuple[int, list[Outcome]]]:
     """Chunks as workers return them, in no particular order.
 
@@ -33,7 +36,8 @@ def chunks(
     Raises
     ------
     InputError
-        Dask is not installed, the scheduler cannot be reached, or a chunk kills worker after worker.
+        Dask is not installed, the scheduler cannot be reached or is lost, a worker has other code, or a
+        chunk kills worker after worker.
     """
     try:
         import distributed
@@ -41,47 +45,90 @@ def chunks(
         raise InputError(
             "this needs the library dask.distributed", allowed="after: pip install 'afo-sim[cluster]'"
         ) from None
-    with ExitStack() as open_things:
-        client = open_things.enter_context(_client(distributed, workers, scheduler))
-        ahead = AHEAD * max(workers, len(client.scheduler_info()["workers"]), 1)
-        waiting = iter(pending)
-        running = distributed.as_completed()
-        numbers = {}
-
-        def submit() -> None:
-            chunk = next(waiting, None)
-            if chunk is not None:
-                cases = [(number, store.cases.sets(number)) for number in store.numbers(chunk)]
-                future = client.submit(compute, scenario, cases, pure=False)
-                numbers[future.key] = chunk
-                running.add(future)
-
-        for _ in range(ahead):
-            submit()
-        lost = []
-        for future in running:
-            chunk = numbers.pop(future.key)
-            submit()
-            error = future.exception()
-            if isinstance(error, distributed.KilledWorker):
-                lost.append(chunk)
-            elif error is not None:
-                raise error
-            else:
-                yield chunk, future.result()
-        if lost:
-            raise InputError(
-                f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
-                "all others are computed",
-                field="--workers",
-                allowed="the same command again, with fewer workers or a smaller chunk in the sweep file",
-            )
+    try:
+        with _client(distributed, workers, scheduler) as client:
+            yield from _computed(distributed, client, scenario, store, iter(pending))
+    except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
+        raise _broken(error) from None
 
 
-def compute(scenario: Mapping[str, Any], cases: list[tuple[int, dict[str, Any]]]) -> list[Outcome]:
-    """A chunk's outcomes in order, on whatever machine this is called."""
-    found = dict(engine.outcomes(scenario, cases, threads=1, chunk=len(cases)))
+def _computed(
+    distributed: Any, client: Any, scenario: Mapping[str, Any], store: Store, waiting: Iterator[int]
+) -> Iterator[tuple[int, list[Outcome]]]:
+    running = distributed.as_completed()
+    numbers: dict[str, int] = {}
+    mine = program()
+
+    def submit() -> None:
+        """Keep every worker busy, however many have come or gone."""
+        ahead = AHEAD * max(len(client.nthreads()), 1)
+        while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
+            cases = [(number, store.cases.sets(number)) for number in store.numbers(chunk)]
+            future = client.submit(compute, scenario, cases, mine, pure=False)
+            numbers[future.key] = chunk
+            running.add(future)
+
+    submit()
+    lost = []
+    for future in running:
+        chunk = numbers.pop(future.key)
+        error = future.exception()
+        if isinstance(error, distributed.KilledWorker):
+            lost.append(chunk)
+        elif error is not None:
+            raise error if isinstance(error, InputError) else _broken(error)
+        else:
+            yield chunk, future.result()
+        submit()
+    if lost:
+        raise InputError(
+            f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
+            "all others are computed",
+            field="--workers",
+            allowed="the same command again, with fewer workers or a smaller chunk in the sweep file",
+        )
+
+
+def compute(
+    scenario: Mapping[str, Any],
+    cases: list[tuple[int, dict[str, Any]]],
+    wanted: Mapping[str, Any] | None = None,
+) -> list[Outcome]:
+    """A chunk's outcomes in order, on whatever machine this is called.
+
+    Parameters
+    ----------
+    scenario, cases : as `engine.outcomes` takes them
+    wanted : the code that must run here, as `store.program` tells it
+
+    Raises
+    ------
+    InputError
+        Other code runs here.
+    """
+    here = program()
+    if wanted is not None and here != wanted:
+        each = [f"{name} {here['versions'].get(name)}, not {v}" for name, v in wanted["versions"].items()
+                if here["versions"].get(name) != v]  # fmt: skip
+        raise InputError(f"a worker runs other code than this process: {', '.join(each) or 'of afo-sim'}")
+    with _one_chunk:
+        found = dict(engine.outcomes(scenario, cases, _threads(), len(cases)))
     return [found[number] for number, _ in cases]
+
+
+def _threads() -> int:
+    """Of the worker that this runs in."""
+    from distributed import get_worker
+
+    try:
+        return int(get_worker().state.nthreads)
+    except ValueError:  # in none
+        return 1
+
+
+def _broken(error: BaseException) -> InputError:
+    problem = f"a chunk could not be computed: {type(error).__name__}: {error}"
+    return InputError(problem, allowed="the same command again; what is computed is kept")
 
 
 def _client(distributed: Any, workers: int, scheduler: str) -> Any:

@@ -16,12 +16,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native, schedule
-from afo_sim.errors import InputError
+from afo_sim.errors import InputError, SimulationError
 from afo_sim.metrics import Metric
 from afo_sim.model import Built, build
 from afo_sim.reader import load
 from afo_sim.recording import examine
 from afo_sim.simulate import Rollout, Workspace, row_width, simulate, simulate_together
+from afo_sim.sweep.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows in one roll-out; three of them exist at a time
@@ -77,6 +78,7 @@ def outcomes(
     ------
     (number, Outcome), the numbers of a chunk in no particular order
     """
+    keep_flat()
     here, there = Workspace({}), Workspace({})  # one is read while the other is recorded into
     with native.installed():
         if threads < 2:
@@ -103,10 +105,8 @@ def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, A
     try:
         built = build(load("scenario", scenario, sets))
         return Prepared(number, built, schedule.controls(built))
-    except InputError as error:
-        return Outcome(INFEASIBLE, str(error), {})
     except Exception as error:  # one case's trouble is not the others'
-        return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
+        return _failed(error)
 
 
 def _batches(
@@ -135,9 +135,16 @@ def _batches(
 
 def _roll(batch: Sequence[Prepared], threads: int, workspace: Workspace) -> list[Rollout]:
     if batch[0].built.scenario.callback == "python":  # which `mujoco.batch` refuses
-        return [simulate(case.built, case.control) for case in batch]
+        return [_roll_alone(case) for case in batch]
     builts, controls = [case.built for case in batch], [case.control for case in batch]
     return simulate_together(builts, controls, threads, workspace)
+
+
+def _roll_alone(case: Prepared) -> Rollout:
+    try:
+        return simulate(case.built, case.control)
+    except Exception as error:
+        return Rollout({}, error, 0.0)
 
 
 def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[tuple[int, Outcome]]:
@@ -147,10 +154,21 @@ def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[
 
 def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
     if rollout.failure is not None:
-        return Outcome(UNSTABLE, str(rollout.failure), {})
+        return _failed(rollout.failure)
     try:
         _, found = examine(case.built, case.control, rollout, transient=False)
     except Exception as error:
-        return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})
+        return _failed(error)
     told = {name: metric for name, metric in found.totals.items() if math.isfinite(metric.value)}
     return Outcome(OK, "", told)
+
+
+def _failed(error: Exception) -> Outcome:
+    """The outcome that an error is; but what befalls the machine is no case's own, and stops the sweep."""
+    if isinstance(error, MemoryError):
+        raise error
+    if isinstance(error, SimulationError):
+        return Outcome(UNSTABLE, str(error), {})
+    if isinstance(error, InputError):
+        return Outcome(INFEASIBLE, str(error), {})
+    return Outcome(BROKEN, f"{type(error).__name__}: {error}", {})

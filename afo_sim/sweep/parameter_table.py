@@ -10,10 +10,12 @@ from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, mo
 from pydantic import Field as Option
 
 from afo_sim.errors import InputError, nearest_name
+from afo_sim.metric_words import OTHER, words
 from afo_sim.quantity import refusal
 from afo_sim.spec import Scenario
 from afo_sim.sweep.field import Field, field_at
 from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
+from afo_sim.sweep.results import EVERY_ROW, OVERRIDES
 from afo_sim.units import parse_quantity
 
 # Each way to tell a parameter's values: the key that it is known by, and what goes with it.
@@ -88,6 +90,9 @@ class ParameterReader:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
             raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
+        if self.name in (*EVERY_ROW, OVERRIDES) or words(self.name).group != OTHER:
+            problem = "is the name of another column of the results"
+            raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
 
     def _fields(self, scenario: Scenario) -> list[Field]:
         keys, told = self.told.keys or (), self.told

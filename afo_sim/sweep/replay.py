@@ -12,10 +12,8 @@ from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.simulate import run_built
-from afo_sim.sweep.results import Results, read
-from afo_sim.sweep.store import OVERRIDES, read_manifest
-
-RECORDINGS = "recordings"  # the folder in a sweep's own
+from afo_sim.sweep.results import OVERRIDES, Results, read
+from afo_sim.sweep.store import RECORDINGS, read_manifest
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     different = {}
     for name in results.metrics if recording.ok else ():
         now = recording.metrics[name].value if name in recording.metrics else math.nan
+        now = now if math.isfinite(now) else math.nan  # as in the row
         if not (now == row[name] or (math.isnan(now) and math.isnan(row[name]))):
             different[name] = (row[name], now)
     return Replay(case, recording, different)

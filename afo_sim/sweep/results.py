@@ -15,8 +15,9 @@ from afo_sim.errors import InputError, nearest_name
 if TYPE_CHECKING:
     import pandas
 
-RESULTS, CHUNKS = "results.parquet", "chunks"
-EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric
+RESULTS, CHUNKS, MANIFEST = "results.parquet", "chunks", "sweep.json"
+EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric …
+OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,7 +132,7 @@ def read(folder: str | os.PathLike[str]) -> Results:
     folder = pathlib.Path(folder)
     whole = folder / RESULTS
     paths = [whole] if whole.is_file() else sorted((folder / CHUNKS).glob("*.parquet"))
-    if not paths and (folder / CHUNKS).is_dir():
+    if not paths and ((folder / CHUNKS).is_dir() or (folder / MANIFEST).is_file()):
         raise InputError("no case of this sweep is computed yet", file=folder)
     if not paths:
         raise InputError(f"there is no sweep here ({RESULTS} is missing)", file=folder)

@@ -1,11 +1,13 @@
 """A sweep from its plan to its results: what is left to do, done by threads or by a cluster."""
 
+import json
 import os
 import pathlib
+import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from afo_sim.errors import InputError
@@ -14,13 +16,26 @@ from afo_sim.sweep import cluster, engine
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import OK, Outcome
 from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.store import Store, clear, fingerprint, read_manifest, write_manifest
+from afo_sim.sweep.results import MANIFEST
+from afo_sim.sweep.store import (
+    Store,
+    clear,
+    fingerprint,
+    holds_nothing,
+    holds_results,
+    read_manifest,
+    write_manifest,
+)
 from afo_sim.writing import check_writable
 
 Changed = Literal["refuse", "restart", "continue"]
 Done = Iterator[tuple[int, list[Outcome]]]  # chunks as they are computed
+Evaluate = Callable[
+    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int], Iterator[tuple[int, Outcome]]
+]  # as engine.outcomes
 
 ROW_BYTES = 250.0  # of a row's words; a number takes 8
+MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 
 @dataclass(frozen=True)
@@ -44,16 +59,23 @@ class Progress:
     failed: int
 
 
-def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed = "refuse") -> Store:
+def open_store(
+    plan: Plan,
+    cases: Cases,
+    folder: pathlib.Path,
+    changed: Changed = "refuse",
+    evaluate: Evaluate = engine.outcomes,
+) -> Store:
     """The store of a sweep: a new one, or one to be continued.
 
     Parameters
     ----------
     plan, cases : of the sweep
     folder : made if need be
-    changed : what to do where the folder holds another sweep, or results of other code: "refuse";
-        "restart", which throws them away; "continue", which lets both stand side by side (the sweep's
-        cases must still be the same)
+    changed : what to do where the folder holds results of another sweep or of other code: "refuse";
+        "restart", which throws them away; "continue", which lets those of other code stand beside the new
+        (the sweep's cases must still be the same). Where nothing has changed, the sweep goes on.
+    evaluate : what computes cases
 
     Raises
     ------
@@ -62,27 +84,38 @@ def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed 
     """
     check_writable(folder)
     now = fingerprint(plan)
-    if folder.is_dir() and any(folder.iterdir()):
+    scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
+    told = _continued(folder, now, changed)
+    if told is None:
+        if not holds_nothing(folder):
+            clear(folder)
+        metrics, seconds = _probe(scenario, plan, cases, evaluate)
+        told = {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
+    mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
+    # where the files of the scenario lie may have changed
+    known = {"fingerprint": now, "scenario": scenario, "sweep_file": str(plan.file), "cases": len(cases)}
+    if told | known | mixed != told:
+        told = told | known | mixed
+        write_manifest(folder, told)
+    return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"])
+
+
+def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -> dict[str, Any] | None:
+    """What the folder says of the sweep that goes on in it; None where one begins."""
+    if holds_nothing(folder):
+        return None
+    try:
         told = read_manifest(folder)
-        _compare(folder, told.get("fingerprint", {}), now, changed)
-        if changed != "restart":
-            if told.get("fingerprint") != now:
-                write_manifest(folder, told | {"fingerprint": now, "mixed": True})
-            return Store(folder, cases, told["metrics"], told["chunk"])
-        clear(folder)
-    scenario = expand("scenario", plan.scenario)
-    metrics, seconds = _probe(scenario, plan, cases)
-    told = {
-        "fingerprint": now,
-        "scenario": scenario,
-        "sweep_file": str(plan.file),
-        "cases": len(cases),
-        "chunk": plan.chunk,
-        "metrics": metrics,
-        "seconds_per_case": seconds,
-    }
-    write_manifest(folder, told)
-    return Store(folder, cases, metrics, plan.chunk)
+    except InputError:
+        if changed == "restart" and (folder / MANIFEST).is_file():
+            return None
+        raise
+    if told["fingerprint"] == now:
+        return told
+    if changed == "restart" or not holds_results(folder):
+        return None
+    _refuse(folder, told["fingerprint"], now, changed)
+    return told
 
 
 def estimate(store: Store, hands: int) -> Estimate:
@@ -92,11 +125,9 @@ def estimate(store: Store, hands: int) -> Estimate:
     ----------
     hands : threads or workers that share the work
     """
-    left = sum(len(store.numbers(chunk)) for chunk in store.pending())
+    left, count = _left(store), len(store.cases)
     each = float(read_manifest(store.folder)["seconds_per_case"])
-    row = 8.0 * (len(store.metrics) + len(store.cases.names)) + ROW_BYTES
-    count = len(store.cases)
-    return Estimate(count, count - left, store.cases.dropped, left * each / hands, count * row)
+    return Estimate(count, count - left, store.cases.dropped, left * each / hands, _bytes(store, count))
 
 
 def run(
@@ -107,6 +138,7 @@ def run(
     scheduler: str = "",
     part: tuple[int, int] = (1, 1),
     report: Callable[[Progress], None] | None = None,
+    evaluate: Evaluate = engine.outcomes,
 ) -> Progress:
     """Compute what is left of a sweep; killed at any time, the next call goes on from there.
 
@@ -118,25 +150,30 @@ def run(
     scheduler : address of a running Dask cluster
     part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
     report : told after every chunk
+    evaluate : what computes cases in this process
 
     Raises
     ------
     InputError
-        The disk is full, the cluster cannot be reached, or its workers die over and over.
+        The disk is full or has too little room, the cluster cannot be reached, or its workers die over and
+        over.
     """
     pending = [chunk for chunk in store.pending() if chunk % part[1] == part[0] - 1]
-    left = sum(len(store.numbers(chunk)) for chunk in store.pending())
     count = len(store.cases)
-    state = Progress(count, count - left, 0, 0)
+    state = Progress(count, count - _left(store), 0, 0)
     if pending:
+        _check_room(store)
         scenario = read_manifest(store.folder)["scenario"]
+        due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
         done: Any = (
-            cluster.chunks(scenario, store, pending, workers, scheduler)
+            cluster.chunks(scenario, store, due, workers, scheduler)
             if workers or scheduler
-            else _chunks(scenario, store, pending, threads)
+            else _chunks(scenario, store, due, threads, evaluate)
         )
         with closing(done):
             for chunk, outcomes in done:
+                if store.finished:  # another process has gathered the results
+                    break
                 store.write(chunk, outcomes)
                 failed = sum(outcome.status != OK for outcome in outcomes)
                 new = len(outcomes)
@@ -145,7 +182,29 @@ def run(
                     report(state)
     if not store.finished and not store.pending():
         store.finish()
-    return state
+    if store.finished:
+        store.tidy()
+    return replace(state, done=count - _left(store))
+
+
+def _left(store: Store) -> int:
+    """Cases that are not computed."""
+    return sum(len(store.numbers(chunk)) for chunk in store.pending())
+
+
+def _check_room(store: Store) -> None:
+    needed, free = _bytes(store, _left(store)), shutil.disk_usage(store.folder).free
+    if needed > free:
+        raise InputError(
+            f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left",
+            field="--out",
+            value=str(store.folder),
+            allowed="a folder with more room, or fewer cases",
+        )
+
+
+def _bytes(store: Store, cases: int) -> float:
+    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + ROW_BYTES)
 
 
 def processors() -> int:
@@ -156,12 +215,14 @@ def processors() -> int:
         return os.cpu_count() or 1
 
 
-def _chunks(scenario: Mapping[str, Any], store: Store, pending: list[int], threads: int) -> Done:
+def _chunks(
+    scenario: Mapping[str, Any], store: Store, due: Iterable[int], threads: int, evaluate: Evaluate
+) -> Done:
     """Chunks computed in this process, each as soon as its last case is."""
-    numbers = (number for chunk in pending for number in store.numbers(chunk))
+    numbers = (number for chunk in due for number in store.numbers(chunk))
     cases = ((number, store.cases.sets(number)) for number in numbers)
     found: dict[int, dict[int, Outcome]] = {}
-    for number, outcome in engine.outcomes(scenario, cases, threads, store.chunk):
+    for number, outcome in evaluate(scenario, cases, threads, store.chunk):
         chunk = number // store.chunk
         rows = found.setdefault(chunk, {})
         rows[number] = outcome
@@ -170,33 +231,61 @@ def _chunks(scenario: Mapping[str, Any], store: Store, pending: list[int], threa
             del found[chunk]
 
 
-def _probe(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[str, str], float]:
-    """The metrics that cases have, with their units, and what one case takes [s]."""
+def _tried(cases: Cases) -> list[int]:
+    """Cases that tell what metrics there are: first, middle, last, and the first with each word."""
     last = len(cases) - 1
-    sets = [plan.set, *(cases.sets(k) for k in dict.fromkeys((0, last // 2, last)))]
-    found: list[Outcome] = []
-    next(engine.outcomes(scenario, [(0, sets[0])]))  # compiles what only the first run compiles
+    words = [
+        [int((cases.values[p.name] == word).argmax()) for word in dict.fromkeys(cases.values[p.name])]
+        for p in cases.plan.parameters
+        if p.words
+    ]
+    return list(
+        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:MOST_WORDS]])
+    )
+
+
+def _probe(
+    scenario: Mapping[str, Any], plan: Plan, cases: Cases, evaluate: Evaluate
+) -> tuple[dict[str, str], float]:
+    """The metrics that cases have, with their units, and what one case takes [s]."""
+    sets = [plan.set, *(cases.sets(case) for case in _tried(cases))]
+    next(evaluate(scenario, [(0, sets[0])], 1, 1))  # compiles what only the first run compiles
     begun = time.perf_counter()
-    found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(sets))]
+    found = [outcome for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets)), key=_number)]
     seconds = (time.perf_counter() - begun) / len(sets)
+    units = _units(plan, found)
+    for parameter in plan.parameters:
+        if parameter.name in units:
+            problem = "is the name of a metric"
+            raise InputError(problem, file=plan.file, field=f"parameters.{parameter.name}")
+    return {name: units[name] for name in plan.metrics or units}, seconds
+
+
+def _number(found: tuple[int, Outcome]) -> int:
+    return found[0]
+
+
+def _units(plan: Plan, found: Sequence[Outcome]) -> dict[str, str]:
+    """{metric: unit} of the cases that were tried."""
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))
         raise InputError(f"no case that was tried runs: {reason}", file=plan.file)
     units = {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}
+    if not units:
+        problem = "no case that was tried has any metric: is the run shorter than two strides?"
+        raise InputError(problem, file=plan.file, field="set.duration")
     for name in plan.metrics:
         if name not in units:
             problem = "is no metric of this scenario"
             allowed = ", ".join(sorted(units))
             raise InputError(problem, file=plan.file, field="metrics", value=name, allowed=allowed)
-    return {name: units[name] for name in plan.metrics or units}, seconds
+    return units
 
 
-def _compare(
+def _refuse(
     folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
 ) -> None:
-    """Refuse what must not be mixed, unless told."""
-    if before == now or changed == "restart":
-        return
+    """Refuse what must not be mixed; other code may be, if told."""
     if before.get("sweep") != now["sweep"]:
         raise InputError(
             "the folder holds another sweep, or this one before it was changed",

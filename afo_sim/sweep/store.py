@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -20,23 +20,27 @@ from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.parameter import Choice, Normal, Range
 from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.results import CHUNKS, EVERY_ROW, RESULTS
+from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, RESULTS
 from afo_sim.writing import replacing
 
-MANIFEST = "sweep.json"
-OVERRIDES = "overrides"  # column: all that a case sets, as JSON by dotted key
+RECORDINGS = "recordings"  # folder of the cases that are kept
 GATHERED = 64  # chunks in one row group of the results
+SAID = {"fingerprint": dict, "scenario": dict, "metrics": dict, "chunk": int, "seconds_per_case": float}
 LOOKS = ("cli", "view")  # parts of the package that no result depends on
 
 
 @dataclass(frozen=True)
 class Store:
-    """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file."""
+    """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file.
+
+    `sweep` is the fingerprint of the sweep, by which a file of another one is told.
+    """
 
     folder: pathlib.Path
     cases: Cases
     metrics: dict[str, str]
     chunk: int
+    sweep: str = ""
 
     @property
     def count(self) -> int:
@@ -47,6 +51,10 @@ class Store:
     def finished(self) -> bool:
         """Whether the results are there."""
         return (self.folder / RESULTS).is_file()
+
+    def has(self, chunk: int) -> bool:
+        """Whether a chunk is computed, by this process or another."""
+        return self.finished or self._path(chunk).is_file()
 
     def numbers(self, chunk: int) -> range:
         """The cases of a chunk."""
@@ -112,6 +120,7 @@ class Store:
         sweep = {
             "design": plan.design,
             "scenario": plan.scenario,
+            "fingerprint": self.sweep,
             "seed": plan.seed,
             "cases": len(self.cases),
             "parameters": [{"name": p.name, **_spread(p.spread)} for p in plan.parameters],
@@ -120,23 +129,68 @@ class Store:
         return pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
 
     def finish(self) -> None:
-        """Gather all chunks into the results, and take them away.
+        """Gather all chunks into the results.
 
         Raises
         ------
         InputError
-            As `write`.
+            As `write`; or a chunk is damaged, which is taken away to be computed again.
         """
+        with _disk(self.folder):
+            try:
+                self._gather()
+            except FileNotFoundError:  # another process has gathered them first
+                if not self.finished:
+                    raise
+
+    def tidy(self) -> None:
+        """Take away what finished results make needless, or a killed process has left."""
+        shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
+        for path in self.folder.glob(f".{RESULTS}.*"):
+            path.unlink(missing_ok=True)
+
+    def _gather(self) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        with _disk(self.folder), replacing(self.folder / RESULTS) as path:
+        damaged = []
+        with replacing(self.folder / RESULTS) as path:
             with pq.ParquetWriter(path, self.schema()) as writer:
                 for first in range(0, self.count, GATHERED):
                     some = range(first, min(first + GATHERED, self.count))
-                    writer.write_table(pa.concat_tables([pq.read_table(self._path(k)) for k in some]))
+                    tables = {chunk: self._read(chunk) for chunk in some}
+                    damaged += [chunk for chunk, table in tables.items() if table is None]
+                    if not damaged:
+                        writer.write_table(pa.concat_tables(tables.values()))
+            if damaged:
+                self._discard(damaged)
             _sync(path)
-        shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
+
+    def _read(self, chunk: int) -> Any:
+        """A chunk's rows, or None if they are not what `write` has written for this sweep."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            table = pq.ParquetFile(self._path(chunk)).read()
+        except FileNotFoundError:
+            raise
+        except (pa.ArrowException, OSError):
+            return None
+        schema = self.schema()
+        if not table.schema.equals(schema) or table["case"].to_pylist() != list(self.numbers(chunk)):
+            return None
+        of = json.loads((table.schema.metadata or {}).get(b"sweep", b"{}")).get("fingerprint")
+        return table.replace_schema_metadata(schema.metadata) if of == self.sweep else None
+
+    def _discard(self, chunks: Sequence[int]) -> NoReturn:
+        for chunk in chunks:
+            self._path(chunk).unlink(missing_ok=True)
+        raise InputError(
+            f"{len(chunks)} of {self.count} chunks are damaged or of another sweep, and were taken away",
+            file=self.folder,
+            allowed="the same command again, which computes them anew",
+        )
 
     def _path(self, chunk: int) -> pathlib.Path:
         return self.folder / CHUNKS / f"{_stem(chunk)}.parquet"
@@ -145,11 +199,12 @@ class Store:
 def fingerprint(plan: Plan) -> dict[str, Any]:
     """What decides a sweep's results: the sweep, this program's code, what it runs on."""
     canonical = json.dumps(plan.canonical(), sort_keys=True)
-    return {
-        "sweep": hashlib.sha256(canonical.encode()).hexdigest(),
-        "code": _code(),
-        "versions": versions(),
-    }
+    return {"sweep": hashlib.sha256(canonical.encode()).hexdigest(), **program()}
+
+
+def program() -> dict[str, Any]:
+    """This program's code and the libraries below it: with the same on two machines, so are the results."""
+    return {"code": _code(), "versions": versions()}
 
 
 def read_manifest(folder: pathlib.Path) -> dict[str, Any]:
@@ -158,15 +213,18 @@ def read_manifest(folder: pathlib.Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder is no sweep's.
+        The folder is no sweep's, or says nothing that can be read.
     """
+    allowed = "--if-changed restart, which throws the folder's results away"
     try:
         told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        return told if isinstance(told, dict) else {}
     except FileNotFoundError:
         raise InputError(f"there is no sweep here ({MANIFEST} is missing)", file=folder) from None
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=folder / MANIFEST) from None
+        raise InputError(f"is damaged: {error}", file=folder / MANIFEST, allowed=allowed) from None
+    if not isinstance(told, dict) or not all(isinstance(told.get(key), kind) for key, kind in SAID.items()):
+        raise InputError("is damaged: it lacks a part", file=folder / MANIFEST, allowed=allowed)
+    return told
 
 
 def write_manifest(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
@@ -183,10 +241,22 @@ def write_manifest(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
 
 
 def clear(folder: pathlib.Path) -> None:
-    """Take away all that a sweep has written."""
-    shutil.rmtree(folder / CHUNKS, ignore_errors=True)
-    for name in (RESULTS, MANIFEST):
-        (folder / name).unlink(missing_ok=True)
+    """Take away all that a sweep has computed; what the folder says of itself stays until it is replaced."""
+    with _disk(folder):
+        for name in (CHUNKS, RECORDINGS):
+            if (folder / name).is_dir():
+                shutil.rmtree(folder / name)
+        (folder / RESULTS).unlink(missing_ok=True)
+
+
+def holds_nothing(folder: pathlib.Path) -> bool:
+    """Whether a folder is new; what a killed process has left there unfinished, `.NAME`, does not count."""
+    return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
+
+
+def holds_results(folder: pathlib.Path) -> bool:
+    """Whether a sweep's folder has a row in it."""
+    return (folder / RESULTS).is_file() or any((folder / CHUNKS).glob("*.parquet"))
 
 
 def _stem(chunk: int) -> str:

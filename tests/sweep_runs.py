@@ -1,0 +1,90 @@
+"""Small sweeps that run in a second, and how their rows are compared."""
+
+import pathlib
+import sys
+from typing import Any
+
+import pyarrow.parquet as pq
+
+from afo_sim.sweep import plan, runner
+from afo_sim.sweep.design import cases_of
+from afo_sim.sweep.store import Store
+
+# Two numbers, cases of three layouts, words, strides that differ with the case's seed; at a load of 1 kN·m
+# the ankle goes through its stops, and without a link the braid locks.
+SWEEP = """
+scenario = "walk-dropfoot-afo"
+design = "random"
+cases = 26
+chunk = {chunk}
+seed = 5
+[set]
+duration = "2.6 s"
+timestep = "1 ms"
+gait.variability = 0.05
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "4 bar"
+[parameters.count]
+key = "orthosis.muscle.dorsiflexor.count"
+values = [1, 2, 3]
+[parameters.patient]
+key = "patient"
+values = ["drop-foot", "healthy"]
+[parameters.load]
+key = "load_moment"
+values = ["0 N*m", "0.5 N*m", "1 N*m", "1000 N*m"]
+[parameters.link]
+key = "orthosis.muscle.dorsiflexor.link_length"
+values = ["120 mm", "125 mm", "130 mm", "0 mm"]
+[parameters.variation]
+key = "gait.seed"
+from_seed = true
+"""
+SEATED = """
+scenario = "seated"
+design = "grid"
+chunk = {chunk}
+[set]
+duration = "0.3 s"
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "4 bar"
+steps = 12
+"""
+COMMAND = [sys.executable, "-m", "afo_sim", "sweep"]
+
+
+def written(folder: pathlib.Path, text: str = SWEEP, chunk: int = 4) -> pathlib.Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "sweep.toml"
+    file.write_text(text.replace("{chunk}", str(chunk)), encoding="utf-8")
+    return file
+
+
+def opened(file: pathlib.Path, out: pathlib.Path, **options: Any) -> Store:
+    chosen = plan.read(file)
+    return runner.open_store(chosen, cases_of(chosen), out, **options)
+
+
+def swept(folder: pathlib.Path, text: str = SWEEP, chunk: int = 4, **options: Any) -> Any:
+    """The table of a sweep that is run in a folder."""
+    runner.run(opened(written(folder, text, chunk), folder / "out"), **options)
+    return table(folder / "out")
+
+
+def table(out: pathlib.Path) -> Any:
+    assert not (out / "chunks").exists()
+    return pq.read_table(out / "results.parquet")
+
+
+def assert_same(table: Any, other: Any) -> None:
+    """Row for row, bit for bit, NaN where NaN is; and the same words about the columns and the sweep."""
+    assert table.column_names == other.column_names
+    for name in table.column_names:
+        one, two = (t[name].to_numpy(zero_copy_only=False) for t in (table, other))
+        same = one.tobytes() == two.tobytes() if one.dtype.kind in "fiu" else one.tolist() == two.tolist()
+        assert same, name
+    assert table.schema.equals(other.schema, check_metadata=True)

@@ -1,0 +1,112 @@
+"""Sweeps on a Dask cluster of this machine: the same rows, also when a worker is killed."""
+
+import os
+import pathlib
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
+
+from afo_sim.errors import InputError
+from afo_sim.reader import expand
+from afo_sim.sweep import cluster, engine, runner, store
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.filterwarnings("ignore")  # of a cluster that is torn down
+
+
+@pytest.fixture
+def two_workers() -> Iterator[Any]:
+    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    with distributed.LocalCluster(n_workers=2, **options) as local:
+        yield local
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return swept(tmp_path_factory.mktemp("whole"))
+
+
+def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
+    assert_same(whole, swept(tmp_path, workers=2))
+
+
+def test_a_killed_worker_loses_and_doubles_no_row(
+    whole: Any, tmp_path: pathlib.Path, two_workers: Any
+) -> None:
+    sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
+    with distributed.Client(two_workers) as client:
+        pids = list(client.run(os.getpid).values())
+    killed = []
+
+    def kill_one(state: runner.Progress) -> None:
+        if state.new == 3:
+            os.kill(pids[0], signal.SIGKILL)
+            killed.append(state.done)
+
+    state = runner.run(sweep, scheduler=two_workers.scheduler_address, report=kill_one)
+    assert killed == [3]
+    assert (state.new, state.done) == (26, 26)
+    assert_same(whole, table(tmp_path / "out"))
+    with distributed.Client(two_workers) as client:
+        assert pids[0] not in client.run(os.getpid).values()
+
+
+def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
+    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    with distributed.LocalCluster(n_workers=0, **options) as local:
+        late = threading.Timer(1.0, local.scale, [2])
+        late.start()
+        rows = swept(tmp_path, SEATED, chunk=1, scheduler=local.scheduler_address)
+        late.join()
+    assert rows["status"].to_pylist() == ["ok"] * 12
+
+
+def test_a_worker_of_many_threads_takes_one_chunk_at_a_time() -> None:
+    scenario = expand("scenario", "seated")
+    sets = [{"duration": "0.3 s", "supply.pressure": f"{2.0 + 0.01 * k!r} bar"} for k in range(32)]
+    chunks = [[(k, sets[k]) for k in range(first, first + 4)] for first in range(0, 32, 4)]
+    alone = [[outcome for _, outcome in sorted(engine.outcomes(scenario, chunk))] for chunk in chunks]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda chunk: cluster.compute(scenario, chunk), chunks))
+    assert together == alone
+
+
+def test_a_worker_with_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = [(0, {"duration": "0.3 s"})]
+    other = store.program() | {"versions": store.program()["versions"] | {"mujoco": "3.0"}}
+    with pytest.raises(InputError, match=r"other code.*mujoco .*, not 3\.0"):
+        cluster.compute(expand("scenario", "seated"), cases, other)
+    with pytest.raises(InputError, match="other code than this process: of afo-sim"):
+        cluster.compute(expand("scenario", "seated"), cases, store.program() | {"code": "0"})
+
+
+def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = distributed.Client
+    monkeypatch.setattr(distributed, "Client", lambda address, timeout: real(address, timeout="1 s"))
+    sweep = opened(written(tmp_path, SEATED), tmp_path / "out")
+    for address in ("tcp://127.0.0.1:9", "nonsense"):
+        with pytest.raises(InputError, match="cannot be reached"):
+            runner.run(sweep, scheduler=address)
+
+
+def test_a_scheduler_that_goes_away_is_said_and_the_sweep_goes_on(whole: Any, tmp_path: pathlib.Path) -> None:
+    sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
+    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    local = distributed.LocalCluster(n_workers=1, **options)
+
+    def close(state: runner.Progress) -> None:
+        if state.new == 3:
+            local.close()
+            time.sleep(0.1)
+
+    with pytest.raises(InputError, match="same command again"):
+        runner.run(sweep, scheduler=local.scheduler_address, report=close)
+    assert not sweep.finished and len(sweep.pending()) <= 23
+    runner.run(sweep)
+    assert_same(whole, table(tmp_path / "out"))

@@ -1,0 +1,637 @@
+"""Sweeps as they run: the same rows however they are computed, whatever stops them, and nothing lost."""
+
+import errno
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from command import call
+from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, opened, swept, table, written
+
+import afo_sim
+import afo_sim.sweep
+from afo_sim.errors import InputError
+from afo_sim.metric_words import OTHER, words
+from afo_sim.metrics import Metric
+from afo_sim.reader import expand
+from afo_sim.sweep import engine, plan, replay, runner, sobol, store
+from afo_sim.sweep.engine import Outcome
+from afo_sim.sweep.store import Store
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """The folder of a sweep that nothing has disturbed."""
+    folder = tmp_path_factory.mktemp("whole")
+    swept(folder)
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def seated_table(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return swept(tmp_path_factory.mktemp("seated"), SEATED)
+
+
+# -- the same rows ----------------------------------------------------------------------------------------
+
+
+def test_the_sweep_of_these_tests_has_every_kind_of_case(whole: pathlib.Path) -> None:
+    results = afo_sim.sweep.read(whole)
+    assert set(results["status"]) == {"ok", "unstable", "infeasible"}
+    assert len(np.unique(results["count"][results.ok])) == 3
+    assert set(results["patient"][results.ok]) == {"drop-foot", "healthy"}
+    assert len(np.unique(results["variation"])) == len(results)
+
+
+@pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (7, 1), (4, 2), (100, 3)])
+def test_rows_depend_on_neither_chunk_nor_threads(
+    whole: pathlib.Path, tmp_path: pathlib.Path, chunk: int, threads: int
+) -> None:
+    assert_same(table(whole), swept(tmp_path, chunk=chunk, threads=threads))
+
+
+def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> None:
+    results = afo_sim.sweep.read(whole)
+    for row in results.table.to_pylist():
+        if row["status"] == "infeasible":
+            with pytest.raises(InputError, match=r"taut"):
+                afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
+            assert "taut" in row["reason"]
+            continue
+        run = afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
+        assert run.ok == (row["status"] == "ok")
+        if run.ok:
+            assert {name: metric.value for name, metric in run.metrics.items()} == {
+                name: row[name] for name in results.metrics if not np.isnan(row[name])
+            }
+        else:
+            assert run.status == f"failed: {row['reason']}"
+            assert all(np.isnan(row[name]) for name in results.metrics)
+
+
+def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
+    results = afo_sim.sweep.read(whole)
+    scenario = expand("scenario", "walk-dropfoot-afo")
+    cases = [(row["case"], json.loads(row["overrides"])) for row in results.table.to_pylist()]
+    backwards = dict(engine.outcomes(scenario, reversed(cases), threads=2, chunk=5))
+    for number, outcome in backwards.items():
+        row = results.table.slice(number, 1).to_pylist()[0]
+        assert (outcome.status, outcome.reason) == (row["status"], row["reason"])
+        assert all(metric.value == row[name] for name, metric in outcome.metrics.items())
+
+
+def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
+    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = afo_sim.sweep.read(whole)
+    runs = np.flatnonzero(results["status"] != "infeasible")
+    for case in np.random.default_rng(3).permutation(runs)[:10]:
+        again = replay.replay(whole, int(case))
+        assert again.different == {}
+        assert again.recording.ok == (results["status"][case] == "ok")
+    ok = int(np.flatnonzero(results.ok)[0])
+    code, out, _ = call(capsys, "replay", whole, ok, "--out", tmp_path / "again")
+    assert code == 0 and "to the last bit" in out
+    assert (tmp_path / "again" / "recording.rrd").stat().st_size > 0
+    kept = afo_sim.read_recording(tmp_path / "again")
+    assert kept.metrics["stride_time"].value == results["stride_time"][ok]
+
+
+def test_replay_says_what_differs_from_the_row(
+    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    rows = table(out)
+    column = rows.schema.get_field_index("toe_clearance")
+    values = np.nextafter(rows["toe_clearance"].to_numpy(), np.inf)  # by one bit
+    pq.write_table(rows.set_column(column, rows.schema.field(column), [values]), out / "results.parquet")
+    ok = int(np.flatnonzero(afo_sim.sweep.read(out).ok)[0])
+    code, said, complained = call(capsys, "replay", out, ok, "--no-rrd")
+    assert code == 1
+    assert "toe_clearance" in said and "another processor" in complained
+    assert "stride_time" not in said
+
+
+def test_replay_of_what_is_not_there(whole: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, complained = call(capsys, "replay", whole, 26)
+    assert code == 2 and "no such case" in complained
+    infeasible = int(np.flatnonzero(afo_sim.sweep.read(whole)["status"] == "infeasible")[0])
+    code, _, complained = call(capsys, "replay", whole, infeasible)
+    assert code == 2 and "taut" in complained
+
+
+# -- cases that fail --------------------------------------------------------------------------------------
+
+
+def test_a_case_without_a_rest_position_is_a_row_and_its_company_is_untouched(
+    seated_table: Any, tmp_path: pathlib.Path
+) -> None:
+    load = '[parameters.load]\nkey = "load_moment"\nvalues = ["0 N*m", "1000 N*m"]\n'
+    rows = swept(tmp_path, SEATED + load).to_pylist()
+    assert [row["status"] for row in rows] == ["ok", "infeasible"] * 12
+    assert "no rest position" in rows[1]["reason"]
+    for row, alone in zip(rows[::2], seated_table.to_pylist(), strict=True):
+        assert all(row[name] == alone[name] for name in alone if name not in ("case", "seed", "overrides"))
+
+
+@pytest.mark.parametrize("error", [ValueError("a NaN"), KeyError("x"), ZeroDivisionError("1/0")])
+def test_whatever_a_case_raises_is_its_row(
+    error: Exception, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, seated_table: Any
+) -> None:
+    real = engine.examine
+
+    def examine(built: Any, *rest: Any) -> Any:
+        if abs(built.scenario.supply.pressure - 4e5) < 1.0:  # the last case
+            raise error
+        return real(built, *rest)
+
+    monkeypatch.setattr(engine, "examine", examine)
+    rows = swept(tmp_path, SEATED)
+    assert rows["status"].to_pylist() == ["ok"] * 11 + ["error"]
+    assert rows["reason"].to_pylist()[-1] == f"{type(error).__name__}: {error}"
+    assert_same(rows.slice(0, 11), seated_table.slice(0, 11))
+
+
+def test_a_machine_without_memory_is_no_case_s_row(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = written(tmp_path, SEATED)
+    open_store = opened(file, tmp_path / "out")
+    monkeypatch.setattr(engine, "examine", lambda *_: (_ for _ in ()).throw(MemoryError()))
+    with pytest.raises(MemoryError):
+        runner.run(open_store)
+    assert not list((tmp_path / "out").glob("chunks/*.parquet"))
+
+
+def test_a_metric_that_some_cases_lack_is_nan_there(tmp_path: pathlib.Path) -> None:
+    slack = 'key = "orthosis.muscle.dorsiflexor.slack"\nvalues = ["0 mm", "150 mm"]\n'  # that never pulls
+    text = SEATED[: SEATED.index("[parameters.pressure]")].replace("0.3 s", "0.5 s")
+    text += "[parameters.slack]\n" + slack
+    rows = swept(tmp_path, text)
+    assert rows["status"].to_pylist() == ["ok", "ok"]
+    for row in rows.to_pylist():
+        found = afo_sim.run("seated", json.loads(row["overrides"])).metrics
+        known = {name for name, metric in found.items() if np.isfinite(metric.value)}
+        assert {n for n in afo_sim.sweep.read(tmp_path / "out").metrics if np.isfinite(row[n])} == known
+    assert any(np.isnan(row) for row in rows.slice(1, 1).to_pylist()[0].values() if isinstance(row, float))
+    assert replay.replay(tmp_path / "out", 1).different == {}
+
+
+def test_python_callbacks_give_a_sweep_too(seated_table: Any, tmp_path: pathlib.Path) -> None:
+    text = SEATED.replace('duration = "0.3 s"', 'duration = "0.3 s"\ncallback = "python"')
+    rows = swept(tmp_path, text.replace("steps = 12", "steps = 2"), threads=2)
+    assert rows["status"].to_pylist() == ["ok", "ok"]
+    for name in afo_sim.sweep.read(tmp_path / "out").metrics:
+        assert rows[name][0].as_py() == pytest.approx(seated_table[name][0].as_py(), rel=1e-9, nan_ok=True)
+
+
+# -- stopped and continued --------------------------------------------------------------------------------
+
+
+def killed(command: list[str], out: pathlib.Path, more: int) -> bool:
+    """Run a command, and kill it once it has written some more chunks; whether it was killed in time."""
+    before = len(list(out.glob("chunks/*.parquet")))
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    while process.poll() is None:
+        if len(list(out.glob("chunks/*.parquet"))) >= before + more:
+            process.send_signal(signal.SIGKILL)
+            break
+        time.sleep(0.002)
+    process.communicate()
+    return process.returncode == -signal.SIGKILL
+
+
+def test_killed_three_times_it_goes_on_and_ends_with_the_same_rows(
+    whole: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    file, out = written(tmp_path), tmp_path / "out"
+    command = [*COMMAND, str(file), "--out", str(out), "--threads", "1"]
+    there: list[dict[str, int]] = []
+    for _ in range(3):
+        assert killed(command, out, 1)
+        there.append({path.name: path.stat().st_mtime_ns for path in out.glob("chunks/*.parquet")})
+    assert there[0].items() <= there[1].items() <= there[2].items()  # none is computed twice
+    assert not (out / "results.parquet").exists()
+    said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert f"{len(afo_sim.sweep.read(out))} of 26 are done" in said
+    assert_same(table(whole), table(out))
+    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
+    before = (out / "results.parquet").stat().st_mtime_ns
+    again = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert "0 cases computed" in again
+    assert (out / "results.parquet").stat().st_mtime_ns == before
+
+
+def test_killed_before_its_first_file_is_whole(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / ".sweep.json.x7ab").write_text("{")  # as `replacing` leaves it
+    assert_same(swept(tmp_path, SEATED), seated_table)
+
+
+def test_killed_between_the_results_and_taking_the_chunks_away(
+    tmp_path: pathlib.Path, seated_table: Any
+) -> None:
+    swept(tmp_path, SEATED)
+    out = tmp_path / "out"
+    (out / "chunks").mkdir()
+    (out / "chunks" / "0000000.parquet").write_bytes(b"PAR1")
+    (out / ".results.parquet.abc").write_bytes(b"half")
+    assert runner.run(opened(tmp_path / "sweep.toml", out)).new == 0
+    assert_same(table(out), seated_table)
+    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
+
+
+def test_results_that_are_gone_are_computed_again(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    swept(tmp_path, SEATED)
+    (tmp_path / "out" / "results.parquet").unlink()
+    assert_same(swept(tmp_path, SEATED), seated_table)
+
+
+def test_ctrl_c_says_that_the_same_command_goes_on(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    real = Store.write
+
+    def write(self: Store, chunk: int, outcomes: Any) -> None:
+        if chunk == 1:
+            raise KeyboardInterrupt
+        real(self, chunk, outcomes)
+
+    monkeypatch.setattr(Store, "write", write)
+    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    assert code == 130 and "same command goes on" in complained
+    monkeypatch.undo()
+    code, said, _ = call(capsys, "sweep", file, "--out", out)
+    assert code == 0 and "8 cases computed; 12 of 12 are done" in said
+
+
+# -- the disk ---------------------------------------------------------------------------------------------
+
+
+def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
+    tmp_path: pathlib.Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    seated_table: Any,
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    real = os.fsync
+    calls = []
+
+    def fsync(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) > 3:  # the manifest and two chunks fit
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    assert code == 2 and "the disk is full" in complained and "what is computed is kept" in complained
+    assert sorted(p.name for p in (out / "chunks").iterdir()) == ["0000000.parquet", "0000001.parquet"]
+    monkeypatch.undo()
+    code, said, _ = call(capsys, "sweep", file, "--out", out)
+    assert code == 0 and "4 cases computed; 12 of 12 are done" in said
+    assert_same(table(out), seated_table)
+
+
+def test_a_file_that_the_system_refuses_to_write_leaves_nothing_half_written(
+    tmp_path: pathlib.Path, seated_table: Any
+) -> None:
+    file, out = written(tmp_path, SEATED, chunk=12), tmp_path / "out"
+    opened(file, out)
+
+    def small() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    command = [*COMMAND, str(file), "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=small)
+    assert done.returncode == 2 and "cannot be written to" in done.stderr and "Traceback" not in done.stderr
+    assert list((out / "chunks").iterdir()) == []
+    runner.run(opened(file, out))
+    assert_same(table(out), seated_table)
+
+
+def test_a_disk_with_too_little_room_is_said_before_the_first_case(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_store = opened(written(tmp_path, SEATED), tmp_path / "out")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1 << 30, 1 << 30, 4000))
+    with pytest.raises(InputError, match=r"results need about .* GB left"):
+        runner.run(open_store)
+    assert not (tmp_path / "out" / "chunks").exists()
+
+
+# -- what else lies in the folder -------------------------------------------------------------------------
+
+
+def test_a_damaged_chunk_is_found_and_computed_again(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    open_store = opened(written(tmp_path, SEATED), tmp_path / "out")
+    runner.run(open_store, part=(1, 2))
+    chunk = tmp_path / "out" / "chunks" / "0000000.parquet"
+    chunk.write_bytes(chunk.read_bytes()[:-200])
+    with pytest.raises(InputError, match=r"1 of 3 chunks are damaged.*same command again"):
+        runner.run(open_store)
+    assert not open_store.finished and not chunk.exists()
+    assert runner.run(open_store).new == 4
+    assert_same(table(tmp_path / "out"), seated_table)
+
+
+def test_chunks_of_another_size_or_sweep_are_not_mixed_in(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    other = opened(written(tmp_path / "b", SEATED.replace("0.3 s", "0.4 s")), tmp_path / "b" / "out")
+    runner.run(other, part=(1, 3))
+    large = opened(written(tmp_path / "c", SEATED, chunk=5), tmp_path / "c" / "out")
+    runner.run(large, part=(2, 3))
+    mine = opened(written(tmp_path, SEATED), tmp_path / "out")
+    (tmp_path / "out" / "chunks").mkdir()
+    for folder, chunk in (("b", "0000000"), ("c", "0000001")):
+        shutil.copy(tmp_path / folder / "out" / "chunks" / f"{chunk}.parquet", tmp_path / "out" / "chunks")
+    with pytest.raises(InputError, match=r"2 of 3 chunks are damaged or of another sweep"):
+        runner.run(mine)
+    runner.run(mine)
+    assert_same(table(tmp_path / "out"), seated_table)
+
+
+def test_the_chunk_of_the_first_call_stays(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    runner.run(opened(written(tmp_path, SEATED), tmp_path / "out"), part=(1, 2))
+    again = opened(written(tmp_path, SEATED, chunk=7), tmp_path / "out")
+    assert again.chunk == 4
+    assert runner.run(again).new == 4
+    assert_same(table(tmp_path / "out"), seated_table)
+
+
+def test_two_processes_on_one_folder_lose_and_double_nothing(
+    whole: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    command = [*COMMAND, str(written(tmp_path)), "--out", str(tmp_path / "out"), "--threads", "1"]
+    both = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in "12"
+    ]
+    for process in both:
+        said, complained = process.communicate()
+        assert process.returncode == 0, complained
+        assert "26 of 26 are done" in said
+    assert_same(table(whole), table(tmp_path / "out"))
+
+
+@pytest.mark.parametrize("order", [(1, 2, 3), (3, 1, 2)])
+def test_parts_in_any_order_are_gathered_by_the_last(
+    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], order: tuple[int, ...]
+) -> None:
+    file, out = written(tmp_path), tmp_path / "out"
+    for k in order:
+        assert not (out / "results.parquet").exists()
+        code, said, _ = call(capsys, "sweep", file, "--out", out, "--part", f"{k}/3")
+        assert code == 0
+    assert "26 of 26 are done" in said
+    assert_same(table(whole), table(out))
+
+
+def test_one_more_call_without_part_gathers(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    open_store = opened(written(tmp_path, SEATED), tmp_path / "out")
+    for k in (1, 3):
+        runner.run(open_store, part=(k, 3))
+    assert afo_sim.sweep.read(tmp_path / "out").unfinished
+    assert runner.run(open_store).new == 4
+    assert_same(table(tmp_path / "out"), seated_table)
+
+
+def test_a_folder_of_something_else_is_left_alone(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.tex").write_text("x")
+    for changed in ("refuse", "restart", "continue"):
+        code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", changed)
+        assert code == 2 and "there is no sweep here" in complained
+    assert [path.name for path in out.iterdir()] == ["thesis.tex"]
+    code, _, complained = call(capsys, "sweep", file, "--out", out / "thesis.tex")
+    assert code == 2 and "cannot be written to" in complained
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", "{}", '{"fingerprint": {}}'])
+def test_a_damaged_manifest_is_said_and_restart_begins_anew(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any, damage: str
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    runner.run(opened(file, out), part=(1, 3))
+    (out / "sweep.json").write_text(damage)
+    for arguments in (("sweep", file, "--out", out), ("replay", out, 0)):
+        code, _, complained = call(capsys, *arguments)
+        assert code == 2 and "is damaged" in complained and "restart" in complained
+    code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "restart")
+    assert code == 0 and "12 cases computed" in said
+    assert_same(table(out), seated_table)
+
+
+# -- what has changed -------------------------------------------------------------------------------------
+
+
+def test_a_changed_sweep_is_refused_until_told(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    assert call(capsys, "sweep", file, "--out", out)[0] == 0
+    (out / "recordings" / "case_0000000").mkdir(parents=True)
+    before = (out / "results.parquet").read_bytes()
+    written(tmp_path, SEATED.replace("0.3 s", "0.4 s"))
+    for changed in ("refuse", "continue"):
+        code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", changed)
+        assert code == 2 and "another sweep, or this one before it was changed" in complained
+        assert (out / "results.parquet").read_bytes() == before
+    command = ("sweep", file, "--out", out, "--if-changed", "restart")
+    code, said, _ = call(capsys, *command)
+    assert code == 0 and "12 cases computed" in said
+    assert '"0.4 s"' in table(out)["overrides"][0].as_py()
+    assert not (out / "recordings").exists()  # of the sweep before
+    code, said, _ = call(capsys, *command)  # nothing has changed now
+    assert code == 0 and "0 cases computed" in said
+
+
+def test_other_code_is_refused_until_told(
+    tmp_path: pathlib.Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    seated_table: Any,
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    runner.run(opened(file, out), part=(1, 3))
+    monkeypatch.setattr(store, "_code", lambda: "0" * 64)
+    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    assert code == 2 and "computed by other code" in complained and "continue" in complained
+    code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")
+    assert code == 0 and "8 cases computed" in said
+    assert json.loads((out / "sweep.json").read_text())["mixed"] is True
+    assert_same(table(out), seated_table)  # the code is the same in truth
+
+
+def test_a_sweep_that_has_no_row_yet_may_be_changed_freely(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    code, said, _ = call(capsys, "sweep", file, "--out", out, "--dry-run")
+    assert code == 0 and "12 cases; about" in said and "MB of results" in said
+    assert not (out / "results.parquet").exists() and not (out / "chunks").exists()
+    written(tmp_path, SEATED.replace("steps = 12", "steps = 5"))
+    code, said, _ = call(capsys, "sweep", file, "--out", out)
+    assert code == 0 and "5 of 5 are done" in said
+
+
+def test_a_sweep_and_its_scenario_may_move_with_their_files(
+    tmp_path: pathlib.Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    seated_table: Any,
+) -> None:
+    before = tmp_path / "before"
+    written(before, SEATED.replace('"seated"', '"mine.toml"'))
+    seated = afo_sim.assets.find("scenario", "seated")
+    (before / "mine.toml").write_text(seated.read_text().replace("adult_75kg", "leg/leg.toml"))
+    leg = afo_sim.assets.find("leg", "adult_75kg")
+    shutil.copytree(leg.parent, before / "leg")
+    monkeypatch.chdir(before)
+    assert call(capsys, "sweep", "sweep.toml", "--out", "../out", "--part", "1/3")[0] == 0
+    monkeypatch.chdir(tmp_path)
+    before.rename(tmp_path / "after")
+    code, said, complained = call(capsys, "sweep", "after/sweep.toml", "--out", "out")
+    assert code == 0, complained
+    assert "8 cases computed; 12 of 12" in said
+    rows = table(tmp_path / "out")
+    for name in afo_sim.sweep.read(tmp_path / "out").metrics:
+        assert rows[name].to_pylist() == seated_table[name].to_pylist()
+    assert replay.replay(tmp_path / "out", 3).different == {}
+
+
+# -- kept cases -------------------------------------------------------------------------------------------
+
+
+def test_kept_cases_have_their_recordings_also_after_a_kill(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, "keep = [2]\n" + SEATED), tmp_path / "out"
+    half = out / "recordings" / "case_0000002"
+    assert call(capsys, "sweep", file, "--out", out, "--part", "1/3")[0] == 0
+    half.mkdir(parents=True)
+    (half / "recording.parquet").write_bytes(b"half")  # killed while it was kept
+    assert call(capsys, "sweep", file, "--out", out)[0] == 0
+    row = afo_sim.sweep.read(out).table.slice(2, 1).to_pylist()[0]
+    kept = afo_sim.read_recording(half)
+    assert all(m.value == row[name] for name, m in kept.metrics.items() if np.isfinite(m.value))
+    assert (half / "recording.rrd").is_file()
+
+
+# -- refused before anything runs -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("case", "name of another column"),
+        ("status", "name of another column"),
+        ("overrides", "name of another column"),
+        ("seed", "name of another column"),
+        ("toe_clearance", "name of another column"),
+        ("peak_pressure_dorsiflexor", "name of another column"),
+    ],
+)
+def test_a_parameter_cannot_be_called_like_another_column(
+    tmp_path: pathlib.Path, name: str, problem: str
+) -> None:
+    with pytest.raises(InputError, match=problem):
+        plan.read(written(tmp_path, SEATED.replace("parameters.pressure", f"parameters.{name}")))
+
+
+def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:
+    known = [*afo_sim.sweep.read(whole).metrics, *seated_table.column_names]
+    told = {"pressure", "case", "seed", "status", "reason", "overrides"}
+    assert [name for name in known if name not in told and words(name).group == OTHER] == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("supply.pressure", "suply.pressure", "supply"),
+        ('to = "4 bar"', 'to = "2 bar"', "range is empty"),
+        ("steps = 12", "steps = 12_000_000", "--yes-many"),
+        ("[set]", "constraints = [\"pressure > '5 bar'\"]\n[set]", "none of"),
+        ('duration = "0.3 s"', 'duration = "-1 s"', "out of range"),
+        ("[set]", "keep = [12]\n[set]", "no such case"),
+    ],
+)
+def test_bad_sweeps_leave_no_folder_behind(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], old: str, new: str, problem: str
+) -> None:
+    file = written(tmp_path, SEATED.replace(old, new, 1))
+    code, _, complained = call(capsys, "sweep", file, "--out", tmp_path / "out")
+    assert code == 2 and problem in complained and "Traceback" not in complained
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_too_short_for_any_metric_is_refused(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match="shorter than two strides"):
+        opened(written(tmp_path, SWEEP.replace("2.6 s", "1.3 s")), tmp_path / "out")
+
+
+def test_a_sweep_of_which_nothing_runs_is_refused(tmp_path: pathlib.Path) -> None:
+    text = SEATED.replace('duration = "0.3 s"', 'duration = "0.3 s"\nload_moment = "1000 N*m"')
+    with pytest.raises(InputError, match=r"no case that was tried runs: .*no rest position"):
+        opened(written(tmp_path, text), tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--part", "0/3"), ("--part", "4/3"), ("--part", "x"), ("--threads", "-1")]
+)
+def test_options_out_of_range(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, str]
+) -> None:
+    code, _, complained = call(
+        capsys, "sweep", written(tmp_path, SEATED), "--out", tmp_path / "out", *arguments
+    )
+    assert code == 2 and arguments[0] in complained
+    assert not (tmp_path / "out").exists()
+
+
+# -- Sobol' indices ---------------------------------------------------------------------------------------
+
+
+def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathlib.Path) -> None:
+    keys = {"load_moment": "N*m", "leg.damping": "N*m*s/rad", "leg.friction": "N*m"}
+
+    def ishigami(_: Any, cases: Any, threads: int, chunk: int) -> Iterator[tuple[int, Outcome]]:
+        for number, sets in cases:
+            x, y, z = (np.pi * (2.0 * float(sets.get(key, "0").split()[0]) - 1.0) for key in keys)
+            value = np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+            yield number, Outcome("ok", "", {"toe_clearance": Metric(float(value), "mm")})
+
+    text = 'scenario = "seated"\ndesign = "saltelli"\ncases = 4096\nchunk = 500\nseed = 2\n' + "".join(
+        f'[parameters.x{k}]\nkey = "{key}"\nfrom = "0 {unit}"\nto = "1 {unit}"\n'
+        for k, (key, unit) in enumerate(keys.items())
+    )
+    swept_store = opened(written(tmp_path, text), tmp_path / "out", evaluate=ishigami)
+    runner.run(swept_store, evaluate=ishigami)
+    results = afo_sim.sweep.read(tmp_path / "out")
+    assert len(results) == 4096 * 8
+    found = sobol.indices(results, "toe_clearance")
+    # Ishigami & Homma 1990 with a = 7 and b = 0.1, doi 10.1109/ISUMA.1990.151285
+    a, b = 7.0, 0.1
+    alone = np.array([0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2, a**2 / 8.0, 0.0])
+    pair = b**2 * np.pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    variance = alone.sum() + pair
+    np.testing.assert_allclose(found.first, alone / variance, atol=0.02)
+    np.testing.assert_allclose(found.total, (alone + np.array([pair, 0.0, pair])) / variance, atol=0.02)
+    assert found.pairs()[0][:2] == ("x0", "x2")
+    assert found.pairs()[0][2] == pytest.approx(pair / variance, abs=0.03)
