@@ -14,6 +14,7 @@ from matplotlib.image import imread
 from sweep_case import saltelli, write_sweep
 
 import afo_sim.sweep
+from afo_sim.cli.sweep import show_folder
 from afo_sim.errors import InputError
 from afo_sim.sweep import analysis, figures, pareto, show, sobol, words
 
@@ -355,7 +356,7 @@ def test_every_figure_is_written_and_has_something_on_it(tmp_path: pathlib.Path)
     named = {name: (values, units[name]) for name, values in x.items()}
     folder = write_sweep(tmp_path, "saltelli", named, walk_metrics(named))
     before = dict(matplotlib.rcParams)
-    show.command(folder, None, [], 3)
+    show_folder(folder, None, [], 3)
     assert {path.name for path in (folder / "figures").iterdir()} == FILES | {"sobol.png"}
     assert all(0.01 < shade(path) < 0.9 for path in (folder / "figures").iterdir())
     assert dict(matplotlib.rcParams) == before
@@ -395,7 +396,7 @@ def test_four_metrics_take_two_figures(tmp_path: pathlib.Path) -> None:
 def test_every_case_failed(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     x = design_of(4)
     failed = dict.fromkeys(range(4), ("infeasible", "the cable is too short"))
-    show.command(write_sweep(tmp_path, "random", x, walk_metrics(x), failed=failed), None, [], 3)
+    show_folder(write_sweep(tmp_path, "random", x, walk_metrics(x), failed=failed), None, [], 3)
     said = capsys.readouterr().out
     assert "the cable is too short" in said and "no case has a value of toe_clearance" in said
     assert "figures: none" in said
@@ -430,7 +431,7 @@ def test_tables_say_what_failed_and_which_case_is_best(
         13: ("infeasible", "[too] short"),
     }
     folder = write_sweep(tmp_path / "s", "latin-hypercube", x, y, failed=failed)
-    show.command(folder, tmp_path / "elsewhere", ["air_per_stride", "toe_clearance:lowest"], 2)
+    show_folder(folder, tmp_path / "elsewhere", ["air_per_stride", "toe_clearance:lowest"], 2)
     said = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["ok", "197", "98.5", "%"] in said
     assert ["unstable", "2", "1", "%", "NaN", "at", "1", "s"] in said
@@ -448,9 +449,9 @@ def test_an_unknown_metric_has_a_nearest_name(tmp_path: pathlib.Path) -> None:
     x = design_of(6)
     folder = write_sweep(tmp_path, "random", x, walk_metrics(x))
     with pytest.raises(InputError, match="did you mean 'toe_clearance'"):
-        show.command(folder, None, ["toe_clearence"], 3)
+        show_folder(folder, None, ["toe_clearence"], 3)
     with pytest.raises(InputError, match="lowest, highest"):
-        show.command(folder, None, ["toe_clearance:middle"], 3)
+        show_folder(folder, None, ["toe_clearance:middle"], 3)
     assert not (folder / "figures").exists()
 
 

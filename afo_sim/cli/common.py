@@ -64,6 +64,15 @@ def quantity(field: str, text: str, unit: str) -> float:
         raise InputError(str(error), field=field, value=text) from None
 
 
+def duration(seconds: float) -> str:
+    """A time as people say it."""
+    for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (172_800.0, 3600.0, "h")):
+        if seconds < limit:
+            number = seconds / unit
+            return f"{number:.0f} {word}" if number >= 10.0 else f"{number:.2g} {word}"
+    return f"{seconds / 86_400:.3g} days"
+
+
 @contextmanager
 def progress(title: str) -> Iterator[Callable[..., None]]:
     """A line on the terminal that moves while something takes time, and then goes away."""

@@ -1,13 +1,16 @@
 """Command of the design search: optimise."""
 
 import pathlib
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from afo_sim.cli.apps import app
-from afo_sim.cli.common import print_table, progress
+from afo_sim.cli.common import duration, print_table, progress
 from afo_sim.errors import InputError
+
+if TYPE_CHECKING:
+    from afo_sim.search.runner import Opened
 
 CHANGED = ("refuse", "restart")
 
@@ -56,14 +59,10 @@ def optimise(
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
 
 
-def _told(opened: "object", hands: int) -> str:
-    from afo_sim.cli.sweep import _duration
-    from afo_sim.search.runner import Opened
-
-    assert isinstance(opened, Opened)
+def _told(opened: "Opened", hands: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
     search = opened.search
     count = search.generations * opened.cases
-    time = _duration(count * opened.seconds / hands)
+    time = duration(count * opened.seconds / hands)
     return f"up to {search.generations} generations of {opened.cases} cases; about {time} in all"

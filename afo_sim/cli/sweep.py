@@ -3,16 +3,21 @@
 import pathlib
 import re
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from afo_sim.cli.apps import app
-from afo_sim.cli.common import print_table, progress
+from afo_sim.cli.common import duration, print_table, progress
 from afo_sim.errors import InputError
 
+if TYPE_CHECKING:
+    from afo_sim.sweep.runner import Estimate, Progress
+
+LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 CHANGED = ("refuse", "restart", "continue")
 
 
@@ -45,10 +50,7 @@ def sweep(
 ) -> None:
     """Many cases of one scenario; started again, it goes on where it was stopped."""
     if show is not None:
-        with progress("reading, drawing"):
-            from afo_sim.sweep.show import command
-
-            command(show, None, metric or [], best)
+        show_folder(show, None, metric or [], best)
         return
     if not source:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
@@ -72,6 +74,7 @@ def sweep(
         print(_told(expected, scheduler))
         if dry_run:
             return
+        begun = time.monotonic()
         with _interruptible():
             state = runner.run(
                 store,
@@ -79,15 +82,48 @@ def sweep(
                 workers=workers,
                 scheduler=scheduler,
                 part=which,
-                report=lambda p: report(p.done, p.cases, _line(p)),
+                report=reporter(report),
             )
+        took = time.monotonic() - begun
         for case in chosen.keep if store.finished else ():
             kept = replay.recording_folder(folder, case)
             if not (kept / RERUN).is_file():
                 _keep(folder, case, kept)
+    how = f" in {duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
     left = "" if store.finished else f", {state.cases - state.done} are left"
-    print(f"{state.new} cases computed{failed}; {state.done} of {state.cases} are done{left}: {folder}")
+    print(f"{state.new} cases computed{how}{failed}; {state.done} of {state.cases} are done{left}: {folder}")
+
+
+def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
+    """Print what a sweep's cases say, and write its figures.
+
+    Parameters
+    ----------
+    folder : the sweep's
+    out : folder of the figures; "figures" in the sweep's if None
+    metrics : as in `show`; those that matter most if empty
+    best : how many of the best cases are listed for each metric
+
+    Raises
+    ------
+    InputError
+        The folder is no sweep, a metric is not in it, or the figures cannot be written.
+    """
+    with progress("reading, drawing"):
+        from afo_sim.sweep.results import read
+        from afo_sim.sweep.show import FIGURES, findings, tables, write_figures
+        from afo_sim.sweep.words import chosen
+
+        results = read(folder)
+        found = findings(results, chosen(results, metrics))
+        target = out or folder / FIGURES
+        paths = write_figures(found, target, found.objectives)
+    for title, header, rows in tables(found, best):
+        print_table(title, header, rows)
+    for remark in found.remarks:
+        print(remark)
+    print(f"figures in {target}: {', '.join(path.name for path in paths) or 'none'}")
 
 
 @app.command()
@@ -134,30 +170,35 @@ def _part(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _told(expected: "object", scheduler: str) -> str:
-    from afo_sim.sweep.runner import Estimate
-
-    assert isinstance(expected, Estimate)
+def _told(expected: "Estimate", scheduler: str) -> str:
     done = f", {expected.done} of them done" if expected.done else ""
     dropped = f" ({expected.dropped} outside the constraints)" if expected.dropped else ""
-    time = "" if expected.done == expected.cases else f"; about {_duration(expected.seconds)}"
+    time = "" if expected.done == expected.cases else f"; about {duration(expected.seconds)}"
     time += " by one worker" if time and scheduler else ""
     return f"{expected.cases} cases{dropped}{done}{time}; about {expected.bytes / 1e6:.3g} MB of results"
 
 
-def _duration(seconds: float) -> str:
-    for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (172_800.0, 3600.0, "h")):
-        if seconds < limit:
-            return f"{seconds / unit:.2g} {word}"
-    return f"{seconds / 86_400:.3g} days"
+def reporter(show: Callable[..., None]) -> Callable[["Progress"], None]:
+    """Rate, failures and time left: on the terminal, or now and then as a line of a log."""
+    begun = said = time.monotonic()
+
+    def report(state: "Progress") -> None:
+        nonlocal said
+        now = time.monotonic()
+        line = _line(state, now - begun)
+        show(state.done, state.cases, line)
+        if now - said >= LINE_EVERY and not sys.stderr.isatty():
+            print(line, file=sys.stderr, flush=True)
+            said = now
+
+    return report
 
 
-def _line(state: "object") -> str:
-    from afo_sim.sweep.runner import Progress
-
-    assert isinstance(state, Progress)
+def _line(state: "Progress", seconds: float) -> str:
     failed = f", {state.failed} failed" if state.failed else ""
-    return f"{state.done} of {state.cases} cases{failed}"
+    rate = state.new / max(seconds, 1e-9)
+    left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
+    return f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
 
 
 def _keep(folder: pathlib.Path, case: int, target: pathlib.Path) -> None:

@@ -83,13 +83,16 @@ def outcomes(
     with native.installed():
         if threads < 2:
             for batch in _batches(scenario, cases, chunk):
-                yield from batch if isinstance(batch[0], tuple) else _finish(batch, _roll(batch, 1, here))
+                if isinstance(batch, tuple):
+                    yield batch
+                else:
+                    yield from _finish(batch, _roll(batch, 1, here))
             return
         with ThreadPoolExecutor(1) as pool:
             running: tuple[list[Prepared], Future[list[Rollout]]] | None = None
             for batch in _batches(scenario, cases, chunk):
-                if isinstance(batch[0], tuple):
-                    yield from batch
+                if isinstance(batch, tuple):
+                    yield batch
                     continue
                 begun = pool.submit(_roll, batch, threads, here)
                 here, there = there, here
@@ -111,14 +114,14 @@ def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, A
 
 def _batches(
     scenario: Mapping[str, Any] | str, cases: Iterable[tuple[int, Mapping[str, Any]]], chunk: int
-) -> Iterator[list[Any]]:
-    """Cases of one layout, as many as fit; outcomes of those that cannot run, as (number, Outcome)."""
+) -> Iterator[list[Prepared] | tuple[int, Outcome]]:
+    """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
     groups: dict[tuple[Any, ...], list[Prepared]] = {}
     room: dict[tuple[Any, ...], int] = {}
     for count, (number, sets) in enumerate(cases, start=1):
         case = prepare(scenario, number, sets)
         if isinstance(case, Outcome):
-            yield [(number, case)]
+            yield number, case
         else:
             layout = case.layout
             if layout not in room:

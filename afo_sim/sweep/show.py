@@ -12,7 +12,7 @@ from afo_sim.errors import InputError
 from afo_sim.figure import RESOLUTION, STYLE
 from afo_sim.sweep import analysis, figures, pareto, sobol
 from afo_sim.sweep.analysis import Effect
-from afo_sim.sweep.results import Results, read
+from afo_sim.sweep.results import Results
 from afo_sim.sweep.sobol import Indices
 from afo_sim.sweep.words import Better, chosen, scale
 from afo_sim.writing import check_writable, replacing
@@ -278,34 +278,3 @@ def _named(found: Findings, name: str) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.3g}".replace("-", "−") if np.isfinite(value) else "–"
-
-
-def command(dir: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
-    """Print what a sweep's cases say, and write its figures.
-
-    Parameters
-    ----------
-    dir : the sweep's folder
-    out : folder of the figures; "figures" in the sweep's if None
-    metrics : as in `show`; those that matter most if empty
-    best : how many of the best cases are listed for each metric
-
-    Raises
-    ------
-    InputError
-        The folder is no sweep, a metric is not in it, or the figures cannot be written.
-    """
-    from rich.console import Console
-
-    from afo_sim.cli.common import print_table
-
-    results = read(dir)
-    found = findings(results, chosen(results, metrics))
-    for title, header, rows in tables(found, best):
-        print_table(title, header, rows)
-    paths = write_figures(found, out or dir / FIGURES, found.objectives)
-    console = Console()
-    for remark in found.remarks:
-        console.print(remark, markup=False, highlight=False)
-    written = ", ".join(path.name for path in paths)
-    console.print(f"figures in {out or dir / FIGURES}: {written or 'none'}", markup=False, highlight=False)
