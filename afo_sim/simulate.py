@@ -157,10 +157,9 @@ class Workspace:
 def simulate_together(
     builts: Sequence[Built],
     controls: Sequence[np.ndarray],
-    threads: int = 1,
     workspace: Workspace | None = None,
 ) -> list[Rollout]:
-    """Roll compiled scenarios out side by side, each exactly as `simulate` does it alone.
+    """Roll compiled scenarios out in one call, each exactly as `simulate` does it alone.
 
     Of their rows only what metrics need is recorded: the state and TOLD.
 
@@ -168,7 +167,6 @@ def simulate_together(
     ----------
     builts : compiled scenarios whose MjData are of one layout; they may differ in every number
     controls : inputs of each (n_step, nu), all of one length
-    threads : that step them
     workspace : memory for the rows, which are then good until it is used again
 
     Returns
@@ -184,7 +182,6 @@ def simulate_together(
             [builts[k] for k in alive],
             [controls[k] for k in alive],
             [begun[k] for k in alive],
-            threads,
             workspace or Workspace({}),
         )
         wall = time.perf_counter() - start
@@ -361,13 +358,12 @@ def _rollouts(
     builts: list[Built],
     controls: list[np.ndarray],
     states: list[np.ndarray],
-    threads: int,
     workspace: Workspace,
 ) -> list[tuple[Rows, int, str | None]]:
     """Of each: rows, steps done, and why it stopped."""
     if not builts:
         return []
-    batch = Batch(builts[0].model, nsim=len(builts), nthread=threads)
+    batch = Batch(builts[0].model, nsim=len(builts), nthread=1)
     batch.set_models([built.model for built in builts])
     batch.state[:] = states
     n_step = len(controls[0])

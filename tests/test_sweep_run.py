@@ -136,6 +136,20 @@ def test_replay_of_what_is_not_there(whole: pathlib.Path, capsys: pytest.Capture
 # -- cases that fail --------------------------------------------------------------------------------------
 
 
+def test_cases_in_plain_python_run_beside_compiled_ones() -> None:
+    """A process has room for one pair of callbacks."""
+    set_up = {"duration": "0.2 s"}
+    modes = ["native", "native", "python", "native", "python", "native"]
+    cases = [(k, {**set_up, "callback": mode}) for k, mode in enumerate(modes)]
+    one = dict(engine.outcomes("seated", cases, threads=1, chunk=2))
+    two = dict(engine.outcomes("seated", cases, threads=2, chunk=2))
+    assert one == two and {outcome.status for outcome in one.values()} == {"ok"}
+    compiled, plain = one[0].metrics, one[2].metrics
+    assert compiled == one[5].metrics and compiled.keys() == plain.keys()
+    for name, metric in compiled.items():
+        assert metric.value == pytest.approx(plain[name].value, rel=1e-9, abs=1e-12), name
+
+
 def test_a_case_without_a_rest_position_is_a_row_and_its_company_is_untouched(
     seated_table: Any, tmp_path: pathlib.Path
 ) -> None:

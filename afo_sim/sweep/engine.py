@@ -2,12 +2,12 @@
 
 Cases that differ only in numbers share a roll-out of `mujoco.batch`; each runs on its own compiled model
 and is, to the last bit, what it is alone. A case that cannot be built or becomes unstable is an outcome
-with its reason. With two threads or more, the next cases are built while the last ones are rolled out.
+with its reason. With two threads or more, cases are built while others are rolled out.
 """
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -25,7 +25,8 @@ from afo_sim.simulate import Rollout, Workspace, row_width, simulate, simulate_t
 from afo_sim.sweep.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
-BATCH_BYTES = 1.2e8  # of recorded rows in one roll-out; three of them exist at a time
+BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
+AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,10 @@ class Prepared:
         return (self.built.scenario.callback, len(self.control), *sizes)
 
 
+Numbered = tuple[int, Outcome]
+Batched = list[Prepared] | Numbered
+
+
 @cache
 def _size_names() -> list[str]:
     empty = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -64,14 +69,14 @@ def outcomes(
     cases: Iterable[tuple[int, Mapping[str, Any]]],
     threads: int = 1,
     chunk: int = 32,
-) -> Iterator[tuple[int, Outcome]]:
+) -> Iterator[Numbered]:
     """Run cases.
 
     Parameters
     ----------
     scenario : what all cases begin with, as `reader.load` takes it
     cases : number and overrides of each
-    threads : that roll out; from two on, building overlaps with rolling out
+    threads : that roll out, beside the one that calls; below two that one does it
     chunk : cases after which all that were begun are brought to their end
 
     Yields
@@ -79,28 +84,45 @@ def outcomes(
     (number, Outcome), the numbers of a chunk in no particular order
     """
     keep_flat()
-    here, there = Workspace({}), Workspace({})  # one is read while the other is recorded into
+    batches = _batches(scenario, cases, chunk, BATCH_BYTES / (1 if threads < 2 else threads + AHEAD))
     with native.installed():
-        if threads < 2:
-            for batch in _batches(scenario, cases, chunk):
-                if isinstance(batch, tuple):
-                    yield batch
-                else:
-                    yield from _finish(batch, _roll(batch, 1, here))
-            return
-        with ThreadPoolExecutor(1) as pool:
-            running: tuple[list[Prepared], Future[list[Rollout]]] | None = None
-            for batch in _batches(scenario, cases, chunk):
-                if isinstance(batch, tuple):
-                    yield batch
-                    continue
-                begun = pool.submit(_roll, batch, threads, here)
-                here, there = there, here
-                if running:
-                    yield from _finish(running[0], running[1].result())
-                running = batch, begun
-            if running:
-                yield from _finish(running[0], running[1].result())
+        yield from _in_turn(batches) if threads < 2 else _side_by_side(batches, threads)
+
+
+def _in_turn(batches: Iterable[Batched]) -> Iterator[Numbered]:
+    workspace = Workspace({})
+    for batch in batches:
+        if isinstance(batch, tuple):
+            yield batch
+        else:
+            yield from _finish(batch, _roll(batch, workspace))
+
+
+def _side_by_side(batches: Iterable[Batched], threads: int) -> Iterator[Numbered]:
+    """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
+    running: dict[Future[list[Rollout]], tuple[list[Prepared], Workspace]] = {}
+    free = [Workspace({}) for _ in range(threads + AHEAD)]
+
+    def collected(how_many: str) -> Iterator[Numbered]:
+        for ended in wait(running, return_when=how_many).done:
+            batch, workspace = running.pop(ended)
+            yield from _finish(batch, ended.result())
+            free.append(workspace)
+
+    with ThreadPoolExecutor(threads) as pool:
+        for batch in batches:
+            if isinstance(batch, tuple):
+                yield batch
+            elif _in_python(batch):  # its callbacks would be those of all threads
+                yield from collected(ALL_COMPLETED)
+                yield from _finish(batch, _roll(batch, free[0]))
+            else:
+                if not free:
+                    yield from collected(FIRST_COMPLETED)
+                workspace = free.pop()
+                running[pool.submit(_roll, batch, workspace)] = batch, workspace
+        while running:
+            yield from collected(FIRST_COMPLETED)
 
 
 def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any]) -> Prepared | Outcome:
@@ -113,8 +135,11 @@ def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, A
 
 
 def _batches(
-    scenario: Mapping[str, Any] | str, cases: Iterable[tuple[int, Mapping[str, Any]]], chunk: int
-) -> Iterator[list[Prepared] | tuple[int, Outcome]]:
+    scenario: Mapping[str, Any] | str,
+    cases: Iterable[tuple[int, Mapping[str, Any]]],
+    chunk: int,
+    most_bytes: float,
+) -> Iterator[Batched]:
     """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
     groups: dict[tuple[Any, ...], list[Prepared]] = {}
     room: dict[tuple[Any, ...], int] = {}
@@ -126,7 +151,7 @@ def _batches(
             layout = case.layout
             if layout not in room:
                 row = 8.0 * row_width(case.built.model)
-                room[layout] = max(int(BATCH_BYTES / (row * len(case.control))), 1)
+                room[layout] = max(int(most_bytes / (row * len(case.control))), 1)
             groups.setdefault(layout, []).append(case)
             if len(groups[layout]) == room[layout]:
                 yield groups.pop(layout)
@@ -136,11 +161,15 @@ def _batches(
     yield from groups.values()
 
 
-def _roll(batch: Sequence[Prepared], threads: int, workspace: Workspace) -> list[Rollout]:
-    if batch[0].built.scenario.callback == "python":  # which `mujoco.batch` refuses
+def _in_python(batch: Sequence[Prepared]) -> bool:
+    """Whether `mujoco.batch` would refuse the batch."""
+    return batch[0].built.scenario.callback == "python"
+
+
+def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
+    if _in_python(batch):
         return [_roll_alone(case) for case in batch]
-    builts, controls = [case.built for case in batch], [case.control for case in batch]
-    return simulate_together(builts, controls, threads, workspace)
+    return simulate_together([case.built for case in batch], [case.control for case in batch], workspace)
 
 
 def _roll_alone(case: Prepared) -> Rollout:
@@ -150,7 +179,7 @@ def _roll_alone(case: Prepared) -> Rollout:
         return Rollout({}, error, 0.0)
 
 
-def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[tuple[int, Outcome]]:
+def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[Numbered]:
     for case, rollout in zip(batch, rollouts, strict=True):
         yield case.number, _outcome(case, rollout)
 
