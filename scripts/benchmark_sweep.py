@@ -1,6 +1,6 @@
 """Speed, memory and accuracy of sweeps, as ratios measured in one run on one machine; prints tables.
 
-    python scripts/benchmark_sweep.py [--cases 96] [--repeats 5] [--many]
+    python scripts/benchmark_sweep.py [--cases 96] [--repeats 5] [--parts speed,memory,accuracy] [--many]
 
 `--many` also runs 100 000 short cases for their memory (about half an hour).
 """
@@ -177,16 +177,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=96)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--parts", default="speed,memory,accuracy")
     parser.add_argument("--many", action="store_true")
     parser.add_argument("--memory-of", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.memory_of:
         memory_of(options.memory_of)
         return
-    for step in ("0.25 ms", "1 ms"):
+    parts = options.parts.split(",")
+    for step in ("0.25 ms", "1 ms") if "speed" in parts else ():
         speed(options.cases, options.repeats, step)
-    memory([1000, 10_000, *([100_000] if options.many else [])])
-    accuracy(options.repeats)
+    if "memory" in parts:
+        memory([1000, 10_000, *([100_000] if options.many else [])])
+    if "accuracy" in parts:
+        accuracy(options.repeats)
 
 
 if __name__ == "__main__":

@@ -60,6 +60,14 @@ def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
     assert found["cold_run_wall_seconds"] > 0.0
 
 
+def test_benchmark_of_sweeps_prints_ratios(tmp_path: pathlib.Path) -> None:
+    script = str(ROOT / "scripts" / "benchmark_sweep.py")
+    small = ["--cases", "2", "--repeats", "1", "--parts", "speed"]
+    said = run([sys.executable, script, *small], tmp_path).stdout
+    assert said.count("sweep/bare") == 2 and said.count("2 threads to 1:") == 2
+    assert "2 cases of 12.0 strides" in said
+
+
 @pytest.mark.parametrize(
     ("script", "says", "leaves"),
     [

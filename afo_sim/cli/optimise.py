@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from afo_sim.cli.apps import app
-from afo_sim.cli.common import duration, print_table, progress
+from afo_sim.cli.common import Scheduler, Threads, Workers, check_hands, duration, print_table, progress
 from afo_sim.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,9 +21,9 @@ def optimise(
     out: Annotated[
         pathlib.Path | None, typer.Option(help="folder to write to; runs/<search> by default")
     ] = None,
-    threads: Annotated[int, typer.Option(help="threads; all of this machine's by default")] = 0,
-    workers: Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")] = 0,
-    scheduler: Annotated[str, typer.Option(help="address of a running Dask cluster")] = "",
+    threads: Threads = 0,
+    workers: Workers = 0,
+    scheduler: Scheduler = "",
     if_changed: Annotated[
         str, typer.Option(help="where search file or code changed: refuse or restart")
     ] = "refuse",
@@ -32,9 +32,7 @@ def optimise(
     """Search the design that serves an objective best within limits; started again, it goes on."""
     if if_changed not in CHANGED:
         raise InputError("is no choice", field="--if-changed", value=if_changed, allowed=", ".join(CHANGED))
-    for option, number in (("--threads", threads), ("--workers", workers)):
-        if not 0 <= number <= 4096:
-            raise InputError("is out of range", field=option, value=number, allowed="1 to 4096")
+    check_hands(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.search import answers, plan, runner, words
         from afo_sim.sweep.runner import processors
