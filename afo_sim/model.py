@@ -215,7 +215,7 @@ def _part(file: pathlib.Path, name: str) -> mujoco.MjsBody:
         part = _read_spec(file)
     except ValueError as error:
         problem = "there is no such file" if not file.is_file() else f"MuJoCo cannot read it: {error}"
-        raise InputError(problem, field=f"orthosis.{name}", value=str(file)) from None
+        raise InputError(problem, file=file, field=f"orthosis.{name}") from None
     world = part.worldbody
     if len(world.bodies) != 1 or world.geoms or part.joints:
         raise InputError(

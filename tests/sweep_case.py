@@ -18,8 +18,12 @@ def write_sweep(
     *,
     failed: Mapping[int, tuple[str, str]] | None = None,
     chunks: list[np.ndarray] | None = None,
+    seeds: tuple[str, ...] = (),
 ) -> pathlib.Path:
-    """Write results.parquet, or with `chunks` only the files of those rows; {name: (values, unit)}."""
+    """Write results.parquet, or with `chunks` only the files of those rows; {name: (values, unit)}.
+
+    `seeds` are parameters that are every case's own seed.
+    """
     n = len(next(iter(parameters.values()))[0])
     failed = dict(failed or {})
     status = [failed.get(k, ("ok", ""))[0] for k in range(n)]
@@ -39,7 +43,9 @@ def write_sweep(
             gone = role == "metric" and failed
             columns.append([None if k in failed else v for k, v in enumerate(values)] if gone else values)
     sweep = {"design": design, "scenario": "seated", "seed": 0, "cases": n, "versions": {}}
-    sweep["parameters"] = [{"name": name} for name in parameters]
+    sweep["parameters"] = [
+        {"name": name} | ({"distribution": "own seed"} if name in seeds else {}) for name in parameters
+    ]
     schema = pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
     table = pa.table(
         [pa.array(c, field.type) for c, field in zip(columns, fields, strict=True)], schema=schema

@@ -168,6 +168,16 @@ def test_ranks_are_debs_rules_pair_by_pair(designs: list[tuple[float, ...]], goa
     assert aim.ranks(columns).tolist() == [sum(beats(other, one) for other in every) for one in every]
 
 
+def test_two_limits_on_one_metric_are_both_kept() -> None:
+    """At least 10 in half of the patients, and −50 in all."""
+    aim = Aim(LOWEST, (Limit("h", True, 10.0, 0.5, 1), Limit("h", True, -50.0, 1.0, 2)))
+    heights = np.array([[12.0, -60.0], [12.0, -40.0], [9.0, 9.5]])
+    columns = aim.judge({"f": np.zeros((3, 2)), "h": heights}) | {OUTSIDE: np.zeros(3)}
+    assert columns["h_at_least_level"].tolist() == [12.0, 12.0, 9.5]
+    assert columns["h_at_least_2_level"].tolist() == [-60.0, -40.0, 9.0]
+    assert aim.feasible(columns).tolist() == [False, True, False]
+
+
 def test_a_limit_in_large_numbers_does_not_drown_another() -> None:
     """Pascals beside millimetres: each is measured by the most that any design lacks of it."""
     aim = Aim(LOWEST, (Limit("p", True, 1e5), Limit("mm", True, 5.0)))
@@ -428,6 +438,27 @@ def test_bounds_come_in_the_metrics_unit(tmp_path: pathlib.Path) -> None:
     search = plan.read(written(tmp_path, text))
     aim = search.aim({"air_per_stride": "g", "toe_clearance": "mm", "torque_covered": "percent"})
     assert [limit.bound for limit in aim.limits] == [-15.0, 50.0]
+
+
+def test_limits_on_one_metric_are_told_apart(tmp_path: pathlib.Path) -> None:
+    text = SMALL + '[[limits]]\nmetric = "toe_clearance"\nat_least = "-5 cm"\n'
+    text += '[[limits]]\nmetric = "toe_clearance"\nat_most = "5 cm"\n'
+    aim = plan.read(written(tmp_path, text)).aim({"air_per_stride": "g", "toe_clearance": "mm"})
+    names = ["toe_clearance_at_least", "toe_clearance_at_least_2", "toe_clearance_at_most"]
+    assert [limit.name for limit in aim.limits] == names
+
+
+def test_fresh_patients_that_are_invalid_are_refused_before_anything_runs(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two patients about 0.3 are strengths; of eight more, one is below zero."""
+    normal = 'distribution = "normal"\nmean = 0.3\nsd = 0.15\n'
+    file = written(tmp_path, SMALL.replace("from = 0.0\nto = 0.5\n", normal))
+    search = plan.read(file)
+    assert search.judging() is not None
+    code, _, err = call(capsys, "optimise", file, "--out", tmp_path / "out")
+    assert code == 2 and "patients.parameters.strength" in err
+    assert not (tmp_path / "out").exists()
 
 
 REFUSED = {

@@ -212,6 +212,31 @@ def test_shares_of_a_full_grid_are_exact() -> None:
     assert analysis.effect(a, y, grid=True).means == pytest.approx(2.0 * np.arange(5.0) + 1.0)
 
 
+def test_shares_of_an_unfinished_grid_are_no_exact_ones(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Row by row, b has not yet had all its values: of y = b² nothing is a's."""
+    a, b = (grid.ravel().astype(float) for grid in np.meshgrid(range(10), range(10), indexing="ij"))
+    y = b**2
+    columns = {"a": (a, ""), "b": (b, "")}
+    folder = write_sweep(tmp_path / "s", "grid", columns, {"y": (y, "")}, chunks=[np.arange(55)])
+    results = afo_sim.sweep.read(folder)
+    assert results.levels() is not None and show.missing_cells(results, "y") == 45
+    exact = analysis.effect(a[:55], y[:55], grid=True)
+    assert exact.share > 0.05
+    assert abs(show.effects_of(results, "y")["a"].share) < exact.share
+    show_folder(folder, None, ["y:lowest"], 1)
+    assert "45 of 100 cells of the grid have no y" in capsys.readouterr().out
+
+
+def test_a_front_of_every_case_is_drawn(tmp_path: pathlib.Path) -> None:
+    x = {"pressure": (np.linspace(2e5, 4e5, 5), "Pa")}
+    y = {"air": (np.linspace(1.0, 2.0, 5), "g"), "lift": (np.linspace(5.0, 9.0, 5), "mm")}
+    folder = write_sweep(tmp_path / "s", "list", x, y)
+    show_folder(folder, None, ["air:lowest", "lift:highest"], 1)
+    assert shade(folder / "figures" / "pareto.png") > 0.0
+
+
 def test_effect_of_words_ties_and_constants() -> None:
     law = np.array(["b", "a"] * 10)
     found = analysis.effect(law, np.where(law == "a", 1.0, 3.0))
@@ -306,6 +331,18 @@ def test_of_a_sum_first_order_is_total(tmp_path: pathlib.Path) -> None:
     expected = np.array([9.0, 4.0, 1.0]) / 14.0
     assert np.abs(found.first - expected).max() < 0.01
     assert np.abs(found.total - expected).max() < 0.01
+
+
+def test_every_case_s_own_seed_has_no_part_in_the_indices(tmp_path: pathlib.Path) -> None:
+    x = saltelli({"a": (0.0, 1.0), "b": (0.0, 1.0)}, 1024)
+    columns = bare(x) | {"noise": (np.random.default_rng(1).integers(0, 2**32, len(x["a"])) + 0.0, "")}
+    y = 3.0 * x["a"] + x["b"]
+    folder = write_sweep(tmp_path, "saltelli", columns, {"y": (y, "")}, seeds=("noise",))
+    results = afo_sim.sweep.read(folder)
+    found = sobol.indices(results, "y")
+    assert found.parameters == ("a", "b") and found.blocks == 1024
+    assert np.abs(found.first - [0.9, 0.1]).max() < 0.01
+    assert set(show.effects_of(results, "y")) == {"a", "b", "noise"}
 
 
 def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> None:

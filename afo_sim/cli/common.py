@@ -75,6 +75,15 @@ def check_hands(threads: int, workers: int) -> None:
             raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_HANDS}")
 
 
+def check_changed(choice: str, choices: tuple[str, ...], dry_run: bool) -> None:
+    """Refuse a way to deal with changes that there is not, or that a dry run would not stop at saying."""
+    if choice not in choices:
+        raise InputError("is no choice", field="--if-changed", value=choice, allowed=", ".join(choices))
+    if dry_run and choice != "refuse":
+        problem = "would change the folder, which --dry-run does not"
+        raise InputError(problem, field="--if-changed", value=choice, allowed="one of the two")
+
+
 def duration(seconds: float) -> str:
     """A time as people say it."""
     for limit, unit, word in ((120.0, 1.0, "s"), (7200.0, 60.0, "min"), (172_800.0, 3600.0, "h")):

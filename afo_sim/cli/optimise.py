@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from afo_sim.cli.apps import app
-from afo_sim.cli.common import Scheduler, Threads, Workers, check_hands, duration, print_table, progress
-from afo_sim.errors import InputError
+from afo_sim.cli.common import (
+    Scheduler,
+    Threads,
+    Workers,
+    check_changed,
+    check_hands,
+    duration,
+    print_table,
+    progress,
+)
 
 if TYPE_CHECKING:
     from afo_sim.search.runner import Opened
@@ -30,8 +38,7 @@ def optimise(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
     """Search the design that serves an objective best within limits; started again, it goes on."""
-    if if_changed not in CHANGED:
-        raise InputError("is no choice", field="--if-changed", value=if_changed, allowed=", ".join(CHANGED))
+    check_changed(if_changed, CHANGED, dry_run)
     check_hands(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.search import answers, plan, runner, words

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from afo_sim.cli.apps import app
-from afo_sim.cli.common import Scheduler, Threads, Workers, check_hands, duration, print_table, progress
+from afo_sim.cli.common import (
+    Scheduler,
+    Threads,
+    Workers,
+    check_changed,
+    check_hands,
+    duration,
+    print_table,
+    progress,
+)
 from afo_sim.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,7 +36,8 @@ def sweep(
         str, typer.Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")
     ] = "",
     out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<sweep> by default")
+        pathlib.Path | None,
+        typer.Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures"),
     ] = None,
     threads: Threads = 0,
     workers: Workers = 0,
@@ -50,12 +60,11 @@ def sweep(
 ) -> None:
     """Many cases of one scenario; started again, it goes on where it was stopped."""
     if show is not None:
-        show_folder(show, None, metric or [], best)
+        show_folder(show, out, metric or [], best)
         return
     if not source:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
-    if if_changed not in CHANGED:
-        raise InputError("is no choice", field="--if-changed", value=if_changed, allowed=", ".join(CHANGED))
+    check_changed(if_changed, CHANGED, dry_run)
     check_hands(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
@@ -68,7 +77,7 @@ def sweep(
         store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or runner.processors()
         hands = workers or (1 if scheduler else threads)
-        expected = runner.estimate(store, hands)
+        expected = runner.estimate(store, hands, which)
         print(_told(expected, scheduler))
         if dry_run:
             return
@@ -89,8 +98,11 @@ def sweep(
                 _keep(folder, case, kept)
     how = f" in {duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
-    left = "" if store.finished else f", {state.cases - state.done} are left"
-    print(f"{state.new} cases computed{how}{failed}; {state.done} of {state.cases} are done{left}: {folder}")
+    of = "" if part == "1/1" else f" of part {part}"
+    left = "" if store.finished else f", {runner.left(store)} of the sweep are left"
+    print(
+        f"{state.new} cases computed{how}{failed}; {state.done} of {state.cases}{of} are done{left}: {folder}"
+    )
 
 
 def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
@@ -108,19 +120,20 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
     InputError
         The folder is no sweep, a metric is not in it, or the figures cannot be written.
     """
-    with progress("reading, drawing"):
+    with progress("reading"):
         from afo_sim.sweep.results import read
         from afo_sim.sweep.show import FIGURES, findings, tables, write_figures
         from afo_sim.sweep.words import chosen
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
-        target = out or folder / FIGURES
-        paths = write_figures(found, target, found.objectives)
     for title, header, rows in tables(found, best):
         print_table(title, header, rows)
     for remark in found.remarks:
         print(remark)
+    target = out or folder / FIGURES
+    with progress("drawing"):
+        paths = write_figures(found, target, found.objectives)
     print(f"figures in {target}: {', '.join(path.name for path in paths) or 'none'}")
 
 
@@ -145,6 +158,8 @@ def replay(
     if again.different:
         rows = [[name, f"{row!r}", f"{now!r}"] for name, (row, now) in again.different.items()]
         print_table("not as in the sweep's row", ["metric", "row", "now"], rows)
+    if not again.same:
+        print(f"case {case}: {again.status} in the sweep, now {again.recording.status}: {target}")
         print("afo-sim: another processor, other code or other libraries", file=sys.stderr)
         sys.exit(1)
     told = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status

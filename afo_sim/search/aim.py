@@ -29,17 +29,21 @@ class Objective:
 
 @dataclass(frozen=True)
 class Limit:
-    """At least, or at most, `bound` [the metric's unit] in a `share` of the patients."""
+    """At least, or at most, `bound` [the metric's unit] in a `share` of the patients.
+
+    `number` tells limits on one end of one metric apart: 1, 2, …
+    """
 
     metric: str
     at_least: bool
     bound: float
     share: float = 1.0
+    number: int = 1
 
     @property
     def name(self) -> str:
-        """For columns: toe_clearance_at_least."""
-        return f"{self.metric}_at_{'least' if self.at_least else 'most'}"
+        """For columns: toe_clearance_at_least, toe_clearance_at_least_2."""
+        return limit_name(self.metric, self.at_least, self.number)
 
     def spare(self, patients: int) -> int:
         """How many of the patients need not keep it."""
@@ -150,6 +154,12 @@ class Aim:
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Which designs keep everything (n,)."""
         return feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
+
+
+def limit_name(metric: str, at_least: bool, number: int) -> str:
+    """How a limit is called in columns."""
+    name = f"{metric}_at_{'least' if at_least else 'most'}"
+    return name if number == 1 else f"{name}_{number}"
 
 
 def feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import importlib.metadata
 import json
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -17,7 +17,7 @@ from afo_sim import assets
 from afo_sim.errors import InputError, nearest_name
 from afo_sim.metric_words import OTHER, WORDS, words
 from afo_sim.quantity import refusal
-from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective
+from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
 from afo_sim.sweep import plan as sweep_plan
 from afo_sim.sweep.design import Cases, case_seeds, cases_of
 from afo_sim.sweep.parameter import Parameter, Range
@@ -40,6 +40,12 @@ class ToldLimit:
     at_least: bool
     bound: str | float
     share: float
+    number: int
+
+    @property
+    def name(self) -> str:
+        """As `Limit.name`."""
+        return limit_name(self.metric, self.at_least, self.number)
 
     @property
     def option(self) -> str:
@@ -92,7 +98,7 @@ class Search:
         except ValueError as error:
             field = f"limits[{number}].{told.option}"
             raise InputError(str(error), file=self.file, field=field, value=told.bound) from None
-        return Limit(told.metric, told.at_least, value, told.share)
+        return Limit(told.metric, told.at_least, value, told.share, told.number)
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
@@ -106,7 +112,10 @@ class Search:
         if self.patients is None or self.patients.cases is None:
             return None
         count, seed = FRESH * self.patients.cases, self.patients.seed + 1
-        return cases_of(replace(self.patients, cases=count, seed=seed))
+        try:
+            return cases_of(replace(self.patients, cases=count, seed=seed))
+        except InputError as error:
+            raise _of_patients(error) from None
 
     def as_cases(self, values: Mapping[str, np.ndarray]) -> Cases:
         """Designs as cases of a sweep; {parameter: values (n,) [SI]}."""
@@ -222,7 +231,7 @@ def read(path: str | os.PathLike[str]) -> Search:
         "parameters": told.parameters,
     }
     designs = sweep_plan.of_table(file, base | searched)
-    limits = tuple(_limit(limit) for limit in told.limits)
+    limits = _limits(told.limits)
     for parameter in designs.parameters:
         _check_searched(file, parameter, told.parameters[parameter.name], limits)
     patients = None
@@ -246,11 +255,15 @@ def _known(name: str) -> str:
     return name
 
 
-def _limit(told: _ToldLimit) -> ToldLimit:
-    at_least = told.at_least is not None
-    bound = told.at_least if told.at_least is not None else told.at_most
-    assert bound is not None
-    return ToldLimit(told.metric, at_least, bound, float(told.share))
+def _limits(all_told: Sequence[_ToldLimit]) -> tuple[ToldLimit, ...]:
+    found: list[ToldLimit] = []
+    for told in all_told:
+        at_least = told.at_least is not None
+        bound = told.at_least if told.at_least is not None else told.at_most
+        assert bound is not None
+        number = 1 + sum((limit.metric, limit.at_least) == (told.metric, at_least) for limit in found)
+        found.append(ToldLimit(told.metric, at_least, bound, float(told.share), number))
+    return tuple(found)
 
 
 def _check_searched(
@@ -262,7 +275,7 @@ def _check_searched(
         problem = "is nothing that can be searched"
         field = f"parameters.{parameter.name}.{option}"
         raise InputError(problem, file=file, field=field, value=told.get(option), allowed="from and to")
-    taken = {f"{limit.metric}_{limit.option}_{w}" for limit in limits for w in ("level", "kept", "short")}
+    taken = {f"{limit.name}_{what}" for limit in limits for what in ("level", "kept", "short")}
     if parameter.name in FIXED_COLUMNS or parameter.name in taken:
         problem = "is what another column of the designs is called"
         raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")

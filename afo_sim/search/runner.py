@@ -66,6 +66,7 @@ def open_search(search: Search, folder: pathlib.Path, changed: store.Changed = "
         As `store.opened`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
     """
     patients = search.judging()
+    search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
     Evolution(len(plan.parameters), plan.seed, search.population)  # says so at once if cma is missing
     fingerprint = search.fingerprint()

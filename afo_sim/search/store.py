@@ -26,7 +26,7 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
     ----------
     folder : made if need be
     fingerprint : of the search
-    changed : "restart" throws another search's designs away
+    changed : "restart" begins anew, and `begin` throws another search's designs away
 
     Raises
     ------
@@ -43,7 +43,6 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
     if before == fingerprint:
         return told
     if changed == "restart":
-        clear(folder)
         return {}
     problem = "the folder holds another search, or this one before it was changed"
     if before.get("search") == fingerprint["search"]:
@@ -60,7 +59,8 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
 
 
 def begin(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
-    """Say what a folder's search is."""
+    """Say what a folder's search is; what another one has left there goes."""
+    clear(folder)
     _write_json(folder / MANIFEST, told)
 
 

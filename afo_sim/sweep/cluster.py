@@ -85,7 +85,8 @@ def _computed(
             f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
             "all others are computed",
             field="--workers",
-            allowed="the same command again, with fewer workers or a smaller chunk in the sweep file",
+            allowed="the same command with fewer workers, or a smaller chunk in the sweep file (in another "
+            "folder)",
         )
 
 

@@ -6,9 +6,10 @@ with its reason. With two threads or more, cases are built while others are roll
 """
 
 import math
+import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -191,13 +192,22 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
         _, found = examine(case.built, case.control, rollout, transient=False)
     except Exception as error:
         return _failed(error)
-    told = {name: metric for name, metric in found.totals.items() if math.isfinite(metric.value)}
-    return Outcome(OK, "", told)
+    return Outcome(OK, "", {name: _finite(metric) for name, metric in found.totals.items()})
+
+
+def _finite(metric: Metric) -> Metric:
+    """The same, or NaN, of which there are many on a machine and one in a row."""
+    return metric if math.isfinite(metric.value) else replace(metric, value=math.nan)
+
+
+def _gone(file: object) -> bool:
+    """Whether a file that was there when the sweep was read is there no more."""
+    return isinstance(file, pathlib.Path) and not file.exists()
 
 
 def _failed(error: Exception) -> Outcome:
     """The outcome that an error is; but what befalls the machine is no case's own, and stops the sweep."""
-    if isinstance(error, MemoryError):
+    if isinstance(error, (MemoryError, OSError)) or (isinstance(error, InputError) and _gone(error.file)):
         raise error
     if isinstance(error, SimulationError):
         return Outcome(UNSTABLE, str(error), {})

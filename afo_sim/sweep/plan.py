@@ -56,6 +56,7 @@ class Plan:
         """
         return {
             "scenario": _content(load("scenario", self.scenario, self.set)),
+            "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
             "design": self.design,
             "cases": self.cases,
             "seed": self.seed,

@@ -7,22 +7,32 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.errors import InputError
+from afo_sim.errors import InputError, SimulationError
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.simulate import run_built
+from afo_sim.sweep.engine import OK
 from afo_sim.sweep.results import OVERRIDES, Results, read
 from afo_sim.sweep.store import RECORDINGS, read_manifest
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A case again: its recording, and the metrics that differ from its row, {name: (row, now)}."""
+    """A case again: its recording, what was said of it then, and the metrics that differ from its row.
+
+    `different` is {name: (row, now)}.
+    """
 
     case: int
     recording: Recording
+    status: str
     different: dict[str, tuple[float, float]]
+
+    @property
+    def same(self) -> bool:
+        """Whether the case ends as its row says."""
+        return not self.different and self.recording.ok == (self.status == OK)
 
 
 def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], None] | None = None) -> Replay:
@@ -46,14 +56,20 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     results = read(folder)
     row = row_of(results, case)
     scenario = read_manifest(folder)["scenario"]
-    recording = run_built(build(load("scenario", scenario, json.loads(row[OVERRIDES]))), progress=progress)
+    try:
+        built = build(load("scenario", scenario, json.loads(row[OVERRIDES])))
+        recording = run_built(built, progress=progress)
+    except (InputError, SimulationError):
+        raise
+    except Exception as error:  # as in the sweep, where it is a row's reason
+        raise InputError(f"fails: {type(error).__name__}: {error}", field="CASE", value=case) from error
     different = {}
-    for name in results.metrics if recording.ok else ():
+    for name in results.metrics if recording.ok and row["status"] == OK else ():
         now = recording.metrics[name].value if name in recording.metrics else math.nan
         now = now if math.isfinite(now) else math.nan  # as in the row
         if not (now == row[name] or (math.isnan(now) and math.isnan(row[name]))):
             different[name] = (row[name], now)
-    return Replay(case, recording, different)
+    return Replay(case, recording, row["status"], different)
 
 
 def row_of(results: Results, case: int) -> dict[str, Any]:

@@ -28,19 +28,25 @@ from afo_sim.sweep.store import (
 )
 from afo_sim.writing import check_writable
 
+Part = tuple[int, int]  # (k, n): the k-th of n parts
+WHOLE: Part = (1, 1)
 Changed = Literal["refuse", "restart", "continue"]
 Done = Iterator[tuple[int, list[Outcome]]]  # chunks as they are computed
 Evaluate = Callable[
     [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int], Iterator[tuple[int, Outcome]]
 ]  # as engine.outcomes
 
-ROW_BYTES = 250.0  # of a row's words; a number takes 8
+ROW_BYTES = 500.0  # of a row's words; a number takes 8
+CHUNK_BYTES = 7e3  # of what a file says of its columns
 MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take: cases, of which are computed; seconds for the rest; bytes on disk."""
+    """What a sweep, or a part, will take: cases, of which are done; seconds for the rest; bytes on disk.
+
+    `dropped` are the samples outside the constraints.
+    """
 
     cases: int
     done: int
@@ -51,7 +57,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Progress:
-    """Cases in all, done, done by this run, and failed by this run."""
+    """Of a sweep or a part: cases in all, done, done by this run, and failed by this run."""
 
     cases: int
     done: int
@@ -87,9 +93,9 @@ def open_store(
     scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
     told = _continued(folder, now, changed)
     if told is None:
+        metrics, seconds = _probe(scenario, plan, cases, evaluate)
         if not holds_nothing(folder):
             clear(folder)
-        metrics, seconds = _probe(scenario, plan, cases, evaluate)
         told = {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
     mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
     # where the files of the scenario lie may have changed
@@ -97,7 +103,7 @@ def open_store(
     if told | known | mixed != told:
         told = told | known | mixed
         write_manifest(folder, told)
-    return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"])
+    return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"], bool(told.get("mixed")))
 
 
 def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -> dict[str, Any] | None:
@@ -118,14 +124,15 @@ def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -
     return told
 
 
-def estimate(store: Store, hands: int) -> Estimate:
+def estimate(store: Store, hands: int, part: Part = WHOLE) -> Estimate:
     """What is left to do, by the time that the first cases took.
 
     Parameters
     ----------
     hands : threads or workers that share the work
+    part : as `run` takes it
     """
-    left, count = _left(store), len(store.cases)
+    count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
     each = float(read_manifest(store.folder)["seconds_per_case"])
     return Estimate(count, count - left, store.cases.dropped, left * each / hands, _bytes(store, count))
 
@@ -136,7 +143,7 @@ def run(
     threads: int = 1,
     workers: int = 0,
     scheduler: str = "",
-    part: tuple[int, int] = (1, 1),
+    part: Part = WHOLE,
     report: Callable[[Progress], None] | None = None,
     evaluate: Evaluate = engine.outcomes,
 ) -> Progress:
@@ -158,9 +165,9 @@ def run(
         The disk is full or has too little room, the cluster cannot be reached, or its workers die over and
         over.
     """
-    pending = [chunk for chunk in store.pending() if chunk % part[1] == part[0] - 1]
-    count = len(store.cases)
-    state = Progress(count, count - _left(store), 0, 0)
+    pending = _of_part(store.pending(), part)
+    count = _cases(store, _of_part(range(store.count), part))
+    state = Progress(count, count - _left(store, part), 0, 0)
     if pending:
         _check_room(store)
         scenario = read_manifest(store.folder)["scenario"]
@@ -184,16 +191,33 @@ def run(
         store.finish()
     if store.finished:
         store.tidy()
-    return replace(state, done=count - _left(store))
+    return replace(state, done=count - _left(store, part))
 
 
-def _left(store: Store) -> int:
-    """Cases that are not computed."""
-    return sum(len(store.numbers(chunk)) for chunk in store.pending())
+def left(store: Store) -> int:
+    """Cases of the whole sweep that are not computed."""
+    return _left(store, WHOLE)
+
+
+def _left(store: Store, part: Part) -> int:
+    return _cases(store, _of_part(store.pending(), part))
+
+
+def _of_part(chunks: Iterable[int], part: Part) -> list[int]:
+    return [chunk for chunk in chunks if chunk % part[1] == part[0] - 1]
+
+
+def _cases(store: Store, chunks: Iterable[int]) -> int:
+    return sum(len(store.numbers(chunk)) for chunk in chunks)
 
 
 def _check_room(store: Store) -> None:
-    needed, free = _bytes(store, _left(store)), shutil.disk_usage(store.folder).free
+    """Of chunks and, beside them until they are taken away, the results."""
+    chunks = store.pending()
+    needed = (
+        _bytes(store, _cases(store, chunks)) + CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
+    )
+    free = shutil.disk_usage(store.folder).free
     if needed > free:
         raise InputError(
             f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left",

@@ -59,8 +59,14 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     remarks = []
     if results.unfinished:
         remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
+    if results.sweep.get("mixed"):
+        remarks.append("the cases were computed by more than one version of the code")
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     remarks += [f"no case has a value of {name}" for name in objectives if name not in known]
+    for name in known if results.levels() is not None else ():
+        if lacking := missing_cells(results, name):
+            of = f"{lacking} of {results.planned} cells of the grid"
+            remarks.append(f"{of} have no {name}: its main effects are those of the others, by chance uneven")
     found = {}
     for name in known if results.design == sobol.DESIGN else ():
         try:
@@ -75,11 +81,16 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
 
 
+def missing_cells(results: Results, metric: str) -> int:
+    """How many cells of a grid have no value of a metric yet, or ever."""
+    return results.planned - int(np.isfinite(results[metric]).sum())
+
+
 def effects_of(results: Results, metric: str) -> dict[str, Effect]:
     """{parameter: its main effect on a metric}, as the sweep's design allows."""
     saltelli = results.design == sobol.DESIGN
     blocks = results["case"] // sobol.block_size(results) if saltelli else None
-    grid = results.levels() is not None
+    grid = results.levels() is not None and not missing_cells(results, metric)
     return {
         name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
         for name in results.parameters

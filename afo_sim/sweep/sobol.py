@@ -8,6 +8,7 @@ from afo_sim.errors import InputError
 from afo_sim.sweep.results import Results, optional
 
 DESIGN = "saltelli"
+OWN_SEED = "own seed"  # how a sweep's results call the spread of a parameter that is every case's seed
 MOST_FAILED = 0.01  # of the cases
 FEWEST_BLOCKS = 8
 RESAMPLES = 500  # of the bootstrap
@@ -45,9 +46,15 @@ class Indices:
         ]
 
 
+def varied(results: Results) -> tuple[str, ...]:
+    """The parameters that the design varies: every case's own seed is none of them."""
+    seeds = {p["name"] for p in results.sweep["parameters"] if p.get("distribution") == OWN_SEED}
+    return tuple(name for name in results.parameters if name not in seeds)
+
+
 def block_size(results: Results) -> int:
     """Cases of one base sample."""
-    return 2 * len(results.parameters) + 2
+    return 2 * len(varied(results)) + 2
 
 
 def indices(results: Results, metric: str) -> Indices:
@@ -85,7 +92,7 @@ def indices(results: Results, metric: str) -> Indices:
     kept = values[whole].ravel()
     if np.ptp(kept) <= 1e-12 * np.abs(kept).max():
         raise InputError(f"{metric} does not vary: it has no Sobol' indices", file=results.folder)
-    names = tuple(results.parameters)
+    names = varied(results)
     problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
     found = optional("SALib.analyze.sobol").analyze(
         problem, kept, calc_second_order=True, num_resamples=RESAMPLES, seed=SEED

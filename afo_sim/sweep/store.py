@@ -21,6 +21,7 @@ from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.parameter import Choice, Normal, Range
 from afo_sim.sweep.plan import Plan
 from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, RESULTS
+from afo_sim.sweep.sobol import OWN_SEED
 from afo_sim.writing import replacing
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
@@ -33,7 +34,8 @@ LOOKS = ("cli", "view")  # parts of the package that no result depends on
 class Store:
     """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file.
 
-    `sweep` is the fingerprint of the sweep, by which a file of another one is told.
+    `sweep` is the fingerprint of the sweep, by which a file of another one is told; `mixed` says that other
+    code has computed some of the rows.
     """
 
     folder: pathlib.Path
@@ -41,6 +43,7 @@ class Store:
     metrics: dict[str, str]
     chunk: int
     sweep: str = ""
+    mixed: bool = False
 
     @property
     def count(self) -> int:
@@ -125,7 +128,7 @@ class Store:
             "cases": len(self.cases),
             "parameters": [{"name": p.name, **_spread(p.spread)} for p in plan.parameters],
             "versions": versions(),
-        }
+        } | ({"mixed": True} if self.mixed else {})
         return pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
 
     def finish(self) -> None:
@@ -272,7 +275,7 @@ def _spread(spread: Any) -> dict[str, Any]:
         return {"distribution": kind, "centre": spread.centre, "sd": spread.sd}
     if isinstance(spread, Choice):
         return {"distribution": "values", "values": list(spread.values)}
-    return {"distribution": "own seed"}
+    return {"distribution": OWN_SEED}
 
 
 @cache
