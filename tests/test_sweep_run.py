@@ -478,6 +478,22 @@ def test_two_processes_on_one_folder_lose_and_double_nothing(
     assert_same(table(whole), table(tmp_path / "out"))
 
 
+def test_who_begins_later_takes_nothing_away(tmp_path: pathlib.Path, seated_table: Any) -> None:
+    """While one process tries its first cases, another begins the same sweep and computes a third of it."""
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    done: list[int] = []
+
+    def slow(*asked: Any) -> Any:
+        if not done:
+            done.append(runner.run(opened(file, out), part=(1, 3)).new)
+        return engine.outcomes(*asked)
+
+    store = opened(file, out, evaluate=slow)
+    assert done == [4]
+    assert runner.run(store).new == 8
+    assert_same(table(out), seated_table)
+
+
 @pytest.mark.parametrize("order", [(1, 2, 3), (3, 1, 2)])
 def test_parts_in_any_order_are_gathered_by_the_last(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], order: tuple[int, ...]

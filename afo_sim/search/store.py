@@ -60,7 +60,8 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
 
 def begin(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
     """Say what a folder's search is; what another one has left there goes."""
-    clear(folder)
+    if (folder / MANIFEST).is_file() and _json(folder / MANIFEST).get("fingerprint") != told["fingerprint"]:
+        clear(folder)
     _write_json(folder / MANIFEST, told)
 
 

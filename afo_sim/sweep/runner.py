@@ -93,8 +93,9 @@ def open_store(
     scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
     told = _continued(folder, now, changed)
     if told is None:
+        new = holds_nothing(folder)  # of two processes that begin at once the later one takes nothing away
         metrics, seconds = _probe(scenario, plan, cases, evaluate)
-        if not holds_nothing(folder):
+        if not new:
             clear(folder)
         told = {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
     mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}

@@ -80,9 +80,14 @@ class Store:
         """
         import pyarrow.parquet as pq
 
-        with _disk(self.folder), replacing(self._path(chunk)) as path:
-            pq.write_table(self.table(chunk, outcomes), path)
-            _sync(path)
+        with _disk(self.folder):
+            try:
+                with replacing(self._path(chunk)) as path:
+                    pq.write_table(self.table(chunk, outcomes), path)
+                    _sync(path)
+            except FileNotFoundError:  # another process has gathered all chunks, this one among them
+                if not self.finished:
+                    raise
 
     def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Any:
         """A chunk's rows as a pyarrow Table."""
