@@ -36,7 +36,9 @@ _DIP = (
 )
 _SHARE = "of the recorded healthy ankle's whole internal moment, each at its peak"
 WORDS = {
-    "strides_counted": Words(TIME, "Strides counted", "the first stride, the start's transient, is left out"),
+    "strides_counted": Words(
+        TIME, "Strides counted", "the first ones are left out: the start, and until the air has settled"
+    ),
     "stride_time": Words(TIME, "Stride time", "heel strike to the same foot's next"),
     "stance": Words(TIME, "Stance", "heel strike to toe-off, of the stride"),
     "toe_clearance": Words(CLEARANCE, "Toe clearance", _DIP),

@@ -20,6 +20,7 @@ from afo_sim.units import STANDARD_DENSITY
 
 ROUNDING = 1e-9  # of torques, powers and works
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
+FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
 RIPPLE = 1e-3  # depth from which a dip of the clearance is one [m]
 MID_SWING = (0.25, 0.75)  # of the swing, where no dip is found [-]
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
@@ -76,7 +77,8 @@ def walk_metrics(
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
             totals[f"lowest_{name}"] = Metric(lowest, "mm")
-    return WalkMetrics(totals, each, (*warnings, *_unsettled(counted, each), *_without_dip(totals)))
+    warnings += [*_too_few(columns, whole), *_unsettled(counted, each), *_without_dip(totals)]
+    return WalkMetrics(totals, each, tuple(warnings))
 
 
 def _finite(metrics: dict[str, Metric]) -> dict[str, Metric]:
@@ -92,6 +94,15 @@ def _without_dip(totals: dict[str, Metric]) -> Iterator[str]:
                 f"{point}_clearance: {share.value:.0f} % of the swings have no minimum between two peaks; "
                 "there it is the lowest of the middle half of the swing"
             )
+
+
+def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator[str]:
+    """A run with air that ends before one can tell that it has settled."""
+    if chambers(columns) and len(whole) < FEWEST:
+        yield (
+            f"{len(whole)} whole strides are too few to tell whether the orthosis' air has settled: walk at "
+            f"least {FEWEST} (a longer duration)"
+        )
 
 
 def _unsettled(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> Iterator[str]:

@@ -235,6 +235,19 @@ def test_a_metric_that_the_first_cases_lack_has_its_column(tmp_path: pathlib.Pat
     assert np.isfinite(rows["rise_time"].to_numpy()).tolist() == [False, True, False, True, False]
 
 
+def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(
+    whole: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = afo_sim.sweep.read(whole)
+    few = "2 whole strides are too few to tell whether the orthosis' air has settled"
+    assert all(few in text for text in results.warnings[results.ok])
+    assert not any(results.warnings[~results.ok])
+    code, said, _ = call(capsys, "sweep", "--show", whole, "--out", whole.parent / "figures")
+    assert code == 0
+    row = next(line.split() for line in said.splitlines() if "too few to tell" in line)
+    assert int(row[0]) == results.ok.sum()
+
+
 def test_a_machine_without_memory_is_no_case_s_row(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -536,7 +549,7 @@ def test_a_folder_of_something_else_is_left_alone(
     (out / "thesis.tex").write_text("x")
     for changed in ("refuse", "restart", "continue"):
         code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", changed)
-        assert code == 2 and "there is no sweep here" in complained
+        assert code == 2 and "something else than a sweep" in complained
     assert [path.name for path in out.iterdir()] == ["thesis.tex"]
     code, _, complained = call(capsys, "sweep", file, "--out", out / "thesis.tex")
     assert code == 2 and "cannot be written to" in complained
@@ -703,7 +716,7 @@ def test_a_parameter_cannot_be_called_like_another_column(
 
 def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:
     known = [*afo_sim.sweep.read(whole).metrics, *seated_table.column_names]
-    told = {"pressure", "case", "seed", "status", "reason", "overrides"}
+    told = {"pressure", "case", "seed", "status", "reason", "overrides", "warnings"}
     assert [name for name in known if name not in told and words(name).group == OTHER] == []
 
 

@@ -212,6 +212,29 @@ def test_shares_of_a_full_grid_are_exact() -> None:
     assert analysis.effect(a, y, grid=True).means == pytest.approx(2.0 * np.arange(5.0) + 1.0)
 
 
+def test_reasons_and_warnings_that_differ_in_numbers_are_one() -> None:
+    status = np.array(["ok", "infeasible", "infeasible", "unstable", "infeasible"])
+    reason = np.array(["", "stretched by 16.2 %", "stretched by -1e-3 %", "NaN at 1 s", "no leg"])
+    assert analysis.failures(status, reason) == [
+        ("infeasible", "stretched by 16.2 %", 2),
+        ("unstable", "NaN at 1 s", 1),
+        ("infeasible", "no leg", 1),
+    ]
+    warnings = np.array(["", "muscle_1: 5 bar\nmuscle_2: 6 bar\nstop", "stop\nmuscle_1: 7.5 bar"])
+    assert analysis.warned(warnings) == [("muscle_1: 5 bar", 2), ("stop", 2)]
+
+
+def test_a_parameter_without_a_share_may_matter_most() -> None:
+    def effect(means: list[float], share: float) -> analysis.Effect:
+        one = np.ones(len(means))
+        return analysis.Effect(np.arange(len(means)) + 0.0, np.array(means), one, one, share)
+
+    found = {"arm": effect([1.0, 2.0], 0.04), "pressure": effect([-28.0, -3.0], np.nan)}
+    assert figures.most_influential({"clearance": found}, 2) == ["pressure", "arm"]
+    found = {"arm": effect([1.0, 9.0], 0.04), "pressure": effect([1.0, 2.0], 0.5)}
+    assert figures.most_influential({"clearance": found}, 2) == ["pressure", "arm"]
+
+
 def test_shares_of_an_unfinished_grid_are_no_exact_ones(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -221,7 +244,7 @@ def test_shares_of_an_unfinished_grid_are_no_exact_ones(
     columns = {"a": (a, ""), "b": (b, "")}
     folder = write_sweep(tmp_path / "s", "grid", columns, {"y": (y, "")}, chunks=[np.arange(55)])
     results = afo_sim.sweep.read(folder)
-    assert results.levels() is not None and show.missing_cells(results, "y") == 45
+    assert results.levels() is not None and results.lacking("y") == 45
     exact = analysis.effect(a[:55], y[:55], grid=True)
     assert exact.share > 0.05
     assert abs(show.effects_of(results, "y")["a"].share) < exact.share
@@ -342,7 +365,7 @@ def test_every_case_s_own_seed_has_no_part_in_the_indices(tmp_path: pathlib.Path
     found = sobol.indices(results, "y")
     assert found.parameters == ("a", "b") and found.blocks == 1024
     assert np.abs(found.first - [0.9, 0.1]).max() < 0.01
-    assert set(show.effects_of(results, "y")) == {"a", "b", "noise"}
+    assert set(show.effects_of(results, "y")) == {"a", "b"}
 
 
 def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> None:

@@ -56,6 +56,16 @@ def test_the_first_stride_stands_in_the_table_but_not_in_the_totals() -> None:
     assert found.totals["strides_counted"] == Metric(3.0, "")
 
 
+def test_with_air_few_strides_cannot_tell_that_it_has_settled() -> None:
+    told = "too few to tell whether the orthosis' air has settled"
+    for strides_walked, warned in ((4.2, True), (12.2, False)):
+        columns = walk_columns(strides_walked)
+        assert not any(told in text for text in metrics(columns).warnings)
+        for name in ("mass", "pressure"):
+            columns[f"chamber/dorsiflexor/{name}"] = np.full(len(columns["time"]), 1e-4)
+        assert any(told in text for text in metrics(columns).warnings) == warned
+
+
 def test_without_a_whole_stride_after_the_first_there_is_a_warning_and_no_number() -> None:
     found = metrics(walk_columns(1.5))
     assert found.totals == {}

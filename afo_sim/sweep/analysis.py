@@ -1,10 +1,12 @@
 """Cases of a sweep → what they say: spread of a metric, best cases, effect of each parameter."""
 
+import re
 from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
+NUMBERS = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]?\d+)?")
 FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
 FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
 BINS = (4, 12)  # at least, at most
@@ -54,9 +56,29 @@ def spread(values: np.ndarray) -> Spread:
 
 
 def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
-    """[(status, reason, number of cases)], the most frequent first; "ok" is none of them."""
-    found = Counter((s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok")
-    return [(s, r, count) for (s, r), count in found.most_common()]
+    """[(status, reason, number of cases)], the most frequent first; "ok" is none of them.
+
+    Reasons that differ in their numbers only are one, told by the first.
+    """
+    failed = [(s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok"]
+    found = Counter((s, _kind(r)) for s, r in failed)
+    told = {(s, _kind(r)): r for s, r in reversed(failed)}
+    return [(s, told[s, kind], count) for (s, kind), count in found.most_common()]
+
+
+def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
+    """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,).
+
+    Those that differ in their numbers only are one, told by the first.
+    """
+    lines = [text.splitlines() for text in warnings.tolist() if text]
+    found = Counter(kind for each in lines for kind in dict.fromkeys(map(_kind, each)))
+    told = {_kind(line): line for each in reversed(lines) for line in reversed(each)}
+    return [(told[kind], count) for kind, count in found.most_common()]
+
+
+def _kind(text: str) -> str:
+    return NUMBERS.sub("#", text)
 
 
 def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:

@@ -32,11 +32,12 @@ AHEAD = 1  # batches more than threads, so that none of these waits for the next
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a case: "ok", "unstable", "infeasible" or "error", the reason, and its metrics."""
+    """What became of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings."""
 
     status: str
     reason: str
     metrics: dict[str, Metric]
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,12 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
         _, found = examine(case.built, case.control, rollout, transient=False)
     except Exception as error:
         return _failed(error)
-    return Outcome(OK, "", {name: _finite(metric) for name, metric in found.totals.items()})
+    return Outcome(
+        OK,
+        "",
+        {name: _finite(m) for name, m in found.totals.items()},
+        (*case.built.warnings, *found.warnings),
+    )
 
 
 def _finite(metric: Metric) -> Metric:

@@ -91,7 +91,7 @@ def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect,
     means, errors = of_metric.factor * effect.means, of_metric.factor * effect.errors
     line = "" if text else "-"
     look = {"color": FULL, "ecolor": FULL, "ls": line, "marker": "o", "ms": 3.4, "elinewidth": 1.0}
-    grid = results.levels() is not None  # no cases at random: no error
+    grid = results.levels() is not None and not results.lacking(names[1])  # no cases at random: no error
     said = "mean over the other parameters" if grid else "mean and its standard error"
     bars = None if grid else np.where(np.isfinite(errors), errors, 0.0)
     axis.errorbar(places, means, bars, zorder=3, label=said, **look)
@@ -99,13 +99,26 @@ def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect,
 
 
 def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) -> list[str]:
-    """Parameters by the largest share that they explain of any metric; as they come where shares agree."""
+    """Parameters by the largest share that they explain of any metric; as they come where shares agree.
+
+    Where a share cannot be told of one of them, all are compared by the variance of their bins' means.
+    """
     shares: dict[str, float] = {}
     for found in effects.values():
-        for parameter, effect in found.items():
-            share = effect.share if np.isfinite(effect.share) else -np.inf
-            shares[parameter] = max(shares.get(parameter, -np.inf), share)
+        told = all(np.isfinite(effect.share) for effect in found.values())
+        weight = {name: effect.share if told else _between(effect) for name, effect in found.items()}
+        most = 1.0 if told else max(weight.values(), default=0.0) or 1.0
+        for name in found:
+            shares[name] = max(shares.get(name, -np.inf), weight[name] / most)
     return sorted(shares, key=lambda name: -shares[name])[:count]
+
+
+def _between(effect: Effect) -> float:
+    """Variance of the bins' means."""
+    if not effect.means.size:
+        return 0.0
+    middle = np.average(effect.means, weights=effect.counts)
+    return float(np.average((effect.means - middle) ** 2, weights=effect.counts))
 
 
 def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:

@@ -15,7 +15,7 @@ from afo_sim.quantity import refusal
 from afo_sim.spec import Scenario
 from afo_sim.sweep.field import Field, field_at
 from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
-from afo_sim.sweep.results import EVERY_ROW, OVERRIDES
+from afo_sim.sweep.results import EVERY_ROW, OVERRIDES, WARNINGS
 from afo_sim.units import parse_quantity
 
 # Each way to tell a parameter's values: the key that it is known by, and what goes with it.
@@ -90,7 +90,7 @@ class ParameterReader:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
             raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
-        if self.name in (*EVERY_ROW, OVERRIDES) or words(self.name).group != OTHER:
+        if self.name in (*EVERY_ROW, OVERRIDES, WARNINGS) or words(self.name).group != OTHER:
             problem = "is the name of another column of the results"
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 RESULTS, CHUNKS, MANIFEST = "results.parquet", "chunks", "sweep.json"
 EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric …
-OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key
+OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key …
+WARNINGS = "warnings"  # … nor this: what a case warns of, a line each
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,6 +70,16 @@ class Results:
     def ok(self) -> np.ndarray:
         """Which cases ran to their end (n,)."""
         return self["status"] == "ok"
+
+    @property
+    def warnings(self) -> np.ndarray:
+        """What each case warns of, a line each; "" where nothing (n,)."""
+        there = WARNINGS in self.table.column_names
+        return self[WARNINGS] if there else np.full(len(self), "")
+
+    def lacking(self, metric: str) -> int:
+        """How many of the planned cases have no value of a metric, yet or ever."""
+        return self.planned - int(np.isfinite(self[metric]).sum())
 
     def levels(self) -> dict[str, np.ndarray] | None:
         """{parameter: its values}, where the cases are the cells of a grid; None where they are not.

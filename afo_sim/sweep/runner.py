@@ -114,7 +114,10 @@ def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -
     try:
         told = read_manifest(folder)
     except InputError:
-        if changed == "restart" and (folder / MANIFEST).is_file():
+        if not (folder / MANIFEST).is_file():
+            problem = f"holds something else than a sweep ({MANIFEST} is missing)"
+            raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder") from None
+        if changed == "restart":
             return None
         raise
     if told["fingerprint"] == now:

@@ -59,12 +59,14 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     remarks = []
     if results.unfinished:
         remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
+    if others := [name for name in results.metrics if name not in objectives]:
+        remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
     if results.sweep.get("mixed"):
         remarks.append("the cases were computed by more than one version of the code")
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     remarks += [f"no case has a value of {name}" for name in objectives if name not in known]
     for name in known if results.levels() is not None else ():
-        if lacking := missing_cells(results, name):
+        if lacking := results.lacking(name):
             of = f"{lacking} of {results.planned} cells of the grid"
             remarks.append(f"{of} have no {name}: its main effects are those of the others, by chance uneven")
     found = {}
@@ -78,22 +80,19 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
             of = f"{left_out} of {found[name].blocks} base samples"
             remarks.append(f"Sobol' indices leave out {of}, of which a case has no {name}")
     effects = {name: effects_of(results, name) for name in known}
+    if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
+        remarks.append("–: too few cases at each value, or nothing that varies, to tell a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
-
-
-def missing_cells(results: Results, metric: str) -> int:
-    """How many cells of a grid have no value of a metric yet, or ever."""
-    return results.planned - int(np.isfinite(results[metric]).sum())
 
 
 def effects_of(results: Results, metric: str) -> dict[str, Effect]:
     """{parameter: its main effect on a metric}, as the sweep's design allows."""
     saltelli = results.design == sobol.DESIGN
     blocks = results["case"] // sobol.block_size(results) if saltelli else None
-    grid = results.levels() is not None and not missing_cells(results, metric)
+    grid = results.levels() is not None and not results.lacking(metric)
     return {
         name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
-        for name in results.parameters
+        for name in sobol.varied(results)
     }
 
 
@@ -142,7 +141,7 @@ Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [
 
 
 def _of_metrics(found: Findings) -> Iterator[Drawing]:
-    results, count = found.results, len(found.results.parameters)
+    results, count = found.results, len(sobol.varied(found.results))
     across = min(count, figures.MOST_PARAMETERS)
     for suffix, names in _batches(list(found.effects)):
         high = len(names)
@@ -194,7 +193,7 @@ def tables(found: Findings, best: int) -> list[Table]:
     found : of the sweep
     best : how many of the best cases are listed for each metric
     """
-    shown = [_status_table(found.results), _metric_table(found)]
+    shown = [_status_table(found.results), *_warning_table(found.results), _metric_table(found)]
     if found.effects:
         shown.append(_effect_table(found))
     shown += [_index_table(found.results, name, each) for name, each in found.indices.items()]
@@ -220,6 +219,12 @@ def _status_table(results: Results) -> Table:
     return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
 
 
+def _warning_table(results: Results) -> Iterator[Table]:
+    rows = [[str(count), text] for text, count in analysis.warned(results.warnings)]
+    if rows:
+        yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
+
+
 def _metric_table(found: Findings) -> Table:
     rows = []
     for metric in found.objectives:
@@ -234,7 +239,7 @@ def _metric_table(found: Findings) -> Table:
 def _effect_table(found: Findings) -> Table:
     results = found.results
     rows = []
-    for parameter in results.parameters:
+    for parameter in sobol.varied(results):
         row = [_named(found, parameter)]
         for metric, effects in found.effects.items():
             effect, look = effects[parameter], scale(results, metric)
@@ -259,7 +264,7 @@ def _index_table(results: Results, metric: str, found: Indices) -> Table:
 
 def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
     results = found.results
-    names = [*results.parameters, *found.objectives]
+    names = [*sobol.varied(results), *found.objectives]
     looks = [scale(results, name) for name in names]
     columns = [results[name][cases] for name in names]
     rows = [

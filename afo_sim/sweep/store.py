@@ -20,7 +20,7 @@ from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.parameter import Choice, Normal, Range
 from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, RESULTS
+from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, RESULTS, WARNINGS
 from afo_sim.sweep.sobol import OWN_SEED
 from afo_sim.writing import replacing
 
@@ -109,6 +109,7 @@ class Store:
             columns.append(pa.array([np.nan if m is None else m.value for m in told], pa.float64()))
         sets = [json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers]
         columns.append(pa.array(sets, pa.string()))
+        columns.append(pa.array(["\n".join(outcome.warnings) for outcome in outcomes], pa.string()))
         return pa.table(columns, schema=self.schema())
 
     def schema(self) -> Any:
@@ -124,7 +125,8 @@ class Store:
             fields.append(pa.field(parameter.name, kind, metadata=facts))
         for name, unit in self.metrics.items():
             fields.append(pa.field(name, pa.float64(), metadata={"role": "metric", "unit": unit}))
-        fields.append(pa.field(OVERRIDES, pa.string(), metadata={"role": "case"}))
+        for name in (OVERRIDES, WARNINGS):
+            fields.append(pa.field(name, pa.string(), metadata={"role": "case"}))
         sweep = {
             "design": plan.design,
             "scenario": plan.scenario,
