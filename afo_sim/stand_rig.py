@@ -24,9 +24,10 @@ from afo_sim.errors import InputError, SimulationError
 from afo_sim.mounting import AIR_LIMIT, BRAID_LIMIT
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
-from afo_sim.simulate import get_state, instability
+from afo_sim.simulate import instability
 from afo_sim.stand_plan import Plan
 from afo_sim.stand_range import damping
+from afo_sim.start import get_state
 from afo_sim.units import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,

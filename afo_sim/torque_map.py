@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.errors import InputError
 from afo_sim.model import Built
 from afo_sim.mounting import sweep_ankle
-from afo_sim.simulate import fill_chambers
+from afo_sim.start import fill_chambers
 
 # What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}

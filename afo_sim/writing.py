@@ -44,12 +44,12 @@ def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
 
 
 @contextmanager
-def keeping(path: pathlib.Path, again: str) -> Iterator[pathlib.Path]:
-    """As `replacing`, and on the disk, not only on its way there: a machine that loses power keeps it.
+def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
+    """What the disk refuses, in words.
 
     Parameters
     ----------
-    path : the file
+    folder : that is written to
     again : what can be done once there is room
 
     Raises
@@ -58,11 +58,17 @@ def keeping(path: pathlib.Path, again: str) -> Iterator[pathlib.Path]:
         The disk is full, or the folder cannot be written to.
     """
     try:
-        with replacing(path) as temporary:
-            yield temporary
-            with temporary.open("rb") as file:
-                os.fsync(file.fileno())
+        yield
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         problem = "the disk is full" if full else f"cannot be written to: {error.strerror or error}"
-        raise InputError(problem, field="--out", value=str(path.parent), allowed=again) from None
+        raise InputError(problem, field="--out", value=str(folder), allowed=again) from None
+
+
+@contextmanager
+def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
+    """As `replacing`, and on the disk, not only on its way there: a machine that loses power keeps it."""
+    with replacing(path) as temporary:
+        yield temporary
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())

@@ -30,7 +30,8 @@ from afo_sim.model import PASSIVE, Built, build
 from afo_sim.mounting import muscle_names
 from afo_sim.reader import load
 from afo_sim.recording import Recording
-from afo_sim.simulate import equilibrium, run
+from afo_sim.simulate import run
+from afo_sim.start import equilibrium
 
 
 def motor_model(built: Built) -> mujoco.MjModel:

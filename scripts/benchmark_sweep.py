@@ -24,7 +24,8 @@ from afo_sim.errors import InputError
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import simulate, walking_start
+from afo_sim.simulate import simulate
+from afo_sim.start import walking_start
 from afo_sim.sweep import design, engine, plan, runner
 
 WALK = """

@@ -14,7 +14,7 @@ from afo_sim.model import Built, build
 from afo_sim.patient import ground_moment
 from afo_sim.physics.ground import pad_force
 from afo_sim.reader import load
-from afo_sim.simulate import walking_start
+from afo_sim.start import walking_start
 from afo_sim.units import GRAVITY
 
 

@@ -13,7 +13,7 @@ from afo_sim.model import build
 from afo_sim.mounting import muscle_names
 from afo_sim.reader import load
 from afo_sim.recording import Recording
-from afo_sim.simulate import equilibrium
+from afo_sim.start import equilibrium
 from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 RUNS = ["seated", "antagonist"]

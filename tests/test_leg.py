@@ -11,7 +11,8 @@ from afo_sim import native, schedule
 from afo_sim.model import Built, build
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import equilibrium, get_state, simulate
+from afo_sim.simulate import simulate
+from afo_sim.start import equilibrium, get_state
 
 FRICTION = 0.005  # [N·m]
 # The foot swings on its tissue alone: no damper, valves to the air, muscles slack about the angle of rest.

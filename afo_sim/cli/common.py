@@ -18,7 +18,7 @@ Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun fi
 Threads = Annotated[int, typer.Option(help="threads; all of this machine's by default")]
 Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
 Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
-MOST_HANDS = 4096
+MOST_WORKERS = 4096
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
 
 
@@ -68,11 +68,11 @@ def quantity(field: str, text: str, unit: str) -> float:
         raise InputError(str(error), field=field, value=text) from None
 
 
-def check_hands(threads: int, workers: int) -> None:
+def check_counts(threads: int, workers: int) -> None:
     """Refuse numbers of threads and processes that no machine has."""
     for option, number in (("--threads", threads), ("--workers", workers)):
-        if not 0 <= number <= MOST_HANDS:
-            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_HANDS}")
+        if not 0 <= number <= MOST_WORKERS:
+            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_WORKERS}")
 
 
 def check_changed(choice: str, choices: tuple[str, ...], dry_run: bool) -> None:

@@ -11,7 +11,7 @@ from afo_sim.cli.common import (
     Threads,
     Workers,
     check_changed,
-    check_hands,
+    check_counts,
     duration,
     print_table,
     progress,
@@ -39,7 +39,7 @@ def optimise(
 ) -> None:
     """Search the design that serves an objective best within limits; started again, it goes on."""
     check_changed(if_changed, CHANGED, dry_run)
-    check_hands(threads, workers)
+    check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.search import answers, plan, runner, words
         from afo_sim.sweep.runner import processors
@@ -51,7 +51,7 @@ def optimise(
         print(_told(opened, workers or (1 if scheduler else threads)))
         if dry_run:
             return
-        with answers.hands(threads, workers, scheduler) as who:
+        with answers.pool(threads, workers, scheduler) as who:
             best = runner.run(
                 opened,
                 who,
@@ -64,10 +64,10 @@ def optimise(
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
 
 
-def _told(opened: "Opened", hands: int) -> str:
+def _told(opened: "Opened", workers: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
     search = opened.search
     count = search.generations * opened.cases
-    time = duration(count * opened.seconds / hands)
+    time = duration(count * opened.seconds / workers)
     return f"up to {search.generations} generations of {opened.cases} cases; about {time} in all"

@@ -16,7 +16,7 @@ from afo_sim.cli.common import (
     Threads,
     Workers,
     check_changed,
-    check_hands,
+    check_counts,
     duration,
     print_table,
     progress,
@@ -65,7 +65,7 @@ def sweep(
     if not source:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
     check_changed(if_changed, CHANGED, dry_run)
-    check_hands(threads, workers)
+    check_counts(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.run_files import RERUN
@@ -76,8 +76,7 @@ def sweep(
         cases = design.cases_of(chosen, sys.maxsize if yes_many else design.MOST)
         store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or runner.processors()
-        hands = workers or (1 if scheduler else threads)
-        expected = runner.estimate(store, hands, which)
+        expected = runner.estimate(store, workers or (1 if scheduler else threads), which)
         print(_told(expected, scheduler))
         if dry_run:
             return

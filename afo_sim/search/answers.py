@@ -7,7 +7,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from afo_sim.errors import InputError
 from afo_sim.sweep import cluster, engine
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import OK, Outcome
@@ -30,7 +29,7 @@ Evaluate = Callable[[Columns], Answers]  # {parameter: values (n,) [SI]} → ans
 
 
 @dataclass(frozen=True)
-class Hands:
+class Pool:
     """Who simulates: threads of this process, or the Dask cluster at an address."""
 
     threads: int = 1
@@ -38,7 +37,7 @@ class Hands:
 
 
 @contextmanager
-def hands(threads: int, workers: int, scheduler: str) -> Iterator[Hands]:
+def pool(threads: int, workers: int, scheduler: str) -> Iterator[Pool]:
     """Threads, or a cluster: of so many workers on this machine, or the one at an address.
 
     Raises
@@ -47,18 +46,10 @@ def hands(threads: int, workers: int, scheduler: str) -> Iterator[Hands]:
         Dask is not installed.
     """
     if scheduler or not workers:
-        yield Hands(threads, scheduler)
+        yield Pool(threads, scheduler)
         return
-    try:
-        import distributed
-    except ImportError:
-        raise InputError(
-            "this needs the library dask.distributed", allowed="after: pip install 'afo-sim[cluster]'"
-        ) from None
-    with distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None
-    ) as local:
-        yield Hands(threads, local.scheduler_address)
+    with cluster.library().LocalCluster(**cluster.local_options(workers)) as local:
+        yield Pool(threads, local.scheduler_address)
 
 
 def answers(
@@ -66,7 +57,7 @@ def answers(
     designs: Cases,
     patients: Cases | None,
     metrics: Sequence[str],
-    who: Hands,
+    who: Pool,
 ) -> Answers:
     """Simulate every design with every patient.
 
@@ -121,7 +112,7 @@ class _Jobs:
         return range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self)))
 
 
-def _outcomes(scenario: Mapping[str, Any], jobs: _Jobs, who: Hands) -> Iterator[tuple[int, Outcome]]:
+def _outcomes(scenario: Mapping[str, Any], jobs: _Jobs, who: Pool) -> Iterator[tuple[int, Outcome]]:
     if not who.scheduler:
         cases = ((number, jobs.sets(number)) for number in range(len(jobs)))
         yield from engine.outcomes(scenario, cases, who.threads, CHUNK)

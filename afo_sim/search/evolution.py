@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.sweep.results import optional
 
 START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
 SETTLED = 1e-4  # standard deviation in every direction below which nothing is left to find
@@ -22,12 +22,7 @@ class Evolution:
     """
 
     def __init__(self, dimensions: int, seed: int, population: int | None = None):
-        try:
-            import cma
-        except ImportError:
-            raise InputError(
-                "this needs the library cma", allowed="after: pip install 'afo-sim[sweep]'"
-            ) from None
+        cma = optional("cma")
         generator = np.random.default_rng(seed)
         self.dimensions = dimensions
         options = {

@@ -11,8 +11,7 @@ from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.report_figure import plain
 from afo_sim.search.aim import OBJECTIVE, Limit
 from afo_sim.search.loop import Columns, Problem, best_of
-from afo_sim.sweep.words import human_unit
-from afo_sim.units import in_unit
+from afo_sim.sweep.words import human_scale
 
 ACROSS = 3  # panels side by side
 PANEL = (2.5, 2.0)  # [inch]
@@ -108,8 +107,7 @@ def _limit(
 def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:
     parameter = problem.parameters[number]
     ends = np.array([parameter.spread.lower, parameter.spread.upper])  # type: ignore[union-attr]
-    unit = human_unit(parameter.unit, ends)
-    factor = in_unit(1.0, parameter.unit, unit) if unit != parameter.unit else 1.0
+    factor, unit = human_scale(parameter.unit, ends)
     values = factor * columns[parameter.name]
     _dots(axis, problem, columns, values, so_far, np.full(len(so_far), True))
     if parameter.spread.logarithmic:  # type: ignore[union-attr]

@@ -13,7 +13,7 @@ from afo_sim.errors import InputError
 from afo_sim.reader import expand, load
 from afo_sim.search import store
 from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
-from afo_sim.search.answers import Answers, Columns, Hands, answers
+from afo_sim.search.answers import Answers, Columns, Pool, answers
 from afo_sim.search.evolution import Evolution
 from afo_sim.search.figure import draw_search
 from afo_sim.search.loop import Problem, Progress, best_of, evolve, row
@@ -22,7 +22,7 @@ from afo_sim.sweep import engine
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import OK
 from afo_sim.toml_text import toml_text
-from afo_sim.writing import keeping
+from afo_sim.writing import disk, keeping
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def open_search(search: Search, folder: pathlib.Path, changed: store.Changed = "
     )
 
 
-def run(opened: Opened, who: Hands, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
+def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
     """Search to the end, or on to it; what was done before is not done again.
 
     Parameters
@@ -229,7 +229,7 @@ def _write(opened: Opened, columns: Columns, best: Columns, told: Mapping[str, A
     about = {key: told[key] for key in ("search", "scenario", "objective", "limits")}
     store.write_designs(folder, columns | judged, units, about)
     store.write_text(folder / store.SCENARIO, _scenario_toml(opened, told))
-    with keeping(folder / store.FIGURE, store.AGAIN) as path:
+    with disk(folder, store.AGAIN), keeping(folder / store.FIGURE) as path:
         draw_search(opened.problem, opened.units, columns, path)
     store.write_best(folder, told)
 

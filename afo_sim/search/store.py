@@ -9,7 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from afo_sim.errors import InputError
-from afo_sim.writing import check_writable, keeping
+from afo_sim.sweep.store import differences, holds_nothing
+from afo_sim.writing import check_writable, disk, keeping
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"
@@ -35,8 +36,7 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
         be written to.
     """
     check_writable(folder)
-    # what begins with a dot is a file that a killed run never finished
-    if not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir()):
+    if holds_nothing(folder):
         return {}
     told = _json(folder / MANIFEST)
     before = told.get("fingerprint", {})
@@ -46,14 +46,7 @@ def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Change
         return {}
     problem = "the folder holds another search, or this one before it was changed"
     if before.get("search") == fingerprint["search"]:
-        told_versions = before.get("versions", {})
-        what = [
-            f"{name} {told_versions.get(name)} → {version}"
-            for name, version in fingerprint["versions"].items()
-            if told_versions.get(name) != version
-        ]
-        problem = "the folder's designs were computed by other code"
-        problem += f" ({', '.join(what)})" if what else ""
+        problem = f"the folder's designs were computed by other code{differences(before, fingerprint)}"
     allowed = "another folder, or --if-changed restart, which throws its designs away"
     raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
 
@@ -111,7 +104,7 @@ def write_best(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
 
 def write_text(path: pathlib.Path, text: str) -> None:
     """A text, on disk."""
-    with keeping(path, AGAIN) as temporary:
+    with disk(path.parent, AGAIN), keeping(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
@@ -139,7 +132,7 @@ def _write_table(
         [pa.field(name, array.type, metadata=facts[name]) for name, array in arrays.items()],
         metadata={"search": json.dumps(about)} if about else None,
     )
-    with keeping(path, AGAIN) as temporary:
+    with disk(path.parent, AGAIN), keeping(path) as temporary:
         pq.write_table(pa.table(list(arrays.values()), schema=schema), temporary)
 
 

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim import metric_words
-from afo_sim.sweep.words import human_unit
-from afo_sim.units import in_unit
+from afo_sim.sweep.words import human_scale
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
@@ -88,11 +87,8 @@ def _lacks(best: Mapping[str, Any]) -> str:
 def _quantity(parameter: Mapping[str, Any]) -> list[str]:
     """[value, range] in the unit in which people read them."""
     unit = parameter["unit"]
-    human = human_unit(unit, np.array([parameter["from"], parameter["to"]]))
-    value, low, high = (
-        in_unit(parameter[key], unit, human) if human != unit else parameter[key]
-        for key in ("value", "from", "to")
-    )
+    factor, human = human_scale(unit, np.array([parameter["from"], parameter["to"]]))
+    value, low, high = (factor * parameter[key] for key in ("value", "from", "to"))
     return [f"{value:.4g} {human}".strip(), f"{low:.4g} to {high:.4g} {human}".strip()]
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from afo_sim.errors import InputError
 from afo_sim.sweep import engine
 from afo_sim.sweep.engine import Outcome
+from afo_sim.sweep.results import optional
 from afo_sim.sweep.store import Store, program
 
 AHEAD = 3  # chunks that wait for each worker, so that none of them waits
@@ -39,12 +40,7 @@ def chunks(
         Dask is not installed, the scheduler cannot be reached or is lost, a worker has other code, or a
         chunk kills worker after worker.
     """
-    try:
-        import distributed
-    except ImportError:
-        raise InputError(
-            "this needs the library dask.distributed", allowed="after: pip install 'afo-sim[cluster]'"
-        ) from None
+    distributed = library()
     try:
         with _client(distributed, workers, scheduler) as client:
             yield from _computed(distributed, client, scenario, store, iter(pending))
@@ -138,10 +134,15 @@ def _client(distributed: Any, workers: int, scheduler: str) -> Any:
             return distributed.Client(scheduler, timeout="20 s")
         except (OSError, ValueError) as error:
             raise InputError(f"cannot be reached: {error}", field="--scheduler", value=scheduler) from None
-    return distributed.Client(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        dashboard_address=None,
-    )
+    return distributed.Client(**local_options(workers))
+
+
+def library() -> Any:
+    """Dask's `distributed`, or what to install."""
+    return optional("distributed", "cluster")
+
+
+def local_options(workers: int) -> dict[str, Any]:
+    """Of a cluster on this machine, which nobody else can reach."""
+    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    return {"n_workers": workers, **options}

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 RESULTS, CHUNKS, MANIFEST = "results.parquet", "chunks", "sweep.json"
 EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric …
 OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key …
+OWN_SEED = "own seed"  # how the spread of a parameter is called that is every case's seed
 WARNINGS = "warnings"  # … nor this: what a case warns of, a line each
 
 
@@ -182,14 +183,14 @@ def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
     return pa.concat_tables(tables, promote_options="permissive").sort_by("case"), sweep
 
 
-def optional(module: str) -> Any:
-    """A library that only sweeps need, imported when it is asked for."""
+def optional(module: str, extra: str = "sweep") -> Any:
+    """A library that comes with an extra only, imported when it is asked for."""
     try:
         return importlib.import_module(module)
     except ImportError:
         raise InputError(
             f"this needs the library {module.partition('.')[0]}",
-            allowed="after: pip install 'afo-sim[sweep]'",
+            allowed=f"after: pip install 'afo-sim[{extra}]'",
         ) from None
 
 

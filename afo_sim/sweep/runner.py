@@ -20,6 +20,7 @@ from afo_sim.sweep.results import MANIFEST
 from afo_sim.sweep.store import (
     Store,
     clear,
+    differences,
     fingerprint,
     holds_nothing,
     holds_results,
@@ -128,17 +129,17 @@ def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -
     return told
 
 
-def estimate(store: Store, hands: int, part: Part = WHOLE) -> Estimate:
+def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:
     """What is left to do, by the time that the first cases took.
 
     Parameters
     ----------
-    hands : threads or workers that share the work
+    workers : threads or processes that share the work
     part : as `run` takes it
     """
     count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
     each = float(read_manifest(store.folder)["seconds_per_case"])
-    return Estimate(count, count - left, store.cases.dropped, left * each / hands, _bytes(store, count))
+    return Estimate(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
 
 
 def run(
@@ -322,13 +323,8 @@ def _refuse(
             allowed="another folder, or --if-changed restart, which throws its results away",
         )
     if changed == "refuse":
-        what = [
-            f"{name} {before.get('versions', {}).get(name)} → {version}"
-            for name, version in now["versions"].items()
-            if before.get("versions", {}).get(name) != version
-        ]
         raise InputError(
-            "the folder's results were computed by other code" + (f" ({', '.join(what)})" if what else ""),
+            f"the folder's results were computed by other code{differences(before, now)}",
             field="--out",
             value=str(folder),
             allowed="--if-changed restart, which throws them away, or --if-changed continue, which mixes",

@@ -56,19 +56,8 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     -------
     Findings
     """
-    remarks = []
-    if results.unfinished:
-        remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
-    if others := [name for name in results.metrics if name not in objectives]:
-        remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
-    if results.sweep.get("mixed"):
-        remarks.append("the cases were computed by more than one version of the code")
+    remarks = _remarks(results, objectives)
     known = [name for name in objectives if np.isfinite(results[name]).any()]
-    remarks += [f"no case has a value of {name}" for name in objectives if name not in known]
-    for name in known if results.levels() is not None else ():
-        if lacking := results.lacking(name):
-            of = f"{lacking} of {results.planned} cells of the grid"
-            remarks.append(f"{of} have no {name}: its main effects are those of the others, by chance uneven")
     found = {}
     for name in known if results.design == sobol.DESIGN else ():
         try:
@@ -83,6 +72,25 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
         remarks.append("–: too few cases at each value, or nothing that varies, to tell a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
+
+
+def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
+    """What to know of the cases before anything is computed from them."""
+    remarks = []
+    if results.unfinished:
+        remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
+    if others := [name for name in results.metrics if name not in objectives]:
+        remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
+    if results.sweep.get("mixed"):
+        remarks.append("the cases were computed by more than one version of the code")
+    for name in objectives:
+        lacking = results.lacking(name)
+        if not np.isfinite(results[name]).any():
+            remarks.append(f"no case has a value of {name}")
+        elif lacking and results.levels() is not None:
+            of = f"{lacking} of {results.planned} cells of the grid"
+            remarks.append(f"{of} have no {name}: its main effects are those of the others, by chance uneven")
+    return remarks
 
 
 def effects_of(results: Results, metric: str) -> dict[str, Effect]:

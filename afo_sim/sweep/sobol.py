@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.errors import InputError
-from afo_sim.sweep.results import Results, optional
+from afo_sim.sweep.results import OWN_SEED, Results, optional
 
 DESIGN = "saltelli"
-OWN_SEED = "own seed"  # how a sweep's results call the spread of a parameter that is every case's seed
 MOST_FAILED = 0.01  # of the cases
 FEWEST_BLOCKS = 8
 RESAMPLES = 500  # of the bootstrap

@@ -1,13 +1,10 @@
 """A sweep's folder: what is swept, the chunks computed so far, the results; each file whole or not at all."""
 
-import errno
 import hashlib
 import json
-import os
 import pathlib
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NoReturn
@@ -20,11 +17,11 @@ from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.parameter import Choice, Normal, Range
 from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, RESULTS, WARNINGS
-from afo_sim.sweep.sobol import OWN_SEED
-from afo_sim.writing import replacing
+from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.writing import disk, keeping
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
+AGAIN = "the same command again when there is room; what is computed is kept"
 GATHERED = 64  # chunks in one row group of the results
 SAID = {"fingerprint": dict, "scenario": dict, "metrics": dict, "chunk": int, "seconds_per_case": float}
 LOOKS = ("cli", "view")  # parts of the package that no result depends on
@@ -80,11 +77,10 @@ class Store:
         """
         import pyarrow.parquet as pq
 
-        with _disk(self.folder):
+        with disk(self.folder, AGAIN):
             try:
-                with replacing(self._path(chunk)) as path:
+                with keeping(self._path(chunk)) as path:
                     pq.write_table(self.table(chunk, outcomes), path)
-                    _sync(path)
             except FileNotFoundError:  # another process has gathered all chunks, this one among them
                 if not self.finished:
                     raise
@@ -146,7 +142,7 @@ class Store:
         InputError
             As `write`; or a chunk is damaged, which is taken away to be computed again.
         """
-        with _disk(self.folder):
+        with disk(self.folder, AGAIN):
             try:
                 self._gather()
             except FileNotFoundError:  # another process has gathered them first
@@ -164,7 +160,7 @@ class Store:
         import pyarrow.parquet as pq
 
         damaged = []
-        with replacing(self.folder / RESULTS) as path:
+        with keeping(self.folder / RESULTS) as path:
             with pq.ParquetWriter(path, self.schema()) as writer:
                 for first in range(0, self.count, GATHERED):
                     some = range(first, min(first + GATHERED, self.count))
@@ -174,7 +170,6 @@ class Store:
                         writer.write_table(pa.concat_tables(tables.values()))
             if damaged:
                 self._discard(damaged)
-            _sync(path)
 
     def _read(self, chunk: int) -> Any:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""
@@ -217,6 +212,15 @@ def program() -> dict[str, Any]:
     return {"code": _code(), "versions": versions()}
 
 
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
+    old = before.get("versions", {})
+    told = [
+        f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
+    ]
+    return f" ({', '.join(told)})" if told else ""
+
+
 def read_manifest(folder: pathlib.Path) -> dict[str, Any]:
     """What a sweep's folder says of itself.
 
@@ -245,14 +249,13 @@ def write_manifest(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
     InputError
         The folder cannot be written to.
     """
-    with _disk(folder), replacing(folder / MANIFEST) as path:
+    with disk(folder, AGAIN), keeping(folder / MANIFEST) as path:
         path.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        _sync(path)
 
 
 def clear(folder: pathlib.Path) -> None:
     """Take away all that a sweep has computed; what the folder says of itself stays until it is replaced."""
-    with _disk(folder):
+    with disk(folder, AGAIN):
         for name in (CHUNKS, RECORDINGS):
             if (folder / name).is_dir():
                 shutil.rmtree(folder / name)
@@ -295,21 +298,3 @@ def _code() -> str:
         if part.parts[0] not in LOOKS:
             found.update(f"{part.as_posix()}\n".encode() + path.read_bytes())
     return found.hexdigest()
-
-
-def _sync(path: pathlib.Path) -> None:
-    """On disk, not only on its way there: a machine that loses power keeps it."""
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
-
-
-@contextmanager
-def _disk(folder: pathlib.Path) -> Iterator[None]:
-    """What the disk refuses, in words."""
-    try:
-        yield
-    except OSError as error:
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        problem = "the disk is full" if full else f"cannot be written to: {error.strerror or error}"
-        allowed = "the same command again when there is room; what is computed is kept"
-        raise InputError(problem, field="--out", value=str(folder), allowed=allowed) from None

@@ -55,9 +55,14 @@ def scale(results: Results, name: str) -> Scale:
     """How a parameter or a metric is shown."""
     unit = (results.parameters | results.metrics)[name]
     label = metric_words.words(name).label if name in results.metrics else name.replace("_", " ")
-    human = human_unit(unit, results[name])
-    factor = in_unit(1.0, unit, human) if human != unit else 1.0
+    factor, human = human_scale(unit, results[name])
     return Scale(label, factor, _written(human))
+
+
+def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
+    """The factor to the unit in which people read values that are given in `unit`, and that unit."""
+    human = human_unit(unit, values)
+    return in_unit(1.0, unit, human) if human != unit else 1.0, human
 
 
 def human_unit(unit: str, values: np.ndarray) -> str:
