@@ -9,9 +9,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from afo_sim.errors import AfoSimError as AfoSimError
-    from afo_sim.errors import InputError as InputError
-    from afo_sim.errors import SimulationError as SimulationError
+    from afo_sim.common.errors import AfoSimError as AfoSimError
+    from afo_sim.common.errors import InputError as InputError
+    from afo_sim.common.errors import SimulationError as SimulationError
     from afo_sim.model import build as build
     from afo_sim.reader import load as load
     from afo_sim.recording import Recording as Recording
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from afo_sim.simulate import run as run
 
 _PUBLIC = {
-    "AfoSimError": "errors",
-    "InputError": "errors",
-    "SimulationError": "errors",
+    "AfoSimError": "common.errors",
+    "InputError": "common.errors",
+    "SimulationError": "common.errors",
     "load": "reader",
     "build": "model",
     "Recording": "recording",

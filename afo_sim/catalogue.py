@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from afo_sim import assets
-from afo_sim.phase_table import read_header
+from afo_sim.common import assets
+from afo_sim.common.phase_table import read_header
 from afo_sim.physics.laws import LAWS
 
 PLURALS = {

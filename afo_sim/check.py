@@ -6,9 +6,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim import assets, gait, gait_norm
+from afo_sim import gait, gait_norm
 from afo_sim.checks_file import read_checks
-from afo_sim.errors import InputError
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
 from afo_sim.gait_checks import findings
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle

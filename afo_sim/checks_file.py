@@ -6,9 +6,9 @@ import pathlib
 from dataclasses import dataclass
 from typing import Any, Self
 
-from afo_sim.assets import read_toml
 from afo_sim.checks import CHECKS, Result, expect, metric_result
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.assets import read_toml
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.recording import Recording
 
 METRIC_KEYS = ("metric", "between", "above", "below", "why")

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 from afo_sim.foot import POINTS, Foot, turned
-from afo_sim.units import GRAVITY
 from afo_sim.walk import Walk
 from afo_sim.walk_spec import Ground
 

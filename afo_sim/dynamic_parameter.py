@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import format_quantity, in_unit
 from afo_sim.spec import Scenario
-from afo_sim.units import format_quantity, in_unit
 
 
 @dataclass(frozen=True)

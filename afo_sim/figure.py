@@ -10,13 +10,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
+from afo_sim.common.writing import replacing
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
 from afo_sim.recording import Recording
 from afo_sim.strides import stance_force
-from afo_sim.units import parse_quantity
-from afo_sim.writing import replacing
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]

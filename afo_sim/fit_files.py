@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim import assets, reader
-from afo_sim.errors import InputError
+from afo_sim import reader
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
+from afo_sim.common.writing import replacing
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fit import Fit, rms
 from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take
 from afo_sim.measured import Measured
-from afo_sim.toml_text import toml_text
-from afo_sim.units import EXAMPLES, format_quantity, in_unit
-from afo_sim.writing import replacing
 
 LIKE = "s1_215mm"  # whose damping, masses and stiffness a fitted muscle takes over, unless told
 

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from afo_sim import schedule
+from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.dynamic_parameter import Parameter, find_parameters
-from afo_sim.errors import InputError, SimulationError
 from afo_sim.fit import rms
 from afo_sim.identifiability import Estimate, intervals, refused, verdict
 from afo_sim.log import Log, read_log, read_noise

@@ -5,10 +5,10 @@ import pathlib
 from typing import Any
 
 from afo_sim import reader
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import replacing
 from afo_sim.fit_run import FitRun
 from afo_sim.log_figure import draw_log
-from afo_sim.toml_text import toml_text
-from afo_sim.writing import replacing
 
 SCENARIO, NUMBERS, FIGURE = "scenario.toml", "fit_run.json", "fit_run"
 MISFIT = 1.5  # times the noise: above it the model lacks something that the log shows

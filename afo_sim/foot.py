@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from afo_sim.errors import InputError
-from afo_sim.units import GRAVITY
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 
 POINTS = ("heel", "ball", "toe")  # sites of the sole
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.phase_table import read_header, read_table, write_table
+from afo_sim.common.units import GRAVITY
 from afo_sim.fourier import FourierSeries
-from afo_sim.phase_table import read_header, read_table, write_table
-from afo_sim.units import GRAVITY
 
 HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
 FLAT = (0.15, 0.35)  # part of the stride in which the sole lies flat on the floor [-]

@@ -5,7 +5,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.gait import COLUMNS, GaitCycle
 
 CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]

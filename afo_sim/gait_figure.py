@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim import gait_norm
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import replacing
 from afo_sim.figure import COLOURS, FORMATS, RESOLUTION, STYLE
 from afo_sim.gait import FLAT, GaitCycle
 from afo_sim.gait_checks import closing_errors, stance
-from afo_sim.writing import replacing
 
 if TYPE_CHECKING:
     from afo_sim.gait_readers.importing import Imported

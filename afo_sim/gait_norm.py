@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.assets import find_gait
+from afo_sim.common.assets import find_gait
+from afo_sim.common.phase_table import read_header, read_table
 from afo_sim.gait import DEGREE
-from afo_sim.phase_table import read_header, read_table
 
 SHIPPED = "norm_adult"
 # Column of the file: field of Norm.

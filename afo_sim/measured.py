@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError, nearest_name
-from afo_sim.table import number, read_facts, read_table, scale_of, split_title
-from afo_sim.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
+from afo_sim.common.csv_table import number, read_facts, read_table, scale_of, split_title
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
 
 # Column → the SI units that it may be given in.
 COLUMNS: dict[str, tuple[str, ...]] = {

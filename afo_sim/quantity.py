@@ -7,8 +7,8 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from afo_sim.errors import nearest_name
-from afo_sim.units import EXAMPLES, format_quantity, in_unit, parse_quantity
+from afo_sim.common.errors import nearest_name
+from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from afo_sim import assets
-from afo_sim.errors import InputError
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
 from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
 from afo_sim.walk_spec import Patient
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.metrics import Metric, ankle_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
@@ -22,7 +23,6 @@ from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
 from afo_sim.spec import Scenario
-from afo_sim.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.walk_columns import WALKING, walking_columns
 from afo_sim.walk_metrics import WalkMetrics, walk_metrics
 

@@ -5,15 +5,16 @@ import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from afo_sim import assets, gait, gait_norm, report_figure
-from afo_sim.errors import InputError
+from afo_sim import gait, gait_norm, report_figure
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, replacing
 from afo_sim.metric_words import GROUPS, in_short, number, unit, words
 from afo_sim.metrics import Metric
 from afo_sim.recording import Recording
 from afo_sim.report_figure import RUNS, WIDTH, Shown
 from afo_sim.run_files import read_recording
 from afo_sim.scenario_words import facts
-from afo_sim.writing import check_writable, replacing
 
 NAME = "report.html"
 SUFFIXES = (".html", ".htm")

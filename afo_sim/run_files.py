@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, replacing
 from afo_sim.metrics import Metric
 from afo_sim.recording import Recording, describe
-from afo_sim.writing import check_writable, replacing
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from afo_sim.units import parse_quantity
+from afo_sim.common.units import parse_quantity
 
 Scenario = Mapping[str, Any]
 

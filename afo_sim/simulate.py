@@ -14,7 +14,7 @@ from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native, schedule
-from afo_sim.errors import InputError, SimulationError
+from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.model import Built, build
 from afo_sim.mounting import ANKLE
 from afo_sim.reader import load

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from afo_sim.errors import nearest_name
+from afo_sim.common.errors import nearest_name
 from afo_sim.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
 from afo_sim.quantity import Described, Quantity, refusal
 from afo_sim.walk_spec import Gait, Ground, Patient, Phases

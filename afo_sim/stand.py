@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.metrics import Metric
 from afo_sim.muscle import Muscle
 from afo_sim.physics.pneumatics import muscle_volume
@@ -31,7 +32,6 @@ from afo_sim.stand_plan import (
 )
 from afo_sim.stand_range import force_at, hanging, rest_force
 from afo_sim.stand_rig import Progress, Rows, roll
-from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim import stand
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import GRAVITY, parse_quantity
+from afo_sim.common.writing import check_writable
 from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
 from afo_sim.reader import load as load_description
@@ -17,8 +19,6 @@ from afo_sim.stand_files import set_point_text, target, write
 from afo_sim.stand_measures import AXES
 from afo_sim.stand_plan import KINDS, Laboratory
 from afo_sim.static_load import static_load
-from afo_sim.units import GRAVITY, parse_quantity
-from afo_sim.writing import check_writable
 
 CHARACTERISTICS = tuple(AXES)  # what "all" means
 # Which options a kind takes, beside those that all take.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.measured import Measured
 from afo_sim.muscle import Muscle
 from afo_sim.stand import Trial

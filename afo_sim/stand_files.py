@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import replacing
 from afo_sim.recording import versions
 from afo_sim.stand import COLUMNS, Trial
 from afo_sim.stand_compare import Comparison
 from afo_sim.stand_figure import draw_trials, set_point_text
-from afo_sim.writing import replacing
 
 FORMATS = (".csv", ".parquet")
 TABLE_ROWS = 4000  # of a curve in a table, about; sweeps have fewer anyway

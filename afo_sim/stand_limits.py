@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.muscle import Muscle
 from afo_sim.stand_range import force_at, lifting, lock, slack
 

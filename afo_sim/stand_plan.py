@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 from afo_sim.muscle import Muscle
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import muscle_volume
@@ -23,7 +24,6 @@ from afo_sim.stand_limits import (
     check_span,
 )
 from afo_sim.stand_range import damping, force_at, hanging, lifting, lock, slack
-from afo_sim.units import GRAVITY
 
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")

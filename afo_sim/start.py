@@ -7,10 +7,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.model import Built
 from afo_sim.mounting import ANKLE
-from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.walk import JOINTS
 
 

@@ -27,7 +27,7 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr
 
-from afo_sim.errors import CallbackError
+from afo_sim.common.errors import CallbackError
 
 _C_TYPES: dict[str, Any] = {
     "mjtNum": ctypes.c_double if np.dtype(mujoco.MJTNUM_DTYPE).itemsize == 8 else ctypes.c_float,

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.model import Built
 from afo_sim.mounting import sweep_ankle
 from afo_sim.start import fill_chambers

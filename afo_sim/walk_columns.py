@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from afo_sim.common.units import GRAVITY
 from afo_sim.contact import LOADED
 from afo_sim.foot import POINTS, turned_all
-from afo_sim.units import GRAVITY
 from afo_sim.walk import JOINTS
 from afo_sim.walk_model import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
 

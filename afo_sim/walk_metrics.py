@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim import gait_norm
+from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.metrics import Metric
 from afo_sim.strides import Stride, settled, strides
-from afo_sim.units import STANDARD_DENSITY
 
 ROUNDING = 1e-9  # of torques, powers and works
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]

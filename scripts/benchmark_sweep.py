@@ -20,7 +20,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from afo_sim import native, schedule
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording

@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib import pyplot
 
 import afo_sim
-from afo_sim import assets
 from afo_sim.characteristic import forces
+from afo_sim.common import assets
 from afo_sim.fit import rms
 from afo_sim.fit_problem import select
 from afo_sim.measured import read_measured

@@ -9,7 +9,7 @@ import pathlib
 import sys
 
 import afo_sim
-from afo_sim import assets
+from afo_sim.common import assets
 from afo_sim.fit import fit, held_out, rms
 from afo_sim.fit_files import write_fit
 from afo_sim.fit_problem import pose

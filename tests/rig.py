@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 BRAID = Braid(nominal_length=0.1631, nominal_radius=0.00575, braid_angle=np.radians(22.0))
 LAW = {"k": 1.0, "bladder_force": 136.0, "bladder_stiffness": 153.0}

@@ -9,14 +9,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim
-from afo_sim import assets
-from afo_sim.errors import InputError
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 from afo_sim.model import Built, build
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.simulate import run_built
-from afo_sim.units import GRAVITY
 
 CONTACT = {"ground.mode": "contact", "duration": "3.7 s"}
 PATIENTS = ("healthy", "drop-foot", "drop-foot-mild", "plantarflexor-weak")

@@ -12,9 +12,9 @@ import scipy.stats
 from command import call
 
 import afo_sim
-from afo_sim import assets
 from afo_sim.characteristic import contractions, forces
-from afo_sim.errors import InputError
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
 from afo_sim.fit import Fit, fit, held_out, rms
 from afo_sim.fit_files import rank, write_fit
 from afo_sim.fit_problem import errors, pose, pressure_levels, select, take

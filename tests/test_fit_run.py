@@ -9,13 +9,13 @@ import pytest
 from command import call
 
 import afo_sim
+from afo_sim.common.errors import InputError
+from afo_sim.common.toml_text import toml_text
 from afo_sim.dynamic_parameter import find_parameters
-from afo_sim.errors import InputError
 from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
 from afo_sim.fit_run_files import scenario_toml, write_fit_run
 from afo_sim.reader import load
 from afo_sim.recording import Recording
-from afo_sim.toml_text import toml_text
 
 SHORT = {"duration": "8 s"}
 FINE = {"timestep": "0.5 ms", "record_rate": "2 kHz"}  # of the run that a log is made of

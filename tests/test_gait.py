@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from afo_sim import assets, gait
-from afo_sim.errors import InputError
+from afo_sim import gait
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 from afo_sim.fourier import FourierSeries
 from afo_sim.gait import KINEMATICS, GaitCycle
 from afo_sim.gait_checks import closing_errors, examine, stance
-from afo_sim.units import GRAVITY
 
 STRIDES = ("gatk_stride1", "gatk_stride2")
 
@@ -278,7 +279,7 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
 
 
 def write_changed(path: pathlib.Path, change: Change) -> None:
-    from afo_sim.phase_table import read_table, write_table
+    from afo_sim.common.phase_table import read_table, write_table
 
     table = read_table(assets.find_gait("gatk_stride1"), tuple(gait.COLUMNS))
     change(table.columns)

@@ -17,7 +17,8 @@ from walking import (
     write_trc,
 )
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
 from afo_sim.gait_readers.c3d import read_c3d
 from afo_sim.gait_readers.choices import Choices
 from afo_sim.gait_readers.ground_force import find_contacts, foot_force
@@ -26,7 +27,6 @@ from afo_sim.gait_readers.opensim_table import read_opensim_table
 from afo_sim.gait_readers.signals import evenly, fill_gaps, low_pass
 from afo_sim.gait_readers.strides import posture_return
 from afo_sim.gait_readers.trc import read_trc
-from afo_sim.units import GRAVITY
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
@@ -215,7 +215,8 @@ def test_a_single_plate_needs_only_the_posture(walk: Walk, tmp_path: pathlib.Pat
 
 def test_posture_agrees_with_force_on_the_recorded_trial() -> None:
     """Between the two shipped strides' ends the posture returns within a sample of the next heel strike."""
-    from afo_sim import assets, gait
+    from afo_sim import gait
+    from afo_sim.common import assets
     from afo_sim.gait_readers.leg_motion import LegMotion
 
     first, second = (gait.read(assets.find_gait(f"gatk_stride{k}")) for k in (1, 2))

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from afo_sim import native
+from afo_sim.common.units import GRAVITY
 from afo_sim.contact import pad_stiffness, shares, standing
 from afo_sim.foot import POINTS, turned
 from afo_sim.model import Built, build
@@ -15,7 +16,6 @@ from afo_sim.patient import ground_moment
 from afo_sim.physics.ground import pad_force
 from afo_sim.reader import load
 from afo_sim.start import walking_start
-from afo_sim.units import GRAVITY
 
 
 def contact_built() -> Built:

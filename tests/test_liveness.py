@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import afo_sim
+from afo_sim.common.units import EXAMPLES, parse_quantity
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.reader import load
 from afo_sim.recording import Recording
-from afo_sim.units import EXAMPLES, parse_quantity
 
 SCENARIO = "seated-antagonist"
 SHORT = {"duration": "8.2 s"}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.log import read_log, read_noise, recorded_columns
 from afo_sim.reader import load
 from afo_sim.recording import Recording
-from afo_sim.units import AMBIENT_PRESSURE
 
 SCENARIO = load("scenario", "seated")
 TITLES = "time [ms], angle [deg], pressure dorsiflexor [bar], force dorsiflexor [N]"

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle
 from afo_sim.reader import load
@@ -116,8 +116,8 @@ def test_joint_named_otherwise_is_found_and_called_ankle() -> None:
 @pytest.mark.parametrize("factor", [0.5, 1.5])
 def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
     """Half and one and a half of every length of the mounting and the muscle, one at a time."""
+    from afo_sim.common.units import format_quantity
     from afo_sim.simulate import run_built
-    from afo_sim.units import format_quantity
 
     scenario = load("scenario", "seated")
     outcomes = []

@@ -19,8 +19,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afo_sim
-from afo_sim import assets
-from afo_sim.errors import InputError
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
 from afo_sim.search import plan, store, words
 from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
 from afo_sim.search.answers import Answers, Columns

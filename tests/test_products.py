@@ -5,7 +5,7 @@ import pathlib
 import pytest
 
 import afo_sim
-from afo_sim import assets
+from afo_sim.common import assets
 from afo_sim.reader import load
 
 MODELS = assets.folder("models")

@@ -9,10 +9,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import replacing
 from afo_sim.recording import Recording
 from afo_sim.run_files import read_recording
-from afo_sim.writing import replacing
 
 
 @pytest.fixture(scope="module")

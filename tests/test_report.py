@@ -14,8 +14,9 @@ from command import call
 from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import assets, report_figure
-from afo_sim.errors import InputError
+from afo_sim import report_figure
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
 from afo_sim.metric_words import OTHER, in_short, number, words
 from afo_sim.metrics import Metric
 from afo_sim.recording import Recording

@@ -5,7 +5,7 @@ import pytest
 
 import afo_sim
 from afo_sim import schedule
-from afo_sim.errors import CallbackError, InputError
+from afo_sim.common.errors import CallbackError, InputError
 from afo_sim.model import build
 from afo_sim.native import slots
 from afo_sim.reader import load

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.reader import expand
 from afo_sim.sweep import cluster, engine, runner, store
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.stats import qmc
 
-from afo_sim import assets, units
-from afo_sim.errors import InputError
+from afo_sim.common import assets, units
+from afo_sim.common.errors import InputError
 from afo_sim.reader import load
 from afo_sim.sweep import design, plan
 from afo_sim.sweep.design import Cases, cases_of

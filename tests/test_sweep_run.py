@@ -21,7 +21,7 @@ from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, opened, swept, table
 import afo_sim
 import afo_sim.sweep
 from afo_sim.cli.sweep import reporter
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.metric_words import OTHER, words
 from afo_sim.metrics import Metric
 from afo_sim.reader import expand

@@ -15,7 +15,7 @@ from sweep_case import saltelli, write_sweep
 
 import afo_sim.sweep
 from afo_sim.cli.sweep import show_folder
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.sweep import analysis, figures, pareto, show, sobol, words
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}

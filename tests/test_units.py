@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim import units
-from afo_sim.units import EXAMPLES, format_quantity, in_unit, parse_quantity
+from afo_sim.common import units
+from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 import rerun as rr
 import rerun_cli
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.run_files import write_parquet

@@ -37,7 +37,9 @@ def test_physics_knows_no_simulator() -> None:
                 path,
                 name,
             )
-            assert not name.startswith("afo_sim.") or name.startswith(("afo_sim.physics", "afo_sim.units"))
+            assert not name.startswith("afo_sim.") or name.startswith(
+                ("afo_sim.physics", "afo_sim.common.units")
+            )
 
 
 @pytest.mark.parametrize(

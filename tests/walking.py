@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim import assets
+from afo_sim.common import assets
+from afo_sim.common.units import GRAVITY
 from afo_sim.gait import KINEMATICS, GaitCycle, read
-from afo_sim.units import GRAVITY
 
 THIGH, SHANK = 0.41, 0.40
 HEEL, TOE = (-0.05, -0.06), (0.12, -0.08)  # markers from the ankle, in the foot's frame [m]

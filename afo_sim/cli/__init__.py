@@ -3,7 +3,7 @@
 import sys
 
 from afo_sim.cli.apps import app, gait_app
-from afo_sim.errors import AfoSimError
+from afo_sim.common.errors import AfoSimError
 
 # each hangs its commands on the app, in the order in which --help shows them
 # ruff: isort: off

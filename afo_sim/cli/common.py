@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 Sets = Annotated[
     list[str] | None,
@@ -60,7 +60,7 @@ def watching(live: bool) -> Iterator[Any]:
 
 def quantity(field: str, text: str, unit: str) -> float:
     """A quantity given on the command line, in SI `unit`; what is wrong with it names the option."""
-    from afo_sim.units import parse_quantity
+    from afo_sim.common.units import parse_quantity
 
     try:
         return parse_quantity(text, unit)

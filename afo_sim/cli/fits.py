@@ -35,7 +35,7 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim import fit_run, fit_run_files
-        from afo_sim.writing import check_writable
+        from afo_sim.common.writing import check_writable
 
         check_writable(out)
         problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
@@ -74,7 +74,7 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
         from afo_sim import fit_command
-        from afo_sim.writing import check_writable
+        from afo_sim.common.writing import check_writable
 
         check_writable(out)
         asked = fit_command.Request(
@@ -107,7 +107,7 @@ def validate_command(
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
         from afo_sim import validate as v
-        from afo_sim.writing import check_writable
+        from afo_sim.common.writing import check_writable
 
         if figures is not None:
             check_writable(figures, "--figures")

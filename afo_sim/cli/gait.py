@@ -55,11 +55,11 @@ def gait_show_command(
 ) -> None:
     """The key numbers of a gait cycle, and its picture."""
     with progress("reading"):
-        from afo_sim import assets
+        from afo_sim.common import assets
+        from afo_sim.common.writing import check_writable
         from afo_sim.gait import read
         from afo_sim.gait_checks import findings
         from afo_sim.gait_figure import draw_gait
-        from afo_sim.writing import check_writable
 
         cycle = read(assets.find_gait(gait))
         if out is not None:

@@ -7,7 +7,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 
 LISTS = (
     "muscles", "laws", "scenarios", "legs", "orthoses", "valves", "patients", "gaits", "sweeps", "searches",

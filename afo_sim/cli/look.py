@@ -9,7 +9,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Rate, hertz_of, progress, quantity
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 
 @app.command()
@@ -34,7 +34,7 @@ def view(
             "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
-        from afo_sim.writing import check_writable, replacing
+        from afo_sim.common.writing import check_writable, replacing
 
         files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
         from afo_sim import view as viewer
@@ -85,9 +85,9 @@ def figure_command(
 ) -> None:
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
+        from afo_sim.common.writing import check_writable
         from afo_sim.figure import write_figures
         from afo_sim.run_files import read_recording
-        from afo_sim.writing import check_writable
 
         recording = read_recording(folder)
         target = out or folder
@@ -126,9 +126,9 @@ def video_command(
     if out.suffix.lower() != ".mp4":
         raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
+        from afo_sim.common.writing import check_writable
         from afo_sim.run_files import read_recording
         from afo_sim.video import write_video
-        from afo_sim.writing import check_writable
 
         recording = read_recording(folder)
         check_writable(out.parent)
@@ -145,8 +145,8 @@ def check_run_command(
 ) -> None:
     """Hold a run against a file of checks; exit code 1 when one fails."""
     with progress("checking"):
-        from afo_sim import assets
         from afo_sim.checks_file import run_checks
+        from afo_sim.common import assets
         from afo_sim.run_files import read_recording
 
         recording = read_recording(folder)

@@ -18,7 +18,7 @@ from afo_sim.cli.common import (
     read_sets,
     watching,
 )
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 
 @app.command()
@@ -36,10 +36,10 @@ def run(
     values = read_sets(sets)
     hertz = None if rate is None else hertz_of(rate)
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
+        from afo_sim.common.writing import check_writable
         from afo_sim.model import build
         from afo_sim.reader import load
         from afo_sim.simulate import run_built
-        from afo_sim.writing import check_writable
 
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name
@@ -68,7 +68,7 @@ def compare(
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
         from afo_sim import compare as comparing
-        from afo_sim.writing import check_writable
+        from afo_sim.common.writing import check_writable
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
         check_writable(folder)
@@ -115,9 +115,9 @@ def torque_map_command(
         import numpy as np
 
         from afo_sim import torque_map as tm
+        from afo_sim.common.writing import check_writable, replacing
         from afo_sim.model import build
         from afo_sim.reader import load
-        from afo_sim.writing import check_writable, replacing
 
         built = build(load("scenario", scenario, values))
         check_writable(out)

@@ -21,7 +21,7 @@ from afo_sim.cli.common import (
     print_table,
     progress,
 )
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
     from afo_sim.sweep.runner import Estimate, Progress
@@ -147,8 +147,8 @@ def replay(
 ) -> None:
     """One case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
+        from afo_sim.common.writing import check_writable
         from afo_sim.sweep import replay as replaying
-        from afo_sim.writing import check_writable
 
         target = out or replaying.recording_folder(folder, case)
         check_writable(target)

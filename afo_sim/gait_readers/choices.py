@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 ROLES = ("hip", "knee", "ankle", "heel", "toe")
 SIDES = ("right", "left")

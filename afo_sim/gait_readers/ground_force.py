@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.gait_readers.axes import Axes
 from afo_sim.gait_readers.choices import Choices
 from afo_sim.gait_readers.leg_motion import LegMotion

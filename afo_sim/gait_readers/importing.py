@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
+from afo_sim.common.writing import check_writable
 from afo_sim.gait import FLAT, GaitCycle, write
 from afo_sim.gait_checks import RANGES, examine, findings
 from afo_sim.gait_readers.axes import Axes
@@ -17,8 +19,6 @@ from afo_sim.gait_readers.opensim_table import OpenSimTable
 from afo_sim.gait_readers.signals import evenly, fill_gaps
 from afo_sim.gait_readers.strides import Stride, find_strides
 from afo_sim.gait_readers.trial import Trial, read_trial
-from afo_sim.units import GRAVITY
-from afo_sim.writing import check_writable
 
 STANDING = 0.15  # speed that is no walking [m/s]
 HEIGHTS = RANGES["ankle_height_m"]  # that an ankle can have above the floor [m]

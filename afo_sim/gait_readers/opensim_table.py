@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

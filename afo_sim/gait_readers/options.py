@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
 from afo_sim.gait_readers.choices import Choices
-from afo_sim.units import parse_quantity
 
 QUANTITIES = {
     "mass": "kg",

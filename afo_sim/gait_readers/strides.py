@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.gait_readers.ground_force import Contact, GroundForce
 from afo_sim.gait_readers.leg_motion import LegMotion
 from afo_sim.gait_readers.signals import low_pass

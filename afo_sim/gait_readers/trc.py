@@ -4,9 +4,9 @@ import pathlib
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
 from afo_sim.gait_readers.markers import Markers
-from afo_sim.units import parse_quantity
 
 
 def read_trc(path: pathlib.Path) -> Markers:

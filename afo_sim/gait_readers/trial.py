@@ -4,7 +4,7 @@ import pathlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.gait_readers.axes import Axes, find_axes
 from afo_sim.gait_readers.choices import Choices
 from afo_sim.gait_readers.leg_motion import ANGLES, LegMotion, from_joint_angles, from_markers

@@ -40,6 +40,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
@@ -100,7 +101,6 @@ from afo_sim.physics.hill import hill_force, three_element_damping
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
 from afo_sim.physics.static_force import muscle_static_force
-from afo_sim.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 
 STRIBECK, MAXWELL_SLIP, HUNT = (
     float(FRICTIONS[name].native_id) for name in ("tondu_lopez_2000_stribeck", "vo_minh_2011", "hunt_2017")

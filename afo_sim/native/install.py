@@ -11,7 +11,7 @@ from typing import Any, Literal
 import mujoco
 from numba.extending import register_jitable
 
-from afo_sim.errors import CallbackError
+from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import COMPLAINTS, define, muscle_force
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,

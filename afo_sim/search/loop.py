@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.search import store
 from afo_sim.search.aim import LACKING, OUTSIDE, Aim, outside
 from afo_sim.search.answers import Columns, Evaluate

@@ -13,8 +13,9 @@ import numpy as np
 from pydantic import Field as Option
 from pydantic import StrictFloat, StrictInt, StrictStr, ValidationError, field_validator, model_validator
 
-from afo_sim import assets
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import parse_quantity
 from afo_sim.metric_words import OTHER, WORDS, words
 from afo_sim.quantity import refusal
 from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
@@ -24,7 +25,6 @@ from afo_sim.sweep.parameter import Parameter, Range
 from afo_sim.sweep.parameter_table import Told
 from afo_sim.sweep.plan import Plan
 from afo_sim.sweep.store import fingerprint
-from afo_sim.units import parse_quantity
 
 GENERATIONS = 40
 FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import disk, keeping
 from afo_sim.reader import expand, load
 from afo_sim.search import store
 from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
@@ -21,8 +23,6 @@ from afo_sim.search.plan import Search
 from afo_sim.sweep import engine
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import OK
-from afo_sim.toml_text import toml_text
-from afo_sim.writing import disk, keeping
 
 
 @dataclass(frozen=True)

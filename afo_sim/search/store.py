@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, disk, keeping
 from afo_sim.sweep.store import differences, holds_nothing
-from afo_sim.writing import check_writable, disk, keeping
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"

@@ -4,9 +4,9 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.sweep.parameter_table import ToldParameter
-from afo_sim.table import RATIOS, number, read_table, split_title
 
 EXAMPLE = "pressure [bar],patient"
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from typing import Any
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.sweep import engine
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.results import optional

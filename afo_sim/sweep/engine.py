@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native, schedule
-from afo_sim.errors import InputError, SimulationError
+from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.metrics import Metric
 from afo_sim.model import Built, build
 from afo_sim.reader import load

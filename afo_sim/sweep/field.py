@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from afo_sim import assets
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import EXAMPLES
 from afo_sim.muscle import FrictionSet, LawSet
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.law import LawParameter
@@ -18,7 +19,6 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.quantity import Quantity
 from afo_sim.reader import SPECS, load, split_key
 from afo_sim.spec import Scenario
-from afo_sim.units import EXAMPLES
 
 HOW: dict[Any, tuple[str, Any]] = {
     LawSet: ("law", LAWS),

@@ -9,14 +9,14 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, model_validator
 from pydantic import Field as Option
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import parse_quantity
 from afo_sim.metric_words import OTHER, words
 from afo_sim.quantity import refusal
 from afo_sim.spec import Scenario
 from afo_sim.sweep.field import Field, field_at
 from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.sweep.results import EVERY_ROW, OVERRIDES, WARNINGS
-from afo_sim.units import parse_quantity
 
 # Each way to tell a parameter's values: the key that it is known by, and what goes with it.
 WAYS = {

@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import Field as Option
 from pydantic import StrictInt, StrictStr, ValidationError, field_validator
 
-from afo_sim import assets
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.metric_words import OTHER, WORDS, words
 from afo_sim.quantity import refusal
 from afo_sim.reader import PROBLEMS, load, split_key

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.errors import InputError, SimulationError
+from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.model import build
 from afo_sim.reader import load
 from afo_sim.recording import Recording

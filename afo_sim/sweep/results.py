@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 
 if TYPE_CHECKING:
     import pandas

@@ -10,7 +10,8 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable
 from afo_sim.reader import expand
 from afo_sim.sweep import cluster, engine
 from afo_sim.sweep.design import Cases
@@ -27,7 +28,6 @@ from afo_sim.sweep.store import (
     read_manifest,
     write_manifest,
 )
-from afo_sim.writing import check_writable
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)

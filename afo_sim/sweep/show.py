@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, replacing
 from afo_sim.figure import RESOLUTION, STYLE
 from afo_sim.sweep import analysis, figures, pareto, sobol
 from afo_sim.sweep.analysis import Effect
 from afo_sim.sweep.results import Results
 from afo_sim.sweep.sobol import Indices
 from afo_sim.sweep.words import Better, chosen, scale
-from afo_sim.writing import check_writable, replacing
 
 FIGURES = "figures"  # the folder in a sweep's own
 IN_ONE = 3  # metrics in one figure

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.run_files import open_parquet, recording_header

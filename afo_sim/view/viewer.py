@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 from afo_sim.view.clock import TIMELINE
 
 LOOPBACK = "127.0.0.1"

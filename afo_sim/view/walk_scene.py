@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim import assets, gait
+from afo_sim import gait
 from afo_sim.carriage import Carriage
+from afo_sim.common import assets
+from afo_sim.common.units import GRAVITY
 from afo_sim.foot import foot_of, turned
 from afo_sim.mounting import ANKLE
 from afo_sim.sole import sole_thickness
 from afo_sim.strides import stance_force
-from afo_sim.units import GRAVITY
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.events import STANCE_FORCE
 from afo_sim.view.scene import Stage, log_body, replay

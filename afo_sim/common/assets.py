@@ -4,7 +4,7 @@ import pathlib
 import tomllib
 from typing import Any
 
-from afo_sim.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 
 KINDS = {
     "scenario": "scenarios",
@@ -21,7 +21,7 @@ FLAT = ("scenario", "sweep", "search")  # kinds whose products are single files,
 
 def folder(name: str) -> pathlib.Path:
     """The folder `models` or `gait_data`: beside the package in a checkout, inside it in a wheel."""
-    package = pathlib.Path(__file__).resolve().parent
+    package = pathlib.Path(__file__).resolve().parents[1]
     for candidate in (package / name, package.parent / name):
         if candidate.is_dir():
             return candidate

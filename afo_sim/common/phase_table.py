@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.errors import InputError, nearest_name
-from afo_sim.table import read_table as read_text
-from afo_sim.writing import replacing
+from afo_sim.common.csv_table import read_table as read_text
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.writing import replacing
 
 
 @dataclass(frozen=True, eq=False)

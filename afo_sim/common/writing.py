@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from afo_sim.errors import InputError
+from afo_sim.common.errors import InputError
 
 
 @contextmanager

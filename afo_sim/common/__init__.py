@@ -1,0 +1,1 @@
+"""Ground floor: units, errors, files. No physics, no MuJoCo."""
