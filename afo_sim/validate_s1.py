@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from afo_sim import fit, fit_problem, reader
-from afo_sim.characteristic import contractions, forces
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.hanging import Hung, settled
 from afo_sim.measured import Measured, read_measured
 from afo_sim.muscle import Muscle
+from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.validate_row import Row, contradicted, curve, implied, lost, number, worst

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib import pyplot
 
 import afo_sim
-from afo_sim.characteristic import forces
 from afo_sim.common import assets
 from afo_sim.fit import rms
 from afo_sim.fit_problem import select
 from afo_sim.measured import read_measured
+from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS
 from afo_sim.reader import load
 
