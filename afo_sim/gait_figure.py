@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim import gait_norm
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
 from afo_sim.figure import COLOURS, FORMATS, RESOLUTION, STYLE
-from afo_sim.gait import FLAT, GaitCycle
-from afo_sim.gait_checks import closing_errors, stance
+from afo_sim.gait import norm as gait_norm
+from afo_sim.gait.checks import closing_errors, stance
+from afo_sim.gait.cycle import FLAT, GaitCycle
 
 if TYPE_CHECKING:
-    from afo_sim.gait_readers.importing import Imported
+    from afo_sim.gait.readers.importing import Imported
 
 POSES = 21  # of the leg in a stride
 FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]

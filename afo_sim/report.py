@@ -5,10 +5,12 @@ import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from afo_sim import gait, gait_norm, report_figure
+from afo_sim import report_figure
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
+from afo_sim.gait import cycle as gait
+from afo_sim.gait import norm as gait_norm
 from afo_sim.metric_words import GROUPS, in_short, number, unit, words
 from afo_sim.metrics import Metric
 from afo_sim.recording import Recording

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait_checks import STANCE_FORCE, STANCE_SHARE
+from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
 
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim import gait as gait_file
 from afo_sim.common import assets
-from afo_sim.gait import GaitCycle, fit_to_leg
+from afo_sim.gait import cycle as gait_file
+from afo_sim.gait.cycle import GaitCycle, fit_to_leg
 from afo_sim.spec import Scenario
 from afo_sim.walk_spec import Gait
 

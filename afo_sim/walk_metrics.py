@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim import gait_norm
 from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import Metric
 from afo_sim.strides import Stride, settled, strides
 

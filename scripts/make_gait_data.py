@@ -21,13 +21,13 @@ import tempfile
 import numpy as np
 import scipy.io
 
-from afo_sim import gait
-from afo_sim.gait_checks import examine, findings
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.importing import Imported, cut_cycle
-from afo_sim.gait_readers.markers import Markers
-from afo_sim.gait_readers.plates import Plate
-from afo_sim.gait_readers.trial import Trial
+from afo_sim.gait import cycle as gait
+from afo_sim.gait.checks import examine, findings
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.importing import Imported, cut_cycle
+from afo_sim.gait.readers.markers import Markers
+from afo_sim.gait.readers.plates import Plate
+from afo_sim.gait.readers.trial import Trial
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from afo_sim import gait
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.fourier import FourierSeries
-from afo_sim.gait import KINEMATICS, GaitCycle
-from afo_sim.gait_checks import closing_errors, examine, stance
+from afo_sim.gait import cycle as gait
+from afo_sim.gait.checks import closing_errors, examine, stance
+from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.gait.fourier import FourierSeries
 
 STRIDES = ("gatk_stride1", "gatk_stride2")
 
@@ -356,7 +356,7 @@ def test_unreadable_files_are_one_message(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_norm_is_the_published_points_with_a_band() -> None:
-    from afo_sim import gait_norm
+    from afo_sim.gait import norm as gait_norm
 
     norm = gait_norm.read()
     assert np.degrees(norm.at("ankle_angle", 0.45)) == pytest.approx(13.4)

@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim
-from afo_sim import gait as gait_file
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.foot import turned
-from afo_sim.gait import fit_to_leg
+from afo_sim.gait import cycle as gait_file
+from afo_sim.gait.cycle import fit_to_leg
 from afo_sim.model import Built, build
 from afo_sim.patient import FALL, RISE, activated, needed_moment
 from afo_sim.physics.passive_ankle import passive_moment

@@ -9,7 +9,7 @@ import pytest
 from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import gait_norm
+from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import Metric
 from afo_sim.strides import settled, strides
 from afo_sim.walk_metrics import WalkMetrics, dip, walk_metrics

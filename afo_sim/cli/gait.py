@@ -40,8 +40,8 @@ def gait_import_command(
     """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood."""
     given = {name: value for name, value in locals().items() if name not in ("files", "out")}
     with progress("reading the trial"):
-        from afo_sim.gait_readers.importing import import_to
-        from afo_sim.gait_readers.options import read_options
+        from afo_sim.gait.readers.importing import import_to
+        from afo_sim.gait.readers.options import read_options
 
         done, picture = import_to(out, files, read_options(given))
     print_table(str(out), ["what", "found"], [list(row) for row in done.findings()])
@@ -57,8 +57,8 @@ def gait_show_command(
     with progress("reading"):
         from afo_sim.common import assets
         from afo_sim.common.writing import check_writable
-        from afo_sim.gait import read
-        from afo_sim.gait_checks import findings
+        from afo_sim.gait.checks import findings
+        from afo_sim.gait.cycle import read
         from afo_sim.gait_figure import draw_gait
 
         cycle = read(assets.find_gait(gait))

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim import gait
 from afo_sim.carriage import Carriage
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.foot import foot_of, turned
+from afo_sim.gait import cycle as gait
 from afo_sim.mounting import ANKLE
 from afo_sim.sole import sole_thickness
 from afo_sim.strides import stance_force

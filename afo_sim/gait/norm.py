@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.common.assets import find_gait
 from afo_sim.common.phase_table import read_header, read_table
-from afo_sim.gait import DEGREE
+from afo_sim.gait.cycle import DEGREE
 
 SHIPPED = "norm_adult"
 # Column of the file: field of Norm.

@@ -5,7 +5,7 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_readers.choices import Choices
+from afo_sim.gait.readers.choices import Choices
 
 QUANTITIES = {
     "mass": "kg",

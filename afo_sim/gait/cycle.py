@@ -12,7 +12,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.phase_table import read_header, read_table, write_table
 from afo_sim.common.units import GRAVITY
-from afo_sim.fourier import FourierSeries
+from afo_sim.gait.fourier import FourierSeries
 
 HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
 FLAT = (0.15, 0.35)  # part of the stride in which the sole lies flat on the floor [-]
@@ -175,7 +175,7 @@ def read(path: str | pathlib.Path) -> GaitCycle:
         A key or column is missing or unknown, a cell is no number, or the numbers contradict what they
         are said to be (unit, sign, axis, stance, period): what was seen, and what was expected.
     """
-    from afo_sim.gait_checks import examine
+    from afo_sim.gait.checks import examine
 
     file = pathlib.Path(path)
     if read_header(file).get("kind") == "norm":

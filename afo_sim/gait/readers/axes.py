@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.markers import Markers
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.markers import Markers
 
 OBLIQUE = 20.0  # largest angle between the foot and an axis that is taken for walking along it [deg]
 

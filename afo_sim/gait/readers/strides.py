@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_readers.ground_force import Contact, GroundForce
-from afo_sim.gait_readers.leg_motion import LegMotion
-from afo_sim.gait_readers.signals import low_pass
+from afo_sim.gait.readers.ground_force import Contact, GroundForce
+from afo_sim.gait.readers.leg_motion import LegMotion
+from afo_sim.gait.readers.signals import low_pass
 
 STRIDE = (0.5, 2.5)  # shortest and longest time of a stride [s]
 AGREEMENT = 0.1  # of posture and force about a heel strike, as a share of the stride [-]

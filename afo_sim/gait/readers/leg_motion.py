@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_readers.axes import Axes
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.markers import Markers
-from afo_sim.gait_readers.opensim_table import OpenSimTable
-from afo_sim.gait_readers.signals import evenly, fill_gaps, low_pass
+from afo_sim.gait.readers.axes import Axes
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.markers import Markers
+from afo_sim.gait.readers.opensim_table import OpenSimTable
+from afo_sim.gait.readers.signals import evenly, fill_gaps, low_pass
 
 ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 HIP = (-0.063, -0.072)  # hip from the pelvis' origin: between the gait2392 and Rajagopal models [m]

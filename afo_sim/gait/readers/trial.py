@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_readers.axes import Axes, find_axes
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.leg_motion import ANGLES, LegMotion, from_joint_angles, from_markers
-from afo_sim.gait_readers.markers import Markers
-from afo_sim.gait_readers.opensim_table import OpenSimTable, read_opensim_table
-from afo_sim.gait_readers.plates import Plate, plates_of
+from afo_sim.gait.readers.axes import Axes, find_axes
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.leg_motion import ANGLES, LegMotion, from_joint_angles, from_markers
+from afo_sim.gait.readers.markers import Markers
+from afo_sim.gait.readers.opensim_table import OpenSimTable, read_opensim_table
+from afo_sim.gait.readers.plates import Plate, plates_of
 
 SUFFIXES = ".mot, .sto, .trc, .c3d"
 
@@ -67,11 +67,11 @@ def read_trial(files: Sequence[pathlib.Path]) -> Trial:
             kind = _kind(content)
             more = plates_of(content) if kind == "plates" else []
         elif suffix == ".trc":
-            from afo_sim.gait_readers.trc import read_trc
+            from afo_sim.gait.readers.trc import read_trc
 
             kind, content, more = "markers", read_trc(file), []
         elif suffix == ".c3d":
-            from afo_sim.gait_readers.c3d import read_c3d
+            from afo_sim.gait.readers.c3d import read_c3d
 
             content, more = read_c3d(file)
             kind = "markers"

@@ -6,7 +6,7 @@ from typing import NoReturn
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait import COLUMNS, GaitCycle
+from afo_sim.gait.cycle import COLUMNS, GaitCycle
 
 CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
 CLOSING_HEIGHT = 0.03  # likewise of the ankle's height [m]

@@ -6,7 +6,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_readers.markers import Markers
+from afo_sim.gait.readers.markers import Markers
 
 
 def read_trc(path: pathlib.Path) -> Markers:

@@ -7,8 +7,8 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_readers.markers import Markers
-from afo_sim.gait_readers.plates import Plate
+from afo_sim.gait.readers.markers import Markers
+from afo_sim.gait.readers.plates import Plate
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:

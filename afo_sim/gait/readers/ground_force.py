@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.gait_readers.axes import Axes
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.leg_motion import LegMotion
-from afo_sim.gait_readers.plates import Plate
-from afo_sim.gait_readers.signals import evenly, low_pass
+from afo_sim.gait.readers.axes import Axes
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.leg_motion import LegMotion
+from afo_sim.gait.readers.plates import Plate
+from afo_sim.gait.readers.signals import evenly, low_pass
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
 SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]

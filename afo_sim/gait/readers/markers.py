@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.gait_readers.choices import ROLES, Choices
+from afo_sim.gait.readers.choices import ROLES, Choices
 
 # Usual names by role, lower case without punctuation, "?" for the side's letter. The first line is the
 # outer side's marker; where the inner side's of the second line is there too, their midpoint counts.

@@ -9,16 +9,16 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.common.writing import check_writable
-from afo_sim.gait import FLAT, GaitCycle, write
-from afo_sim.gait_checks import RANGES, examine, findings
-from afo_sim.gait_readers.axes import Axes
-from afo_sim.gait_readers.choices import Choices
-from afo_sim.gait_readers.ground_force import GroundForce, foot_force
-from afo_sim.gait_readers.leg_motion import LegMotion
-from afo_sim.gait_readers.opensim_table import OpenSimTable
-from afo_sim.gait_readers.signals import evenly, fill_gaps
-from afo_sim.gait_readers.strides import Stride, find_strides
-from afo_sim.gait_readers.trial import Trial, read_trial
+from afo_sim.gait.checks import RANGES, examine, findings
+from afo_sim.gait.cycle import FLAT, GaitCycle, write
+from afo_sim.gait.readers.axes import Axes
+from afo_sim.gait.readers.choices import Choices
+from afo_sim.gait.readers.ground_force import GroundForce, foot_force
+from afo_sim.gait.readers.leg_motion import LegMotion
+from afo_sim.gait.readers.opensim_table import OpenSimTable
+from afo_sim.gait.readers.signals import evenly, fill_gaps
+from afo_sim.gait.readers.strides import Stride, find_strides
+from afo_sim.gait.readers.trial import Trial, read_trial
 
 STANDING = 0.15  # speed that is no walking [m/s]
 HEIGHTS = RANGES["ankle_height_m"]  # that an ankle can have above the floor [m]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.gait_readers.opensim_table import OpenSimTable
+from afo_sim.gait.readers.opensim_table import OpenSimTable
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
 
