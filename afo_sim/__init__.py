@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from afo_sim.common.errors import AfoSimError as AfoSimError
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
+    from afo_sim.description.reader import load as load
     from afo_sim.model import build as build
-    from afo_sim.reader import load as load
     from afo_sim.recording import Recording as Recording
     from afo_sim.run_files import read_recording as read_recording
     from afo_sim.simulate import run as run
@@ -22,7 +22,7 @@ _PUBLIC = {
     "AfoSimError": "common.errors",
     "InputError": "common.errors",
     "SimulationError": "common.errors",
-    "load": "reader",
+    "load": "description.reader",
     "build": "model",
     "Recording": "recording",
     "read_recording": "run_files",

@@ -9,13 +9,13 @@ import numpy as np
 from afo_sim.checks_file import read_checks
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
 from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle
-from afo_sim.reader import load
-from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
 
 # A TOML file is the kind of description whose tell-tale key it holds.
 TELLTALES = {

@@ -10,13 +10,13 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.writing import check_writable, replacing
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
 from afo_sim.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.model import build
-from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.run_files import RERUN
 from afo_sim.simulate import run_built
-from afo_sim.spec import Scenario
 
 ANGLE = "ankle/angle"
 FIGURE, TABLE = "comparison", "differences.csv"

@@ -18,12 +18,12 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.walking import Ground
 from afo_sim.foot import POINTS, Foot, turned
 from afo_sim.walk import Walk
-from afo_sim.walk_spec import Ground
 
 if TYPE_CHECKING:
-    from afo_sim.spec import Scenario
+    from afo_sim.description.scenario import Scenario
 
 LOADED = 1.0  # force from which on a pad stands on the floor; below it plates only hum [N]
 RAMP = 0.02  # time in which the floor passes from its own height to the recorded sole's [s]

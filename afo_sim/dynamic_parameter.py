@@ -7,7 +7,7 @@ from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import format_quantity, in_unit
-from afo_sim.spec import Scenario
+from afo_sim.description.scenario import Scenario
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim import reader
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
 from afo_sim.common.writing import replacing
+from afo_sim.description import reader
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fit import Fit, rms
 from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take

@@ -4,9 +4,9 @@ import json
 import pathlib
 from typing import Any
 
-from afo_sim import reader
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import replacing
+from afo_sim.description import reader
 from afo_sim.fit_run import FitRun
 from afo_sim.log_figure import draw_log
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, GRAVITY
-from afo_sim.muscle import Muscle
+from afo_sim.description.muscle import Muscle
 
 DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
 TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]

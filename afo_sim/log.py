@@ -10,9 +10,9 @@ import numpy as np
 from afo_sim.common.csv_table import Table, number, read_facts, read_table, scale_of, split_title
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
+from afo_sim.description.scenario import Scenario
 from afo_sim.mounting import muscle_names, valve_names
 from afo_sim.recording import Recording, describe
-from afo_sim.spec import Scenario
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"
 HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}

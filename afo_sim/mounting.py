@@ -16,12 +16,12 @@ from afo_sim.common.units import (
     STANDARD_DENSITY,
     in_unit,
 )
-from afo_sim.muscle import Muscle
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
 from afo_sim.physics.friction import contact_surface
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 from afo_sim.physics.pneumatics import LAMINAR_RATIO
-from afo_sim.spec import MuscleGroup, Orthosis, Scenario
 
 ANKLE = "ankle"
 AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2

@@ -8,9 +8,9 @@ import numba
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.scenario import PassiveAnkle, Scenario
 from afo_sim.foot import Foot
 from afo_sim.physics.passive_ankle import passive_moment
-from afo_sim.spec import PassiveAnkle, Scenario
 from afo_sim.walk import Walk
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase [N·m/(rad·kg)]: stance after

@@ -9,6 +9,7 @@ from afo_sim import report_figure
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
+from afo_sim.description.words import facts
 from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metric_words import GROUPS, in_short, number, unit, words
@@ -16,7 +17,6 @@ from afo_sim.metrics import Metric
 from afo_sim.recording import Recording
 from afo_sim.report_figure import RUNS, WIDTH, Shown
 from afo_sim.run_files import read_recording
-from afo_sim.scenario_words import facts
 
 NAME = "report.html"
 SUFFIXES = (".html", ".htm")

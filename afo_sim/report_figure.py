@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.description.words import body_mass
 from afo_sim.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.gait import norm as gait_norm
 from afo_sim.recording import Recording
-from afo_sim.scenario_words import body_mass
 from afo_sim.strides import Stride, settled, strides
 from afo_sim.walk_metrics import ORTHOSIS, chambers, dip, has_orthosis
 

@@ -10,9 +10,9 @@ from afo_sim import stand
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.common.writing import check_writable
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.reader import load as load_description
 from afo_sim.measured import Measured, read_measured
-from afo_sim.muscle import Muscle
-from afo_sim.reader import load as load_description
 from afo_sim.stand import Trial
 from afo_sim.stand_compare import Comparison, compare, points_of
 from afo_sim.stand_files import set_point_text, target, write

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.description.muscle import Muscle
 from afo_sim.measured import Measured
-from afo_sim.muscle import Muscle
 from afo_sim.stand import Trial
 from afo_sim.stand_measures import AXES
 from afo_sim.stand_range import force_at, lock

@@ -10,11 +10,11 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.muscle import Muscle
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.reader import load as load_description
+from afo_sim.description.scenario import Valve
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import muscle_volume
-from afo_sim.reader import load as load_description
-from afo_sim.spec import Valve
 from afo_sim.stand_limits import (
     LEAST_LOAD,
     PULLING,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.muscle import Muscle
+from afo_sim.description.muscle import Muscle
 from afo_sim.physics.hill import hill_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import MAX_COEFFICIENTS, muscle_static_force

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import assets
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.walking import Gait
 from afo_sim.gait import cycle as gait_file
 from afo_sim.gait.cycle import GaitCycle, fit_to_leg
-from afo_sim.spec import Scenario
-from afo_sim.walk_spec import Gait
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")

@@ -5,9 +5,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.contact import pad_stiffness
+from afo_sim.description.scenario import Scenario
 from afo_sim.foot import POINTS, foot_of
 from afo_sim.mounting import ANKLE
-from afo_sim.spec import Scenario
 from afo_sim.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)

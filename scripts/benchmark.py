@@ -26,9 +26,9 @@ import numpy as np
 from mujoco.batch import Batch
 
 from afo_sim import native, schedule
+from afo_sim.description.reader import load
 from afo_sim.model import PASSIVE, Built, build
 from afo_sim.mounting import muscle_names
-from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.simulate import run
 from afo_sim.start import equilibrium

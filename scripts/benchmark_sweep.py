@@ -21,8 +21,8 @@ from mujoco.batch import Batch
 
 from afo_sim import native, schedule
 from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
 from afo_sim.model import build
-from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
 from afo_sim.start import walking_start

@@ -15,12 +15,12 @@ from matplotlib import pyplot
 
 import afo_sim
 from afo_sim.common import assets
+from afo_sim.description.reader import load
 from afo_sim.fit import rms
 from afo_sim.fit_problem import select
 from afo_sim.measured import read_measured
 from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS
-from afo_sim.reader import load
 
 MUSCLE = "dmsp_10"
 GROUP = "orthosis.muscle.dorsiflexor"

@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 import afo_sim
 from afo_sim import figure
 from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
 from afo_sim.model import build
 from afo_sim.mounting import sweep_ankle
-from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.view import write_rrd
 

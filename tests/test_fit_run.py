@@ -11,10 +11,10 @@ from command import call
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
+from afo_sim.description.reader import load
 from afo_sim.dynamic_parameter import find_parameters
 from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
 from afo_sim.fit_run_files import scenario_toml, write_fit_run
-from afo_sim.reader import load
 from afo_sim.recording import Recording
 
 SHORT = {"duration": "8 s"}

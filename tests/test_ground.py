@@ -10,11 +10,11 @@ from scipy.integrate import solve_ivp
 from afo_sim import native
 from afo_sim.common.units import GRAVITY
 from afo_sim.contact import pad_stiffness, shares, standing
+from afo_sim.description.reader import load
 from afo_sim.foot import POINTS, turned
 from afo_sim.model import Built, build
 from afo_sim.patient import ground_moment
 from afo_sim.physics.ground import pad_force
-from afo_sim.reader import load
 from afo_sim.start import walking_start
 
 

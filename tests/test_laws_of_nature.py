@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 import afo_sim
 from afo_sim import native, schedule
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.description.reader import load
 from afo_sim.model import build
 from afo_sim.mounting import muscle_names
-from afo_sim.reader import load
 from afo_sim.recording import Recording
 from afo_sim.start import equilibrium
 

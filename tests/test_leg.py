@@ -8,8 +8,8 @@ import pytest
 
 import afo_sim
 from afo_sim import native, schedule
+from afo_sim.description.reader import load
 from afo_sim.model import Built, build
-from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
 from afo_sim.start import equilibrium, get_state

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
 from afo_sim.model import build
 from afo_sim.mounting import lock_contraction, sweep_ankle
-from afo_sim.reader import load
 
 FORWARD = "orthosis.muscle.dorsiflexor"
 BACK = "orthosis.muscle.plantarflexor"

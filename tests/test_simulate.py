@@ -6,9 +6,9 @@ import pytest
 import afo_sim
 from afo_sim import schedule
 from afo_sim.common.errors import CallbackError, InputError
+from afo_sim.description.reader import load
 from afo_sim.model import build
 from afo_sim.native import slots
-from afo_sim.reader import load
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
 

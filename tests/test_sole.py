@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from afo_sim.description.reader import load
 from afo_sim.model import build
 from afo_sim.mounting import ANKLE
-from afo_sim.reader import load
 from afo_sim.sole import lowest, sole_thickness
 
 SHAPES = {

@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 from afo_sim import stand, stand_measures
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
+from afo_sim.description.reader import load
 from afo_sim.physics.pneumatics import muscle_volume
-from afo_sim.reader import load
 from afo_sim.stand import Trial
 from afo_sim.stand_plan import Laboratory, Plan, plan_isobaric, plan_release
 from afo_sim.stand_range import force_at, lock, slack

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, least_squares
 
-from afo_sim import reader
 from afo_sim.common import assets
+from afo_sim.description import reader
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid, Law
 from afo_sim.physics.laws import LAWS

@@ -13,7 +13,7 @@ import pytest
 from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
 
 from afo_sim.common.errors import InputError
-from afo_sim.reader import expand
+from afo_sim.description.reader import expand
 from afo_sim.sweep import cluster, engine, runner, store
 
 distributed = pytest.importorskip("distributed")

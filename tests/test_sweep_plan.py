@@ -19,7 +19,7 @@ from scipy.stats import qmc
 
 from afo_sim.common import assets, units
 from afo_sim.common.errors import InputError
-from afo_sim.reader import load
+from afo_sim.description.reader import load
 from afo_sim.sweep import design, plan
 from afo_sim.sweep.design import Cases, cases_of
 

@@ -22,9 +22,9 @@ import afo_sim
 import afo_sim.sweep
 from afo_sim.cli.sweep import reporter
 from afo_sim.common.errors import InputError
+from afo_sim.description.reader import expand
 from afo_sim.metric_words import OTHER, words
 from afo_sim.metrics import Metric
-from afo_sim.reader import expand
 from afo_sim.sweep import engine, plan, replay, runner, sobol, store
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.runner import Progress

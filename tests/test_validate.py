@@ -11,7 +11,8 @@ import pytest
 from command import call
 from matplotlib.figure import Figure
 
-from afo_sim import hanging, reader, validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim import hanging, validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim.description import reader
 from afo_sim.validate import Row
 
 README = (pathlib.Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ import rerun as rr
 import rerun_cli
 
 from afo_sim.common.errors import InputError
-from afo_sim.reader import load
+from afo_sim.description.reader import load
 from afo_sim.recording import Recording
 from afo_sim.run_files import write_parquet
 from afo_sim.view import screenshot, write_comparison, write_rrd

@@ -27,7 +27,7 @@ def list_command(
             allowed=", ".join(LISTS),
             nearest=nearest_name(what, LISTS),
         )
-    from afo_sim.catalogue import entries
+    from afo_sim.description.catalogue import entries
 
     for kind in [what] if what else LISTS:
         rows = [list(row) for row in entries(kind)]

@@ -37,8 +37,8 @@ def run(
     hertz = None if rate is None else hertz_of(rate)
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
+        from afo_sim.description.reader import load
         from afo_sim.model import build
-        from afo_sim.reader import load
         from afo_sim.simulate import run_built
 
         built = build(load("scenario", scenario, values))
@@ -116,8 +116,8 @@ def torque_map_command(
 
         from afo_sim import torque_map as tm
         from afo_sim.common.writing import check_writable, replacing
+        from afo_sim.description.reader import load
         from afo_sim.model import build
-        from afo_sim.reader import load
 
         built = build(load("scenario", scenario, values))
         check_writable(out)

@@ -12,7 +12,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import disk, keeping
-from afo_sim.reader import expand, load
+from afo_sim.description.reader import expand, load
 from afo_sim.search import store
 from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
 from afo_sim.search.answers import Answers, Columns, Pool, answers

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from afo_sim.common.errors import InputError
-from afo_sim.reader import load
+from afo_sim.description.reader import load
 from afo_sim.sweep.parameter import Choice, OwnSeed, Parameter
 from afo_sim.sweep.plan import Plan
 

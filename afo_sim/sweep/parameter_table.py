@@ -11,10 +11,10 @@ from pydantic import Field as Option
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
+from afo_sim.description.field import Field, field_at
+from afo_sim.description.quantity import refusal
+from afo_sim.description.scenario import Scenario
 from afo_sim.metric_words import OTHER, words
-from afo_sim.quantity import refusal
-from afo_sim.spec import Scenario
-from afo_sim.sweep.field import Field, field_at
 from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.sweep.results import EVERY_ROW, OVERRIDES, WARNINGS
 

@@ -12,10 +12,10 @@ from pydantic import StrictInt, StrictStr, ValidationError, field_validator
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.quantity import refusal
+from afo_sim.description.reader import PROBLEMS, load, split_key
+from afo_sim.description.scenario import Scenario
 from afo_sim.metric_words import OTHER, WORDS, words
-from afo_sim.quantity import refusal
-from afo_sim.reader import PROBLEMS, load, split_key
-from afo_sim.spec import Scenario
 from afo_sim.sweep.case_table import values_of
 from afo_sim.sweep.constraint import Constraint, read_constraint
 from afo_sim.sweep.parameter import Choice, Parameter

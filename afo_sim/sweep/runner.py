@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable
-from afo_sim.reader import expand
+from afo_sim.description.reader import expand
 from afo_sim.sweep import cluster, engine
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import OK, Outcome

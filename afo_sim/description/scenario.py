@@ -11,9 +11,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.common.errors import nearest_name
-from afo_sim.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
-from afo_sim.quantity import Described, Quantity, refusal
-from afo_sim.walk_spec import Gait, Ground, Patient, Phases
+from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
+from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.walking import Gait, Ground, Patient, Phases
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]

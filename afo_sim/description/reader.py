@@ -11,8 +11,8 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.spec import Leg, Muscle, Orthosis, Scenario, Valve
-from afo_sim.walk_spec import Patient
+from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
+from afo_sim.description.walking import Patient
 
 Path = tuple[str, ...]
 SPECS: dict[str, type[BaseModel]] = {

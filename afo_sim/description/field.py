@@ -12,13 +12,13 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES
-from afo_sim.muscle import FrictionSet, LawSet
+from afo_sim.description.muscle import FrictionSet, LawSet
+from afo_sim.description.quantity import Quantity
+from afo_sim.description.reader import SPECS, load, split_key
+from afo_sim.description.scenario import Scenario
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.law import LawParameter
 from afo_sim.physics.laws import LAWS
-from afo_sim.quantity import Quantity
-from afo_sim.reader import SPECS, load, split_key
-from afo_sim.spec import Scenario
 
 HOW: dict[Any, tuple[str, Any]] = {
     LawSet: ("law", LAWS),

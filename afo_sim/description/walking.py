@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from afo_sim.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]

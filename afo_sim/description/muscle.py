@@ -8,10 +8,10 @@ from pydantic_core import PydanticCustomError
 
 from afo_sim.common.errors import nearest_name
 from afo_sim.common.units import format_quantity, parse_quantity
+from afo_sim.description.quantity import Described, Quantity, refusal, split_sources
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws import LAWS
-from afo_sim.quantity import Described, Quantity, refusal, split_sources
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]

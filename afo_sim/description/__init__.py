@@ -1,0 +1,1 @@
+"""Frozen descriptions of muscle, orthosis, leg, patient and scenario, and the reader of their files."""
