@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from rig import charged, hanging_mass
 
-from afo_sim import native, struct_layout
+from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.common.errors import CallbackError
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import LawSet
 from afo_sim.description.reader import load
 from afo_sim.model import build
-from afo_sim.native import slots
+from afo_sim.native import slots, struct_layout
 
 
 def test_layout_is_compared_field_by_field() -> None:

@@ -49,7 +49,7 @@ def _library() -> pathlib.Path:
 
 @functools.cache
 def _native_callbacks() -> tuple[Any, Any]:
-    from afo_sim.struct_layout import actuator_callback, verify
+    from afo_sim.native.struct_layout import actuator_callback, verify
 
     verify()
     mju_error = ctypes.CDLL(str(_library())).mju_error
