@@ -14,9 +14,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import replacing
 from afo_sim.foot import foot_of, turned
+from afo_sim.metrics.strides import stance_force
 from afo_sim.mounting import ANKLE
 from afo_sim.recording import Recording
-from afo_sim.strides import stance_force
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]

@@ -17,14 +17,14 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics import Metric, ankle_metrics
+from afo_sim.metrics.metric import Metric, ankle_metrics
+from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model import Built
 from afo_sim.mounting import chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
 from afo_sim.walk_columns import WALKING, walking_columns
-from afo_sim.walk_metrics import WalkMetrics, walk_metrics
 
 if TYPE_CHECKING:
     import pandas

@@ -12,8 +12,8 @@ from afo_sim.common.writing import check_writable, replacing
 from afo_sim.description.words import facts
 from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metric_words import GROUPS, in_short, number, unit, words
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.words import GROUPS, in_short, number, unit, words
 from afo_sim.recording import Recording
 from afo_sim.report_figure import RUNS, WIDTH, Shown
 from afo_sim.run_files import read_recording

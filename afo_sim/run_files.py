@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
 from afo_sim.recording import Recording, describe
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"

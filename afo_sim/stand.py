@@ -18,7 +18,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import load as load_description
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
 from afo_sim.physics.pneumatics import muscle_volume
 from afo_sim.stand_measures import measures
 from afo_sim.stand_plan import (

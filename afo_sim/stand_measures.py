@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
 from afo_sim.stand_plan import Plan
 
 Rows = dict[str, np.ndarray]

@@ -19,7 +19,7 @@ import afo_sim
 from afo_sim.checks import Expectation, check_metric, expect
 from afo_sim.checks_file import CheckEntry, read_checks, run_checks
 from afo_sim.common.errors import InputError
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
 from afo_sim.recording import Recording
 
 CHECKS = pathlib.Path(__file__).parents[1] / "models" / "checks"

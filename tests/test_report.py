@@ -18,12 +18,12 @@ from afo_sim import report_figure
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.words import body_mass, facts
-from afo_sim.metric_words import OTHER, in_short, number, words
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.walking import walk_metrics
+from afo_sim.metrics.words import OTHER, in_short, number, words
 from afo_sim.recording import Recording
 from afo_sim.report import page, read_runs, write_report
 from afo_sim.report_figure import RUNS, Shown
-from afo_sim.walk_metrics import walk_metrics
 
 
 class Reader(html.parser.HTMLParser):

@@ -23,8 +23,8 @@ import afo_sim.sweep
 from afo_sim.cli.sweep import reporter
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.metric_words import OTHER, words
-from afo_sim.metrics import Metric
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.words import OTHER, words
 from afo_sim.sweep import engine, plan, replay, runner, sobol, store
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.runner import Progress

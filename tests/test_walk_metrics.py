@@ -10,9 +10,9 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF,
 
 import afo_sim
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import Metric
-from afo_sim.strides import settled, strides
-from afo_sim.walk_metrics import WalkMetrics, dip, walk_metrics
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.strides import settled, strides
+from afo_sim.metrics.walking import WalkMetrics, dip, walk_metrics
 
 
 def metrics(columns: dict[str, np.ndarray]) -> WalkMetrics:

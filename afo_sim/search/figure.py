@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim import metric_words
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.metrics import words as metric_words
 from afo_sim.report_figure import plain
 from afo_sim.search.aim import OBJECTIVE, Limit
 from afo_sim.search.loop import Columns, Problem, best_of

@@ -17,7 +17,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
-from afo_sim.metric_words import OTHER, WORDS, words
+from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
 from afo_sim.sweep import plan as sweep_plan
 from afo_sim.sweep.design import Cases, case_seeds, cases_of

@@ -15,7 +15,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import PROBLEMS, load, split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.metric_words import OTHER, WORDS, words
+from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.sweep.case_table import values_of
 from afo_sim.sweep.constraint import Constraint, read_constraint
 from afo_sim.sweep.parameter import Choice, Parameter

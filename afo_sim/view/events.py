@@ -3,7 +3,7 @@
 import numpy as np
 import rerun as rr
 
-from afo_sim.strides import stance_force
+from afo_sim.metrics.strides import stance_force
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.curves import colour_of
 from afo_sim.view.source import Columns, Source

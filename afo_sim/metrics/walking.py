@@ -15,8 +15,8 @@ import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import Metric
-from afo_sim.strides import Stride, settled, strides
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.strides import Stride, settled, strides
 
 ROUNDING = 1e-9  # of torques, powers and works
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]

@@ -1,0 +1,1 @@
+"""Numbers from columns: definitions, strides, walking. Columns are dictionaries of arrays."""
