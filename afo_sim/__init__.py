@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
     from afo_sim.description.reader import load as load
-    from afo_sim.model import build as build
+    from afo_sim.model.build import build as build
     from afo_sim.recording import Recording as Recording
     from afo_sim.run_files import read_recording as read_recording
     from afo_sim.simulate import run as run
@@ -23,7 +23,7 @@ _PUBLIC = {
     "InputError": "common.errors",
     "SimulationError": "common.errors",
     "load": "description.reader",
-    "build": "model",
+    "build": "model.build",
     "Recording": "recording",
     "read_recording": "run_files",
     "run": "simulate",

@@ -14,8 +14,8 @@ from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
 from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
-from afo_sim.model import build
-from afo_sim.mounting import lock_contraction, sweep_ankle
+from afo_sim.model.build import build
+from afo_sim.model.mounting import lock_contraction, sweep_ankle
 
 # A TOML file is the kind of description whose tell-tale key it holds.
 TELLTALES = {

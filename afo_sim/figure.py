@@ -13,9 +13,9 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import replacing
-from afo_sim.foot import foot_of, turned
 from afo_sim.metrics.strides import stance_force
-from afo_sim.mounting import ANKLE
+from afo_sim.model.foot import foot_of, turned
+from afo_sim.model.mounting import ANKLE
 from afo_sim.recording import Recording
 
 FORMATS = ("png", "pdf", "svg")

@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim import schedule
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.dynamic_parameter import Parameter, find_parameters
 from afo_sim.fit import rms
 from afo_sim.identifiability import Estimate, intervals, refused, verdict
 from afo_sim.log import Log, read_log, read_noise
-from afo_sim.model import build
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import build
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
 

@@ -19,8 +19,8 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric, ankle_metrics
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
-from afo_sim.model import Built
-from afo_sim.mounting import chamber_of, muscle_names
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force

@@ -13,14 +13,15 @@ import numpy as np
 from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
-from afo_sim import native, schedule
+from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model import Built, build
-from afo_sim.mounting import ANKLE
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.model.mounting import ANKLE
+from afo_sim.model.start import equilibrium, fill_chambers, walking_start
 from afo_sim.recording import Recording, make_recording
-from afo_sim.start import equilibrium, fill_chambers, walking_start
 
 # What a roll-out records. The state is that after each step, the rest belongs to the state before it.
 STATE = ("time", "qpos", "qvel", "act")

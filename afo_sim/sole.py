@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from afo_sim.foot import foot_of
+from afo_sim.model.foot import foot_of
 
 
 def sole_thickness(model: mujoco.MjModel, body: str, joint: str) -> float:

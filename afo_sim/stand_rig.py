@@ -29,13 +29,13 @@ from afo_sim.common.units import (
     HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
 )
-from afo_sim.mounting import AIR_LIMIT, BRAID_LIMIT
+from afo_sim.model.mounting import AIR_LIMIT, BRAID_LIMIT
+from afo_sim.model.start import get_state
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
 from afo_sim.simulate import instability
 from afo_sim.stand_plan import Plan
 from afo_sim.stand_range import damping
-from afo_sim.start import get_state
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]

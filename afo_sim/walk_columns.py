@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.contact import LOADED
-from afo_sim.foot import POINTS, turned_all
-from afo_sim.walk import JOINTS
-from afo_sim.walk_model import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
+from afo_sim.model.contact import LOADED
+from afo_sim.model.foot import POINTS, turned_all
+from afo_sim.model.walk import JOINTS
+from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
 
 if TYPE_CHECKING:
-    from afo_sim.model import Built
+    from afo_sim.model.build import Built
 
 # (unit, sign) of the columns.
 WALKING = {

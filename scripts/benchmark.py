@@ -25,13 +25,14 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from afo_sim import native, schedule
+from afo_sim import native
 from afo_sim.description.reader import load
-from afo_sim.model import PASSIVE, Built, build
-from afo_sim.mounting import muscle_names
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import PASSIVE, Built, build
+from afo_sim.model.mounting import muscle_names
+from afo_sim.model.start import equilibrium
 from afo_sim.recording import Recording
 from afo_sim.simulate import run
-from afo_sim.start import equilibrium
 
 
 def motor_model(built: Built) -> mujoco.MjModel:

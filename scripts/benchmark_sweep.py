@@ -19,13 +19,14 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from afo_sim import native, schedule
+from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model import build
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import build
+from afo_sim.model.start import walking_start
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
-from afo_sim.start import walking_start
 from afo_sim.sweep import design, engine, plan, runner
 
 WALK = """

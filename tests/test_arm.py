@@ -14,8 +14,8 @@ import afo_sim
 from afo_sim import figure
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model import build
-from afo_sim.mounting import sweep_ankle
+from afo_sim.model.build import build
+from afo_sim.model.mounting import sweep_ankle
 from afo_sim.recording import Recording
 from afo_sim.view import write_rrd
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command import call
 
-from afo_sim import schedule
+from afo_sim.model import controls as schedule
 
 
 def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProcess[str]:

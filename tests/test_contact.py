@@ -13,7 +13,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
-from afo_sim.model import Built, build
+from afo_sim.model.build import Built, build
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.recording import Recording
 from afo_sim.simulate import run_built

@@ -9,13 +9,13 @@ from scipy.integrate import solve_ivp
 
 from afo_sim import native
 from afo_sim.common.units import GRAVITY
-from afo_sim.contact import pad_stiffness, shares, standing
 from afo_sim.description.reader import load
-from afo_sim.foot import POINTS, turned
-from afo_sim.model import Built, build
-from afo_sim.patient import ground_moment
+from afo_sim.model.build import Built, build
+from afo_sim.model.contact import pad_stiffness, shares, standing
+from afo_sim.model.foot import POINTS, turned
+from afo_sim.model.patient import ground_moment
+from afo_sim.model.start import walking_start
 from afo_sim.physics.ground import pad_force
-from afo_sim.start import walking_start
 
 
 def contact_built() -> Built:

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim import native, schedule
+from afo_sim import native
 from afo_sim.description.reader import load
-from afo_sim.model import Built, build
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.model.start import equilibrium, get_state
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate
-from afo_sim.start import equilibrium, get_state
 
 FRICTION = 0.005  # [N·m]
 # The foot swings on its tissue alone: no damper, valves to the air, muscles slack about the angle of rest.

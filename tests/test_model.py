@@ -6,8 +6,8 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model import build
-from afo_sim.mounting import lock_contraction, sweep_ankle
+from afo_sim.model.build import build
+from afo_sim.model.mounting import lock_contraction, sweep_ankle
 
 FORWARD = "orthosis.muscle.dorsiflexor"
 BACK = "orthosis.muscle.plantarflexor"

@@ -13,7 +13,7 @@ from afo_sim.common.errors import CallbackError
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import LawSet
 from afo_sim.description.reader import load
-from afo_sim.model import build
+from afo_sim.model.build import build
 from afo_sim.native import slots, struct_layout
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.schedule import open_at
+from afo_sim.model.controls import open_at
 
 STEP = 1e-3
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim import schedule
 from afo_sim.common.errors import CallbackError, InputError
 from afo_sim.description.reader import load
-from afo_sim.model import build
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import build
 from afo_sim.native import slots
 from afo_sim.recording import Recording, make_recording
 from afo_sim.simulate import simulate

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from afo_sim.description.reader import load
-from afo_sim.model import build
-from afo_sim.mounting import ANKLE
+from afo_sim.model.build import build
+from afo_sim.model.mounting import ANKLE
 from afo_sim.sole import lowest, sole_thickness
 
 SHAPES = {

@@ -258,7 +258,7 @@ def test_missing_driver_is_said_with_the_packages_name(
 @needs_vulkan
 def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
-    from afo_sim.model import build
+    from afo_sim.model.build import build
     from afo_sim.simulate import run_built
     from afo_sim.view.live import live_viewer
 
@@ -276,7 +276,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
 
 
 def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
-    from afo_sim.model import build
+    from afo_sim.model.build import build
     from afo_sim.simulate import run_built
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)

@@ -11,7 +11,7 @@ from test_view import needs_vulkan, read, rerun
 
 import afo_sim
 from afo_sim.description.reader import load
-from afo_sim.model import build
+from afo_sim.model.build import build
 from afo_sim.recording import Recording
 from afo_sim.run_files import read_recording
 from afo_sim.simulate import run_built

@@ -12,14 +12,14 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.description.walking import Gait
-from afo_sim.foot import turned
 from afo_sim.gait import cycle as gait_file
 from afo_sim.gait.cycle import fit_to_leg
-from afo_sim.model import Built, build
-from afo_sim.patient import FALL, RISE, activated, needed_moment
+from afo_sim.model.build import Built, build
+from afo_sim.model.foot import turned
+from afo_sim.model.patient import FALL, RISE, activated, needed_moment
+from afo_sim.model.walk import phase_at
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.recording import Recording
-from afo_sim.walk import phase_at
 
 HALF_STEP = {"timestep": "0.125 ms"}  # of the shipped scenario's
 TEN_STRIDES = {"duration": "12.2 s"}

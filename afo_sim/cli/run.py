@@ -38,7 +38,7 @@ def run(
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
-        from afo_sim.model import build
+        from afo_sim.model.build import build
         from afo_sim.simulate import run_built
 
         built = build(load("scenario", scenario, values))
@@ -114,10 +114,10 @@ def torque_map_command(
     with progress("computing torques"):
         import numpy as np
 
-        from afo_sim import torque_map as tm
         from afo_sim.common.writing import check_writable, replacing
         from afo_sim.description.reader import load
-        from afo_sim.model import build
+        from afo_sim.model import torque_map as tm
+        from afo_sim.model.build import build
 
         built = build(load("scenario", scenario, values))
         check_writable(out)

@@ -16,11 +16,12 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim import native, schedule
+from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.metrics.metric import Metric
-from afo_sim.model import Built, build
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
 from afo_sim.recording import examine
 from afo_sim.simulate import Rollout, Workspace, row_width, simulate, simulate_together
 from afo_sim.sweep.memory import keep_flat

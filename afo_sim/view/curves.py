@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.foot import foot_of, turned
-from afo_sim.mounting import ANKLE
+from afo_sim.model.foot import foot_of, turned
+from afo_sim.model.mounting import ANKLE
 from afo_sim.view.clock import GAIT, send
 from afo_sim.view.source import Columns, Source
 

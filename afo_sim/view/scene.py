@@ -9,7 +9,7 @@ import rerun as rr
 
 from afo_sim.description.scenario import Muscle, MuscleGroup
 from afo_sim.metrics.strides import stance_force
-from afo_sim.mounting import ANKLE, chamber_of, muscle_names
+from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.view.clock import GAIT, send
 from afo_sim.view.source import Columns, Source
 

@@ -16,10 +16,10 @@ import rerun as rr
 from afo_sim.carriage import Carriage
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
-from afo_sim.foot import foot_of, turned
 from afo_sim.gait import cycle as gait
 from afo_sim.metrics.strides import stance_force
-from afo_sim.mounting import ANKLE
+from afo_sim.model.foot import foot_of, turned
+from afo_sim.model.mounting import ANKLE
 from afo_sim.sole import sole_thickness
 from afo_sim.view.clock import GAIT, send, strides
 from afo_sim.view.events import STANCE_FORCE

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from afo_sim.model import Built
-from afo_sim.patient import ground_moment
-from afo_sim.walk import JOINTS
-from afo_sim.walk_model import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
+from afo_sim.model.build import Built
+from afo_sim.model.patient import ground_moment
+from afo_sim.model.walk import JOINTS
+from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 
 
 def open_at(

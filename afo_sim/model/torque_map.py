@@ -9,9 +9,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
-from afo_sim.model import Built
-from afo_sim.mounting import sweep_ankle
-from afo_sim.start import fill_chambers
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import sweep_ankle
+from afo_sim.model.start import fill_chambers
 
 # What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}

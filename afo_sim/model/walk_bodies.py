@@ -4,11 +4,11 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.contact import pad_stiffness
 from afo_sim.description.scenario import Scenario
-from afo_sim.foot import POINTS, foot_of
-from afo_sim.mounting import ANKLE
-from afo_sim.walk import ARMATURE, JOINTS
+from afo_sim.model.contact import pad_stiffness
+from afo_sim.model.foot import POINTS, foot_of
+from afo_sim.model.mounting import ANKLE
+from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
 GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"

@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.model import Built
-from afo_sim.mounting import ANKLE
-from afo_sim.walk import JOINTS
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import ANKLE
+from afo_sim.model.walk import JOINTS
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:

@@ -10,16 +10,17 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from afo_sim import mounting, native
+from afo_sim import native
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import GRAVITY
-from afo_sim.contact import Contact, check_sole, register
 from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
-from afo_sim.foot import Foot, foot_of
-from afo_sim.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
-from afo_sim.patient import Active, active
-from afo_sim.walk import Walk, lay_out
-from afo_sim.walk_model import add_walking, fill_walking, scale, walking_actuators
+from afo_sim.model import mounting
+from afo_sim.model.contact import Contact, check_sole, register
+from afo_sim.model.foot import Foot, foot_of
+from afo_sim.model.mounting import ANKLE, Index, chamber_of, friction_states, muscle_names, valve_names
+from afo_sim.model.patient import Active, active
+from afo_sim.model.walk import Walk, lay_out
+from afo_sim.model.walk_bodies import add_walking, fill_walking, scale, walking_actuators
 
 PASSIVE = "passive_ankle"
 REFERS = re.compile(

@@ -19,8 +19,8 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.walking import Ground
-from afo_sim.foot import POINTS, Foot, turned
-from afo_sim.walk import Walk
+from afo_sim.model.foot import POINTS, Foot, turned
+from afo_sim.model.walk import Walk
 
 if TYPE_CHECKING:
     from afo_sim.description.scenario import Scenario

@@ -9,9 +9,9 @@ import numpy as np
 
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.scenario import PassiveAnkle, Scenario
-from afo_sim.foot import Foot
+from afo_sim.model.foot import Foot
+from afo_sim.model.walk import Walk
 from afo_sim.physics.passive_ankle import passive_moment
-from afo_sim.walk import Walk
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase [N·m/(rad·kg)]: stance after
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in

@@ -1,0 +1,1 @@
+"""Description → MjSpec → MjModel: leg, orthosis, walking, contact, controls and starting state."""
