@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from afo_sim.common.errors import SimulationError as SimulationError
     from afo_sim.description.reader import load as load
     from afo_sim.model.build import build as build
-    from afo_sim.recording import Recording as Recording
-    from afo_sim.run_files import read_recording as read_recording
-    from afo_sim.simulate import run as run
+    from afo_sim.simulation.files import read_recording as read_recording
+    from afo_sim.simulation.recording import Recording as Recording
+    from afo_sim.simulation.rollout import run as run
 
 _PUBLIC = {
     "AfoSimError": "common.errors",
@@ -24,9 +24,9 @@ _PUBLIC = {
     "SimulationError": "common.errors",
     "load": "description.reader",
     "build": "model.build",
-    "Recording": "recording",
-    "read_recording": "run_files",
-    "run": "simulate",
+    "Recording": "simulation.recording",
+    "read_recording": "simulation.files",
+    "run": "simulation.rollout",
 }
 __all__ = list(_PUBLIC)
 

@@ -6,7 +6,6 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.checks_file import read_checks
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
@@ -16,6 +15,7 @@ from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build
 from afo_sim.model.mounting import lock_contraction, sweep_ankle
+from afo_sim.simulation.checks_file import read_checks
 
 # A TOML file is the kind of description whose tell-tale key it holds.
 TELLTALES = {

@@ -16,7 +16,7 @@ from afo_sim.common.writing import replacing
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]

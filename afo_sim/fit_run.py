@@ -24,8 +24,8 @@ from afo_sim.identifiability import Estimate, intervals, refused, verdict
 from afo_sim.log import Log, read_log, read_noise
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import simulate
+from afo_sim.simulation.recording import Recording, make_recording
+from afo_sim.simulation.rollout import simulate
 
 Progress = Callable[[str], None]
 Values = Mapping[str, float]

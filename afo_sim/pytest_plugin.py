@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from afo_sim.recording import Recording
+    from afo_sim.simulation.recording import Recording
 
 MARKER = "afo_scenario"
 USAGE = f'@pytest.mark.{MARKER}("seated", {{"supply.pressure": "3 bar"}})'

@@ -14,9 +14,9 @@ from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, in_short, number, unit, words
-from afo_sim.recording import Recording
 from afo_sim.report_figure import RUNS, WIDTH, Shown
-from afo_sim.run_files import read_recording
+from afo_sim.simulation.files import read_recording
+from afo_sim.simulation.recording import Recording
 
 NAME = "report.html"
 SUFFIXES = (".html", ".htm")

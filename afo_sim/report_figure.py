@@ -15,7 +15,7 @@ from afo_sim.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.strides import Stride, settled, strides
 from afo_sim.metrics.walking import ORTHOSIS, chambers, dip, has_orthosis
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE

@@ -19,7 +19,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.common.writing import replacing
 from afo_sim.model.mounting import ANKLE
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 from afo_sim.sole import sole_thickness
 
 FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]

@@ -25,8 +25,8 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.model.start import walking_start
-from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import simulate
+from afo_sim.simulation.recording import Recording, make_recording
+from afo_sim.simulation.rollout import simulate
 from afo_sim.sweep import design, engine, plan, runner
 
 WALK = """

@@ -10,7 +10,7 @@ import pathlib
 import sys
 
 from afo_sim import stand
-from afo_sim.run_files import replacing
+from afo_sim.simulation.files import replacing
 from afo_sim.static_load import draw_study, static_load
 
 MUSCLES = ("reynolds_2003", "serres_2009")

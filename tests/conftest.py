@@ -3,7 +3,7 @@
 import pytest
 
 import afo_sim
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 
 @pytest.fixture(scope="session")

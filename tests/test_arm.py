@@ -16,7 +16,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 from afo_sim.view import write_rrd
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")

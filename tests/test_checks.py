@@ -16,11 +16,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afo_sim
-from afo_sim.checks import Expectation, check_metric, expect
-from afo_sim.checks_file import CheckEntry, read_checks, run_checks
 from afo_sim.common.errors import InputError
 from afo_sim.metrics.metric import Metric
-from afo_sim.recording import Recording
+from afo_sim.simulation.checks import Expectation, check_metric, expect
+from afo_sim.simulation.checks_file import CheckEntry, read_checks, run_checks
+from afo_sim.simulation.recording import Recording
 
 CHECKS = pathlib.Path(__file__).parents[1] / "models" / "checks"
 PERIOD, STEP = 2.0, 0.01
@@ -657,7 +657,7 @@ def test_shipped_checks_catch_a_weak_supply_and_idle_plantarflexors(seated: Reco
 
 CONFTEST = """
 import pathlib, sys
-assert "afo_sim.recording" not in sys.modules and "numpy" not in sys.modules, "the plugin imports too much"
+assert "afo_sim.simulation.recording" not in sys.modules and "numpy" not in sys.modules, "the plugin imports too much"
 import afo_sim
 real, here = afo_sim.run, pathlib.Path(__file__).parent
 def counted(scenario, sets):

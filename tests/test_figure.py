@@ -18,7 +18,7 @@ from matplotlib.image import imread
 import afo_sim
 from afo_sim import figure, video
 from afo_sim.common.errors import InputError
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 FILES = {
     f"{name}.{suffix}"

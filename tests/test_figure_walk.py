@@ -9,7 +9,7 @@ from test_figure import lines, opengl_missing, panel
 import afo_sim
 from afo_sim import figure, video
 from afo_sim.carriage import Carriage
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 
 @pytest.fixture(scope="module")

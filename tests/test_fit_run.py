@@ -15,7 +15,7 @@ from afo_sim.description.reader import load
 from afo_sim.dynamic_parameter import find_parameters
 from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
 from afo_sim.fit_run_files import scenario_toml, write_fit_run
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 SHORT = {"duration": "8 s"}
 FINE = {"timestep": "0.5 ms", "record_rate": "2 kHz"}  # of the run that a log is made of

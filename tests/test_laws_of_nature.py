@@ -15,7 +15,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.start import equilibrium
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 RUNS = ["seated", "antagonist"]
 HEAVY_DAMPER = {

@@ -12,8 +12,8 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.start import equilibrium, get_state
-from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import simulate
+from afo_sim.simulation.recording import Recording, make_recording
+from afo_sim.simulation.rollout import simulate
 
 FRICTION = 0.005  # [N·m]
 # The foot swings on its tissue alone: no damper, valves to the air, muscles slack about the angle of rest.

@@ -14,7 +14,7 @@ import afo_sim
 from afo_sim.common.units import EXAMPLES, parse_quantity
 from afo_sim.description.reader import load
 from afo_sim.physics.frictions import FRICTIONS
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 SCENARIO = "seated-antagonist"
 SHORT = {"duration": "8.2 s"}

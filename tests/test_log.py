@@ -10,7 +10,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.reader import load
 from afo_sim.log import read_log, read_noise, recorded_columns
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 SCENARIO = load("scenario", "seated")
 TITLES = "time [ms], angle [deg], pressure dorsiflexor [bar], force dorsiflexor [N]"

@@ -21,9 +21,9 @@ from afo_sim.description.words import body_mass, facts
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import OTHER, in_short, number, words
-from afo_sim.recording import Recording
 from afo_sim.report import page, read_runs, write_report
 from afo_sim.report_figure import RUNS, Shown
+from afo_sim.simulation.recording import Recording
 
 
 class Reader(html.parser.HTMLParser):

@@ -9,8 +9,8 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.native import slots
-from afo_sim.recording import Recording, make_recording
-from afo_sim.simulate import simulate
+from afo_sim.simulation.recording import Recording, make_recording
+from afo_sim.simulation.rollout import simulate
 
 
 def test_seated_foot_rises_and_returns_twice(seated: Recording) -> None:
@@ -172,7 +172,7 @@ def test_actuator_that_lost_its_parameters_does_not_run(kind: str) -> None:
 
 def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Finite nonsense is nonsense too: MuJoCo warns only beyond 1e10."""
-    monkeypatch.setattr("afo_sim.simulate.PLAY", -0.4)  # as if a stop had let the ankle pass
+    monkeypatch.setattr("afo_sim.simulation.rollout.PLAY", -0.4)  # as if a stop had let the ankle pass
     run = afo_sim.run("seated", {"duration": "4 s"})
     assert not run.ok
     assert "gone through its stops" in run.status

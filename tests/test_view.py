@@ -16,8 +16,8 @@ import rerun_cli
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.recording import Recording
-from afo_sim.run_files import write_parquet
+from afo_sim.simulation.files import write_parquet
+from afo_sim.simulation.recording import Recording
 from afo_sim.view import screenshot, write_comparison, write_rrd
 from afo_sim.view.scene import tube_radius
 from afo_sim.view.viewer import viewer_process
@@ -259,7 +259,7 @@ def test_missing_driver_is_said_with_the_packages_name(
 def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
     from afo_sim.model.build import build
-    from afo_sim.simulate import run_built
+    from afo_sim.simulation.rollout import run_built
     from afo_sim.view.live import live_viewer
 
     seen: list[Recording] = []
@@ -277,7 +277,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
 
 def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
     from afo_sim.model.build import build
-    from afo_sim.simulate import run_built
+    from afo_sim.simulation.rollout import run_built
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
     for name, values in watched.columns.items():

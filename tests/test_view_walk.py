@@ -12,9 +12,9 @@ from test_view import needs_vulkan, read, rerun
 import afo_sim
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
-from afo_sim.recording import Recording
-from afo_sim.run_files import read_recording
-from afo_sim.simulate import run_built
+from afo_sim.simulation.files import read_recording
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import run_built
 from afo_sim.view import screenshot, write_comparison, write_rrd
 from afo_sim.view.walk_scene import ARROW, SIDE, SUNK
 

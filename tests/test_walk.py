@@ -19,7 +19,7 @@ from afo_sim.model.foot import turned
 from afo_sim.model.patient import FALL, RISE, activated, needed_moment
 from afo_sim.model.walk import phase_at
 from afo_sim.physics.passive_ankle import passive_moment
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 
 HALF_STEP = {"timestep": "0.125 ms"}  # of the shipped scenario's
 TEN_STRIDES = {"duration": "12.2 s"}

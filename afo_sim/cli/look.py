@@ -61,7 +61,7 @@ def _rerun_files(
     for path in paths:
         if path not in folders:
             raise InputError("there is no run here", file=path, allowed="folders of runs, or only .rrd files")
-    from afo_sim.run_files import RERUN
+    from afo_sim.simulation.files import RERUN
 
     present = folders[0] / RERUN
     if len(folders) == 1 and present.is_file() and rate is None and colour == "force":
@@ -87,7 +87,7 @@ def figure_command(
     with progress("drawing"):
         from afo_sim.common.writing import check_writable
         from afo_sim.figure import write_figures
-        from afo_sim.run_files import read_recording
+        from afo_sim.simulation.files import read_recording
 
         recording = read_recording(folder)
         target = out or folder
@@ -127,7 +127,7 @@ def video_command(
         raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.run_files import read_recording
+        from afo_sim.simulation.files import read_recording
         from afo_sim.video import write_video
 
         recording = read_recording(folder)
@@ -145,9 +145,9 @@ def check_run_command(
 ) -> None:
     """Hold a run against a file of checks; exit code 1 when one fails."""
     with progress("checking"):
-        from afo_sim.checks_file import run_checks
         from afo_sim.common import assets
-        from afo_sim.run_files import read_recording
+        from afo_sim.simulation.checks_file import run_checks
+        from afo_sim.simulation.files import read_recording
 
         recording = read_recording(folder)
         results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))

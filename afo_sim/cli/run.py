@@ -39,7 +39,7 @@ def run(
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.model.build import build
-        from afo_sim.simulate import run_built
+        from afo_sim.simulation.rollout import run_built
 
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name
@@ -67,8 +67,8 @@ def compare(
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim import compare as comparing
         from afo_sim.common.writing import check_writable
+        from afo_sim.simulation import compare as comparing
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
         check_writable(folder)

@@ -68,7 +68,7 @@ def sweep(
     check_counts(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.run_files import RERUN
+        from afo_sim.simulation.files import RERUN
         from afo_sim.sweep import design, plan, replay, runner
 
         chosen = plan.read(source)

@@ -22,8 +22,8 @@ from afo_sim.description.reader import load
 from afo_sim.metrics.metric import Metric
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.recording import examine
-from afo_sim.simulate import Rollout, Workspace, row_width, simulate, simulate_together
+from afo_sim.simulation.recording import examine
+from afo_sim.simulation.rollout import Rollout, Workspace, row_width, simulate, simulate_together
 from afo_sim.sweep.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"

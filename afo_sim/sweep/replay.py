@@ -10,8 +10,8 @@ from typing import Any
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
-from afo_sim.recording import Recording
-from afo_sim.simulate import run_built
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import run_built
 from afo_sim.sweep.engine import OK
 from afo_sim.sweep.results import OVERRIDES, Results, read
 from afo_sim.sweep.store import RECORDINGS, read_manifest

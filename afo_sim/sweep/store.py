@@ -13,7 +13,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import disk, keeping
-from afo_sim.recording import versions
+from afo_sim.simulation.recording import versions
 from afo_sim.sweep.design import Cases
 from afo_sim.sweep.engine import Outcome
 from afo_sim.sweep.parameter import Choice, Normal, Range

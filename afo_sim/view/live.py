@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import rerun as rr
 
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 from afo_sim.view import curves, scene, walk_scene
 from afo_sim.view.layout import blueprint
 from afo_sim.view.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
-from afo_sim.recording import Recording
+from afo_sim.simulation.recording import Recording
 from afo_sim.view import curves, events, scene, texts, walk_scene
 from afo_sim.view.clock import GAIT
 from afo_sim.view.layout import Contents, blueprint

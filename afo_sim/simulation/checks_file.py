@@ -6,10 +6,10 @@ import pathlib
 from dataclasses import dataclass
 from typing import Any, Self
 
-from afo_sim.checks import CHECKS, Result, expect, metric_result
 from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.recording import Recording
+from afo_sim.simulation.checks import CHECKS, Result, expect, metric_result
+from afo_sim.simulation.recording import Recording
 
 METRIC_KEYS = ("metric", "between", "above", "below", "why")
 SUBJECTS = ("column", "metric", "sum")

@@ -21,7 +21,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.start import equilibrium, fill_chambers, walking_start
-from afo_sim.recording import Recording, make_recording
+from afo_sim.simulation.recording import Recording, make_recording
 
 # What a roll-out records. The state is that after each step, the rest belongs to the state before it.
 STATE = ("time", "qpos", "qvel", "act")

@@ -13,7 +13,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.metrics.metric import Metric
-from afo_sim.recording import Recording, describe
+from afo_sim.simulation.recording import Recording, describe
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time

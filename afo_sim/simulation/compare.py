@@ -14,9 +14,9 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.model.build import build
-from afo_sim.recording import Recording
-from afo_sim.run_files import RERUN
-from afo_sim.simulate import run_built
+from afo_sim.simulation.files import RERUN
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import run_built
 
 ANGLE = "ankle/angle"
 FIGURE, TABLE = "comparison", "differences.csv"

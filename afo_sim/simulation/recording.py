@@ -24,12 +24,12 @@ from afo_sim.model.mounting import chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
-from afo_sim.walk_columns import WALKING, walking_columns
+from afo_sim.simulation.walk_columns import WALKING, walking_columns
 
 if TYPE_CHECKING:
     import pandas
 
-    from afo_sim.simulate import Rollout
+    from afo_sim.simulation.rollout import Rollout
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 
@@ -122,13 +122,13 @@ class Recording:
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
     ) -> pathlib.Path:
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd."""
-        from afo_sim.run_files import save
+        from afo_sim.simulation.files import save
 
         return save(self, pathlib.Path(folder), rrd=rrd, rate=rate)
 
     def view(self) -> None:
         """Open the run in the Rerun viewer."""
-        from afo_sim.run_files import RERUN
+        from afo_sim.simulation.files import RERUN
         from afo_sim.view import open_recordings, write_rrd
 
         with tempfile.TemporaryDirectory() as folder:

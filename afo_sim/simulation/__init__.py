@@ -1,0 +1,1 @@
+"""Compiled model and controls → Recording, its files and its checks."""
