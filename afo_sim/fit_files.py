@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.bench.measured import Measured
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
@@ -17,7 +18,6 @@ from afo_sim.description import reader
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fit import Fit, rms
 from afo_sim.fit_problem import NOMINAL_LENGTH, predict, pressure_levels, take
-from afo_sim.measured import Measured
 
 LIKE = "s1_215mm"  # whose damping, masses and stiffness a fitted muscle takes over, unless told
 

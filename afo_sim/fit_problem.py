@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from afo_sim.bench.measured import Measured
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.measured import Measured
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid, Law, LawParameter
 from afo_sim.physics.laws import LAWS

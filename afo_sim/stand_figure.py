@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.bench.compare import Comparison
+from afo_sim.bench.measures import AXES
+from afo_sim.bench.trial import Trial, static
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
-from afo_sim.stand import Trial, static
-from afo_sim.stand_compare import Comparison
-from afo_sim.stand_measures import AXES
 
 # Column → (label, factor from SI)
 SHOWN = {

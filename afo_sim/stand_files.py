@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.bench.compare import Comparison
+from afo_sim.bench.trial import COLUMNS, Trial
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
 from afo_sim.simulation.recording import versions
-from afo_sim.stand import COLUMNS, Trial
-from afo_sim.stand_compare import Comparison
 from afo_sim.stand_figure import draw_trials, set_point_text
 
 FORMATS = (".csv", ".parquet")

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib import pyplot
 
 import afo_sim
+from afo_sim.bench.measured import read_measured
 from afo_sim.common import assets
 from afo_sim.description.reader import load
 from afo_sim.fit import rms
 from afo_sim.fit_problem import select
-from afo_sim.measured import read_measured
 from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS
 

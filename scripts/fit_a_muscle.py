@@ -9,11 +9,11 @@ import pathlib
 import sys
 
 import afo_sim
+from afo_sim.bench.measured import read_measured
 from afo_sim.common import assets
 from afo_sim.fit import fit, held_out, rms
 from afo_sim.fit_files import write_fit
 from afo_sim.fit_problem import pose
-from afo_sim.measured import read_measured
 
 
 def main(out: pathlib.Path = pathlib.Path("runs/fit_a_muscle")) -> None:

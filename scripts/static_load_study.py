@@ -9,9 +9,9 @@ stand in for it. S0 filled through a proportional regulator, here a small soleno
 import pathlib
 import sys
 
-from afo_sim import stand
+from afo_sim.bench import trial as stand
+from afo_sim.bench.static_load import draw_study, static_load
 from afo_sim.simulation.files import replacing
-from afo_sim.static_load import draw_study, static_load
 
 MUSCLES = ("reynolds_2003", "serres_2009")
 

@@ -13,16 +13,17 @@ import pytest
 from command import call
 from scipy.integrate import solve_ivp
 
-from afo_sim import stand, stand_measures
+from afo_sim.bench import measures as stand_measures
+from afo_sim.bench import trial as stand
+from afo_sim.bench.plan import Laboratory, Plan, plan_isobaric, plan_release
+from afo_sim.bench.rest import force_at, lock, slack
+from afo_sim.bench.rig import roll
+from afo_sim.bench.static_load import static_load
+from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.physics.pneumatics import muscle_volume
-from afo_sim.stand import Trial
-from afo_sim.stand_plan import Laboratory, Plan, plan_isobaric, plan_release
-from afo_sim.stand_range import force_at, lock, slack
-from afo_sim.stand_rig import roll
-from afo_sim.static_load import static_load
 
 ROOT = pathlib.Path(__file__).parents[1]
 FRICTIONS = ["vo_minh_2011", "bouc_wen_1976", "tondu_lopez_2000_stribeck", "hunt_2017"]

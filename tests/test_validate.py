@@ -11,7 +11,8 @@ import pytest
 from command import call
 from matplotlib.figure import Figure
 
-from afo_sim import hanging, validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim import validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim.bench import hanging
 from afo_sim.description import reader
 from afo_sim.validate import Row
 

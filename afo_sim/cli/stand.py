@@ -41,7 +41,7 @@ def stand_command(
     given = {"pressure": pressure, "load": load, "contraction": contraction, "length": length}
     values = {name: tuple(texts or ()) for name, texts in given.items()}
     with progress("compiling the muscles") as report:
-        from afo_sim import stand_command as command
+        from afo_sim.bench import command
 
         laws, frictions = tuple(law or ()), tuple(friction or ())
         told = read_sets(sets, example='damping="1e-4 m^2*s"')

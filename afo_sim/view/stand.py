@@ -8,9 +8,9 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from afo_sim.stand import Trial
+from afo_sim.bench.measures import AXES
+from afo_sim.bench.trial import Trial
 from afo_sim.stand_figure import SHOWN, colour, set_point_text
-from afo_sim.stand_measures import AXES
 from afo_sim.view.clock import TIMELINE, send
 from afo_sim.view.recording_file import APPLICATION
 from afo_sim.view.scene import PULLING, SLACK, tube_radius

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from afo_sim.bench.measured import Measured
+from afo_sim.bench.measures import AXES
+from afo_sim.bench.rest import force_at, lock
+from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
-from afo_sim.measured import Measured
-from afo_sim.stand import Trial
-from afo_sim.stand_measures import AXES
-from afo_sim.stand_range import force_at, lock
 
 # How near a point's pressure [Pa], load [N] or contraction [-] must be to a curve's to belong to it.
 NEAR = {"isobaric": 1e3, "isotonic": 0.5, "isometric": 2e-3}

@@ -6,19 +6,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim import stand
+from afo_sim.bench import trial as stand
+from afo_sim.bench.compare import Comparison, compare, points_of
+from afo_sim.bench.measured import Measured, read_measured
+from afo_sim.bench.measures import AXES
+from afo_sim.bench.plan import KINDS, Laboratory
+from afo_sim.bench.static_load import static_load
+from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.common.writing import check_writable
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import load as load_description
-from afo_sim.measured import Measured, read_measured
-from afo_sim.stand import Trial
-from afo_sim.stand_compare import Comparison, compare, points_of
 from afo_sim.stand_files import set_point_text, target, write
-from afo_sim.stand_measures import AXES
-from afo_sim.stand_plan import KINDS, Laboratory
-from afo_sim.static_load import static_load
 
 CHARACTERISTICS = tuple(AXES)  # what "all" means
 # Which options a kind takes, beside those that all take.

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from afo_sim.bench.plan import Plan
 from afo_sim.metrics.metric import Metric
-from afo_sim.stand_plan import Plan
 
 Rows = dict[str, np.ndarray]
 BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant

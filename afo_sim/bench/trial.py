@@ -14,14 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.reader import load as load_description
-from afo_sim.metrics.metric import Metric
-from afo_sim.physics.pneumatics import muscle_volume
-from afo_sim.stand_measures import measures
-from afo_sim.stand_plan import (
+from afo_sim.bench.measures import measures
+from afo_sim.bench.plan import (
     Laboratory,
     Plan,
     plan_isobaric,
@@ -30,8 +24,14 @@ from afo_sim.stand_plan import (
     plan_release,
     plan_step,
 )
-from afo_sim.stand_range import force_at, hanging, rest_force
-from afo_sim.stand_rig import Progress, Rows, roll
+from afo_sim.bench.rest import force_at, hanging, rest_force
+from afo_sim.bench.rig import Progress, Rows, roll
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.reader import load as load_description
+from afo_sim.metrics.metric import Metric
+from afo_sim.physics.pneumatics import muscle_volume
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 

@@ -8,14 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.reader import load as load_description
-from afo_sim.description.scenario import Valve
-from afo_sim.physics.frictions import FRICTIONS
-from afo_sim.physics.pneumatics import muscle_volume
-from afo_sim.stand_limits import (
+from afo_sim.bench.limits import (
     LEAST_LOAD,
     PULLING,
     check_contractions,
@@ -23,7 +16,14 @@ from afo_sim.stand_limits import (
     check_pressures,
     check_span,
 )
-from afo_sim.stand_range import damping, force_at, hanging, lifting, lock, slack
+from afo_sim.bench.rest import damping, force_at, hanging, lifting, lock, slack
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.reader import load as load_description
+from afo_sim.description.scenario import Valve
+from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.pneumatics import muscle_volume
 
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")

@@ -20,6 +20,8 @@ from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
+from afo_sim.bench.plan import Plan
+from afo_sim.bench.rest import damping
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.common.units import (
     AMBIENT_PRESSURE,
@@ -34,8 +36,6 @@ from afo_sim.model.start import get_state
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
 from afo_sim.simulation.rollout import instability
-from afo_sim.stand_plan import Plan
-from afo_sim.stand_range import damping
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]

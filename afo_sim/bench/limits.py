@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from afo_sim.bench.rest import force_at, lifting, lock, slack
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
-from afo_sim.stand_range import force_at, lifting, lock, slack
 
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
 PULLING = 10.0  # force at zero contraction from which a muscle is said to pull [N]

@@ -1,0 +1,1 @@
+"""The muscle test stand and hanging masses."""
