@@ -90,8 +90,8 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
 
 
 def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
-    from afo_sim.sweep.design import cases_of  # here: scipy's designs take a while to load
-    from afo_sim.sweep.plan import read
+    from afo_sim.study.design import cases_of
+    from afo_sim.study.plan import read
 
     plan = read(path)
     cases = cases_of(plan)
@@ -105,7 +105,7 @@ def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
 
 
 def _check_search(path: pathlib.Path) -> list[tuple[str, str]]:
-    from afo_sim.search.plan import read
+    from afo_sim.study.search.plan import read
 
     search = read(path)
     patients = search.judging()

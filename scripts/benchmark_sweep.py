@@ -27,7 +27,7 @@ from afo_sim.model.build import build
 from afo_sim.model.start import walking_start
 from afo_sim.simulation.recording import Recording, make_recording
 from afo_sim.simulation.rollout import simulate
-from afo_sim.sweep import design, engine, plan, runner
+from afo_sim.study import design, engine, plan, runner
 
 WALK = """
 scenario = "walk-dropfoot-afo"

@@ -7,9 +7,9 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from afo_sim.sweep import plan, runner
-from afo_sim.sweep.design import cases_of
-from afo_sim.sweep.store import Store
+from afo_sim.study import plan, runner
+from afo_sim.study.design import cases_of
+from afo_sim.study.store import Store
 
 # Two numbers, cases of three layouts, words, strides that differ with the case's seed; at a load of 1 kN·m
 # the ankle goes through its stops, and without a link the braid locks.

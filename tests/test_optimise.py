@@ -21,15 +21,15 @@ from hypothesis import strategies as st
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.search import plan, store, words
-from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
-from afo_sim.search.answers import Answers, Columns
-from afo_sim.search.evolution import Evolution
 from afo_sim.search.figure import draw_search
-from afo_sim.search.loop import Problem, best_of, evolve
-from afo_sim.sweep.constraint import read_constraint
-from afo_sim.sweep.design import cases_of
-from afo_sim.sweep.parameter import Parameter, Range
+from afo_sim.study.constraint import read_constraint
+from afo_sim.study.design import cases_of
+from afo_sim.study.parameter import Parameter, Range
+from afo_sim.study.search import plan, store, words
+from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
+from afo_sim.study.search.answers import Answers, Columns
+from afo_sim.study.search.evolution import Evolution
+from afo_sim.study.search.loop import Problem, best_of, evolve
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))

@@ -14,7 +14,7 @@ from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.sweep import cluster, engine, runner, store
+from afo_sim.study import cluster, engine, runner, store
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # of a cluster that is torn down

@@ -20,8 +20,8 @@ from scipy.stats import qmc
 from afo_sim.common import assets, units
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.sweep import design, plan
-from afo_sim.sweep.design import Cases, cases_of
+from afo_sim.study import design, plan
+from afo_sim.study.design import Cases, cases_of
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
 ARM = "orthosis.muscle.dorsiflexor.insertion.from_ankle[0]"

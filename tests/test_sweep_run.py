@@ -25,10 +25,10 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.sweep import engine, plan, replay, runner, sobol, store
-from afo_sim.sweep.engine import Outcome
-from afo_sim.sweep.runner import Progress
-from afo_sim.sweep.store import Store
+from afo_sim.study import engine, plan, replay, runner, sobol, store
+from afo_sim.study.engine import Outcome
+from afo_sim.study.runner import Progress
+from afo_sim.study.store import Store
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from afo_sim.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from afo_sim.search.runner import Opened
+    from afo_sim.study.search.runner import Opened
 
 CHANGED = ("refuse", "restart")
 
@@ -41,8 +41,8 @@ def optimise(
     check_changed(if_changed, CHANGED, dry_run)
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.search import answers, plan, runner, words
-        from afo_sim.sweep.runner import processors
+        from afo_sim.study.runner import processors
+        from afo_sim.study.search import answers, plan, runner, words
 
         search = plan.read(source)
         folder = out or pathlib.Path("runs") / search.file.stem

@@ -24,7 +24,7 @@ from afo_sim.cli.common import (
 from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.sweep.runner import Estimate, Progress
+    from afo_sim.study.runner import Estimate, Progress
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 CHANGED = ("refuse", "restart", "continue")
@@ -69,7 +69,7 @@ def sweep(
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.simulation.files import RERUN
-        from afo_sim.sweep import design, plan, replay, runner
+        from afo_sim.study import design, plan, replay, runner
 
         chosen = plan.read(source)
         folder = out or pathlib.Path("runs") / chosen.file.stem
@@ -120,9 +120,9 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
         The folder is no sweep, a metric is not in it, or the figures cannot be written.
     """
     with progress("reading"):
-        from afo_sim.sweep.results import read
+        from afo_sim.study.results import read
+        from afo_sim.study.words import chosen
         from afo_sim.sweep.show import FIGURES, findings, tables, write_figures
-        from afo_sim.sweep.words import chosen
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
@@ -148,7 +148,7 @@ def replay(
     """One case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.sweep import replay as replaying
+        from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
         check_writable(target)
@@ -214,7 +214,7 @@ def _line(state: "Progress", seconds: float) -> str:
 
 
 def _keep(folder: pathlib.Path, case: int, target: pathlib.Path) -> None:
-    from afo_sim.sweep.replay import replay as again
+    from afo_sim.study.replay import replay as again
 
     try:
         again(folder, case).recording.save(target)

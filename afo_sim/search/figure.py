@@ -9,9 +9,9 @@ import numpy as np
 from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.metrics import words as metric_words
 from afo_sim.report_figure import plain
-from afo_sim.search.aim import OBJECTIVE, Limit
-from afo_sim.search.loop import Columns, Problem, best_of
-from afo_sim.sweep.words import human_scale
+from afo_sim.study.search.aim import OBJECTIVE, Limit
+from afo_sim.study.search.loop import Columns, Problem, best_of
+from afo_sim.study.words import human_scale
 
 ACROSS = 3  # panels side by side
 PANEL = (2.5, 2.0)  # [inch]

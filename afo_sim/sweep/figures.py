@@ -8,11 +8,11 @@ import numpy as np
 
 from afo_sim.figure import COLOURS
 from afo_sim.report_figure import plain
-from afo_sim.sweep import pareto
-from afo_sim.sweep.analysis import Effect, spread
-from afo_sim.sweep.results import Results
-from afo_sim.sweep.sobol import Indices
-from afo_sim.sweep.words import Better, Scale, scale
+from afo_sim.study import pareto
+from afo_sim.study.analysis import Effect, spread
+from afo_sim.study.results import Results
+from afo_sim.study.sobol import Indices
+from afo_sim.study.words import Better, Scale, scale
 
 CASE = {"color": "0.72", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.6}
 MOST_DOTS = 3000  # cases drawn as dots

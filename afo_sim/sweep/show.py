@@ -11,11 +11,11 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.figure import RESOLUTION, STYLE
-from afo_sim.sweep import analysis, figures, pareto, sobol
-from afo_sim.sweep.analysis import Effect
-from afo_sim.sweep.results import Results
-from afo_sim.sweep.sobol import Indices
-from afo_sim.sweep.words import Better, chosen, scale
+from afo_sim.study import analysis, figures, pareto, sobol
+from afo_sim.study.analysis import Effect
+from afo_sim.study.results import Results
+from afo_sim.study.sobol import Indices
+from afo_sim.study.words import Better, chosen, scale
 
 FIGURES = "figures"  # the folder in a sweep's own
 IN_ONE = 3  # metrics in one figure

@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, disk, keeping
-from afo_sim.sweep.store import differences, holds_nothing
+from afo_sim.study.store import differences, holds_nothing
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"

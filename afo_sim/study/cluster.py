@@ -6,10 +6,10 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from afo_sim.common.errors import InputError
-from afo_sim.sweep import engine
-from afo_sim.sweep.engine import Outcome
-from afo_sim.sweep.results import optional
-from afo_sim.sweep.store import Store, program
+from afo_sim.study import engine
+from afo_sim.study.engine import Outcome
+from afo_sim.study.results import optional
+from afo_sim.study.store import Store, program
 
 AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 

@@ -13,16 +13,16 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import disk, keeping
 from afo_sim.description.reader import expand, load
-from afo_sim.search import store
-from afo_sim.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
-from afo_sim.search.answers import Answers, Columns, Pool, answers
-from afo_sim.search.evolution import Evolution
 from afo_sim.search.figure import draw_search
-from afo_sim.search.loop import Problem, Progress, best_of, evolve, row
-from afo_sim.search.plan import Search
-from afo_sim.sweep import engine
-from afo_sim.sweep.design import Cases
-from afo_sim.sweep.engine import OK
+from afo_sim.study import engine
+from afo_sim.study.design import Cases
+from afo_sim.study.engine import OK
+from afo_sim.study.search import store
+from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
+from afo_sim.study.search.answers import Answers, Columns, Pool, answers
+from afo_sim.study.search.evolution import Evolution
+from afo_sim.study.search.loop import Problem, Progress, best_of, evolve, row
+from afo_sim.study.search.plan import Search
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import Dimension, dimension, read_any_quantity
-from afo_sim.sweep.parameter import Choice, OwnSeed, Parameter
+from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 
 LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
 LONGEST = 1000  # characters

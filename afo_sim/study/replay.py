@@ -12,9 +12,9 @@ from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import run_built
-from afo_sim.sweep.engine import OK
-from afo_sim.sweep.results import OVERRIDES, Results, read
-from afo_sim.sweep.store import RECORDINGS, read_manifest
+from afo_sim.study.engine import OK
+from afo_sim.study.results import OVERRIDES, Results, read
+from afo_sim.study.store import RECORDINGS, read_manifest
 
 
 @dataclass(frozen=True)

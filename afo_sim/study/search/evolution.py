@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim.sweep.results import optional
+from afo_sim.study.results import optional
 
 START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
 SETTLED = 1e-4  # standard deviation in every direction below which nothing is left to find

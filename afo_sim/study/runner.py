@@ -13,12 +13,12 @@ from typing import Any, Literal
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable
 from afo_sim.description.reader import expand
-from afo_sim.sweep import cluster, engine
-from afo_sim.sweep.design import Cases
-from afo_sim.sweep.engine import OK, Outcome
-from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.results import MANIFEST
-from afo_sim.sweep.store import (
+from afo_sim.study import cluster, engine
+from afo_sim.study.design import Cases
+from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.plan import Plan
+from afo_sim.study.results import MANIFEST
+from afo_sim.study.store import (
     Store,
     clear,
     differences,

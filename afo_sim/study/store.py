@@ -14,11 +14,11 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import disk, keeping
 from afo_sim.simulation.recording import versions
-from afo_sim.sweep.design import Cases
-from afo_sim.sweep.engine import Outcome
-from afo_sim.sweep.parameter import Choice, Normal, Range
-from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.study.design import Cases
+from afo_sim.study.engine import Outcome
+from afo_sim.study.parameter import Choice, Normal, Range
+from afo_sim.study.plan import Plan
+from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 AGAIN = "the same command again when there is room; what is computed is kept"

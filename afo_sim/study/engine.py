@@ -24,7 +24,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.simulation.recording import examine
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width, simulate, simulate_together
-from afo_sim.sweep.memory import keep_flat
+from afo_sim.study.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.sweep.results import OWN_SEED, Results, optional
+from afo_sim.study.results import OWN_SEED, Results, optional
 
 DESIGN = "saltelli"
 MOST_FAILED = 0.01  # of the cases

@@ -16,10 +16,10 @@ from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import PROBLEMS, load, split_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.sweep.case_table import values_of
-from afo_sim.sweep.constraint import Constraint, read_constraint
-from afo_sim.sweep.parameter import Choice, Parameter
-from afo_sim.sweep.parameter_table import ParameterReader, Told, ToldParameter
+from afo_sim.study.case_table import values_of
+from afo_sim.study.constraint import Constraint, read_constraint
+from afo_sim.study.parameter import Choice, Parameter
+from afo_sim.study.parameter_table import ParameterReader, Told, ToldParameter
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 DESIGNS = ("grid", "list", *RANDOM)

@@ -18,13 +18,13 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
-from afo_sim.sweep import plan as sweep_plan
-from afo_sim.sweep.design import Cases, case_seeds, cases_of
-from afo_sim.sweep.parameter import Parameter, Range
-from afo_sim.sweep.parameter_table import Told
-from afo_sim.sweep.plan import Plan
-from afo_sim.sweep.store import fingerprint
+from afo_sim.study import plan as sweep_plan
+from afo_sim.study.design import Cases, case_seeds, cases_of
+from afo_sim.study.parameter import Parameter, Range
+from afo_sim.study.parameter_table import Told
+from afo_sim.study.plan import Plan
+from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
+from afo_sim.study.store import fingerprint
 
 GENERATIONS = 40
 FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again

@@ -7,10 +7,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from afo_sim.sweep import cluster, engine
-from afo_sim.sweep.design import Cases
-from afo_sim.sweep.engine import OK, Outcome
-from afo_sim.sweep.store import Store
+from afo_sim.study import cluster, engine
+from afo_sim.study.design import Cases
+from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.store import Store
 
 CHUNK = 32  # cases that a thread or a worker takes at a time
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.search import store
-from afo_sim.search.aim import LACKING, OUTSIDE, Aim, outside
-from afo_sim.search.answers import Columns, Evaluate
-from afo_sim.search.evolution import Evolution
-from afo_sim.sweep.constraint import Constraint
-from afo_sim.sweep.parameter import Parameter
+from afo_sim.study.constraint import Constraint
+from afo_sim.study.parameter import Parameter
+from afo_sim.study.search import store
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
+from afo_sim.study.search.answers import Columns, Evaluate
+from afo_sim.study.search.evolution import Evolution
 
 
 @dataclass(frozen=True)

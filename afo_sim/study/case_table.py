@@ -6,7 +6,7 @@ from typing import Any
 
 from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.sweep.parameter_table import ToldParameter
+from afo_sim.study.parameter_table import ToldParameter
 
 EXAMPLE = "pressure [bar],patient"
 

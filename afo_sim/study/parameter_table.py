@@ -15,8 +15,8 @@ from afo_sim.description.field import Field, field_at
 from afo_sim.description.quantity import refusal
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.sweep.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
-from afo_sim.sweep.results import EVERY_ROW, OVERRIDES, WARNINGS
+from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
+from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 
 # Each way to tell a parameter's values: the key that it is known by, and what goes with it.
 WAYS = {
