@@ -6,11 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim import fit, fit_problem
 from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
+from afo_sim.fitting import law_fit as fit
+from afo_sim.fitting import law_problem as fit_problem
 from afo_sim.physics.curves import forces
 from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from afo_sim import fit, fit_problem
 from afo_sim.bench.hanging import Hung, settled
 from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
+from afo_sim.fitting import law_fit as fit
+from afo_sim.fitting import law_problem as fit_problem
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS

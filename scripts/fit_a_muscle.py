@@ -11,9 +11,9 @@ import sys
 import afo_sim
 from afo_sim.bench.measured import read_measured
 from afo_sim.common import assets
-from afo_sim.fit import fit, held_out, rms
-from afo_sim.fit_files import write_fit
-from afo_sim.fit_problem import pose
+from afo_sim.fitting.law_files import write_fit
+from afo_sim.fitting.law_fit import fit, held_out, rms
+from afo_sim.fitting.law_problem import pose
 
 
 def main(out: pathlib.Path = pathlib.Path("runs/fit_a_muscle")) -> None:

@@ -16,8 +16,8 @@ from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
-from afo_sim.fit import fit
-from afo_sim.fit_problem import pose, select
+from afo_sim.fitting.law_fit import fit
+from afo_sim.fitting.law_problem import pose, select
 from afo_sim.physics.laws import LAWS
 from afo_sim.simulation.compare import angle_differences, compare_laws, write
 from afo_sim.simulation.recording import Recording

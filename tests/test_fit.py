@@ -16,9 +16,9 @@ from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.fit import Fit, fit, held_out, rms
-from afo_sim.fit_files import rank, write_fit
-from afo_sim.fit_problem import errors, pose, pressure_levels, select, take
+from afo_sim.fitting.law_files import rank, write_fit
+from afo_sim.fitting.law_fit import Fit, fit, held_out, rms
+from afo_sim.fitting.law_problem import errors, pose, pressure_levels, select, take
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS

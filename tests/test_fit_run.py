@@ -12,9 +12,9 @@ import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description.reader import load
-from afo_sim.dynamic_parameter import find_parameters
-from afo_sim.fit_run import FitRun, differences, fit_run, pose, run_at
-from afo_sim.fit_run_files import scenario_toml, write_fit_run
+from afo_sim.fitting.run_files import scenario_toml, write_fit_run
+from afo_sim.fitting.run_fit import FitRun, differences, fit_run, pose, run_at
+from afo_sim.fitting.run_parameter import find_parameters
 from afo_sim.simulation.recording import Recording
 
 SHORT = {"duration": "8 s"}

@@ -9,7 +9,7 @@ import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.reader import load
-from afo_sim.log import read_log, read_noise, recorded_columns
+from afo_sim.fitting.log import read_log, read_noise, recorded_columns
 from afo_sim.simulation.recording import Recording
 
 SCENARIO = load("scenario", "seated")

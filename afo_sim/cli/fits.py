@@ -34,8 +34,9 @@ def fit_run_command(
     told = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
-        from afo_sim import fit_run, fit_run_files
         from afo_sim.common.writing import check_writable
+        from afo_sim.fitting import run_files as fit_run_files
+        from afo_sim.fitting import run_fit as fit_run
 
         check_writable(out)
         problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
@@ -73,8 +74,8 @@ def fit(
 ) -> None:
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
-        from afo_sim import fit_command
         from afo_sim.common.writing import check_writable
+        from afo_sim.fitting import command as fit_command
 
         check_writable(out)
         asked = fit_command.Request(

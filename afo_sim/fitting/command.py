@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from afo_sim import fit_files
 from afo_sim.bench.measured import HEADER, Measured, check_facts, read_measured
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
-from afo_sim.fit import Fit, fit, held_out
-from afo_sim.fit_files import kinds, parameter_rows, ranking_rows, residual_unit
-from afo_sim.fit_problem import GEOMETRY, Loss, pose, select
+from afo_sim.fitting import law_files as fit_files
+from afo_sim.fitting.law_files import kinds, parameter_rows, ranking_rows, residual_unit
+from afo_sim.fitting.law_fit import Fit, fit, held_out
+from afo_sim.fitting.law_problem import GEOMETRY, Loss, pose, select
 from afo_sim.physics.laws import LAWS
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")

@@ -18,10 +18,10 @@ from scipy.optimize import least_squares
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
-from afo_sim.dynamic_parameter import Parameter, find_parameters
-from afo_sim.fit import rms
-from afo_sim.identifiability import Estimate, intervals, refused, verdict
-from afo_sim.log import Log, read_log, read_noise
+from afo_sim.fitting.identifiability import Estimate, intervals, refused, verdict
+from afo_sim.fitting.law_fit import rms
+from afo_sim.fitting.log import Log, read_log, read_noise
+from afo_sim.fitting.run_parameter import Parameter, find_parameters
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.recording import Recording, make_recording

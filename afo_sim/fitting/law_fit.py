@@ -13,8 +13,8 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.bench.measured import Measured
-from afo_sim.fit_problem import Loss, Problem, errors, measurements, pressure_levels, take
-from afo_sim.identifiability import AT_BOUND, Estimate, intervals, refused, verdict
+from afo_sim.fitting.identifiability import AT_BOUND, Estimate, intervals, refused, verdict
+from afo_sim.fitting.law_problem import Loss, Problem, errors, measurements, pressure_levels, take
 
 Progress = Callable[[str], None]
 

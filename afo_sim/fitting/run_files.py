@@ -7,7 +7,7 @@ from typing import Any
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import replacing
 from afo_sim.description import reader
-from afo_sim.fit_run import FitRun
+from afo_sim.fitting.run_fit import FitRun
 from afo_sim.log_figure import draw_log
 
 SCENARIO, NUMBERS, FIGURE = "scenario.toml", "fit_run.json", "fit_run"

@@ -1,0 +1,1 @@
+"""Measured points and logs → parameters with intervals."""
