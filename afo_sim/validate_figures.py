@@ -16,8 +16,8 @@ from afo_sim.figure import COLOURS, RESOLUTION, STYLE
 from afo_sim.fitting import law_problem as fit_problem
 from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
-from afo_sim.validate_laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
-from afo_sim.validate_s1 import CM, MISPRINT, TABLES, as_s1, ours, table
+from afo_sim.validation.laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
+from afo_sim.validation.s1 import CM, MISPRINT, TABLES, as_s1, ours, table
 
 S1_OWN, OURS = COLOURS[0], COLOURS[1]
 ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]

@@ -11,10 +11,14 @@ import pytest
 from command import call
 from matplotlib.figure import Figure
 
-from afo_sim import validate, validate_figures, validate_laws, validate_row, validate_s1
+from afo_sim import validate_figures
 from afo_sim.bench import hanging
 from afo_sim.description import reader
-from afo_sim.validate import Row
+from afo_sim.validation import laws as validate_laws
+from afo_sim.validation import row as validate_row
+from afo_sim.validation import s1 as validate_s1
+from afo_sim.validation import table as validate
+from afo_sim.validation.table import Row
 
 README = (pathlib.Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BEGIN, END = "<!-- validation begins -->\n", "<!-- validation ends -->"

@@ -107,8 +107,8 @@ def validate_command(
 ) -> None:
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
-        from afo_sim import validate as v
         from afo_sim.common.writing import check_writable
+        from afo_sim.validation import table as v
 
         if figures is not None:
             check_writable(figures, "--figures")

@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from afo_sim import validate_laws, validate_s1
-from afo_sim.validate_row import Row
+from afo_sim.validation import laws as validate_laws
+from afo_sim.validation import s1 as validate_s1
+from afo_sim.validation.row import Row
 
 PARTS = (validate_laws.s0, *validate_s1.PARTS, *validate_laws.PARTS)
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")

@@ -16,7 +16,7 @@ from afo_sim.physics.curves import forces
 from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.validate_row import Row, compared, curve, implied, lost, number
+from afo_sim.validation.row import Row, compared, curve, implied, lost, number
 
 BAR, KPA = 1e5, 1e3  # [Pa]
 FLUIDIC = {10: "dmsp_10", 20: "dmsp_20"}  # bore [mm] → muscle with the maker's characteristic

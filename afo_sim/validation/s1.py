@@ -15,7 +15,7 @@ from afo_sim.fitting import law_problem as fit_problem
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.validate_row import Row, contradicted, curve, implied, lost, number, worst
+from afo_sim.validation.row import Row, contradicted, curve, implied, lost, number, worst
 
 CM = 100.0  # per metre
 # Table → the muscle it is about. I and II were measured, III and IV simulated by S1.

@@ -1,0 +1,1 @@
+"""Every published number held against simulation."""
