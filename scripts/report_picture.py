@@ -13,8 +13,8 @@ import matplotlib
 from matplotlib.figure import Figure
 
 import afo_sim
-from afo_sim import report_figure
-from afo_sim.figure import STYLE
+from afo_sim.show import report_figure
+from afo_sim.show.figure import STYLE
 
 RUNS = {
     "walk-healthy": "healthy",

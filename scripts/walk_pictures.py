@@ -12,7 +12,7 @@ import tempfile
 from PIL import Image
 
 import afo_sim
-from afo_sim.view import screenshot, write_comparison
+from afo_sim.show.rerun import screenshot, write_comparison
 
 SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo")
 STRIDE_TIME = 1.2033  # of the recorded stride [s]

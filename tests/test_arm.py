@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import afo_sim
-from afo_sim import figure
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
+from afo_sim.show import figure
+from afo_sim.show.rerun import write_rrd
 from afo_sim.simulation.recording import Recording
-from afo_sim.view import write_rrd
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")
 GROUPS = ("flexor", "extensor")

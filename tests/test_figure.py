@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 import afo_sim
-from afo_sim import figure, video
 from afo_sim.common.errors import InputError
+from afo_sim.show import figure, video
 from afo_sim.simulation.recording import Recording
 
 FILES = {

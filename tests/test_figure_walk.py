@@ -7,8 +7,8 @@ import pytest
 from test_figure import lines, opengl_missing, panel
 
 import afo_sim
-from afo_sim import figure, video
-from afo_sim.carriage import Carriage
+from afo_sim.show import figure, video
+from afo_sim.show.carriage import Carriage
 from afo_sim.simulation.recording import Recording
 
 

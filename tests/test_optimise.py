@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.search.figure import draw_search
+from afo_sim.show.search_figure import draw_search
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.design import cases_of
 from afo_sim.study.parameter import Parameter, Range

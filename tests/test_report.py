@@ -14,15 +14,15 @@ from command import call
 from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim import report_figure
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.words import body_mass, facts
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import OTHER, in_short, number, words
-from afo_sim.report import page, read_runs, write_report
-from afo_sim.report_figure import RUNS, Shown
+from afo_sim.show import report_figure
+from afo_sim.show.report import page, read_runs, write_report
+from afo_sim.show.report_figure import RUNS, Shown
 from afo_sim.simulation.recording import Recording
 
 

@@ -7,7 +7,7 @@ import pytest
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.model.mounting import ANKLE
-from afo_sim.sole import lowest, sole_thickness
+from afo_sim.show.sole import lowest, sole_thickness
 
 SHAPES = {
     "box": ("0.06 0.02 0.01", np.array([0.06, 0.02, 0.01])),

@@ -11,9 +11,9 @@ import pytest
 from command import call
 from matplotlib.figure import Figure
 
-from afo_sim import validate_figures
 from afo_sim.bench import hanging
 from afo_sim.description import reader
+from afo_sim.show import validation_figures as validate_figures
 from afo_sim.validation import laws as validate_laws
 from afo_sim.validation import row as validate_row
 from afo_sim.validation import s1 as validate_s1

@@ -16,11 +16,11 @@ import rerun_cli
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
+from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
+from afo_sim.show.rerun.scene import tube_radius
+from afo_sim.show.rerun.viewer import viewer_process
 from afo_sim.simulation.files import write_parquet
 from afo_sim.simulation.recording import Recording
-from afo_sim.view import screenshot, write_comparison, write_rrd
-from afo_sim.view.scene import tube_radius
-from afo_sim.view.viewer import viewer_process
 
 VULKAN = any(pathlib.Path("/usr/share/vulkan/icd.d").glob("*.json")) or not sys.platform.startswith("linux")
 needs_vulkan = pytest.mark.skipif(not VULKAN, reason="no Vulkan driver (package mesa-vulkan-drivers)")
@@ -259,8 +259,8 @@ def test_missing_driver_is_said_with_the_packages_name(
 def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
     from afo_sim.model.build import build
+    from afo_sim.show.rerun.live import live_viewer
     from afo_sim.simulation.rollout import run_built
-    from afo_sim.view.live import live_viewer
 
     seen: list[Recording] = []
     with live_viewer(headless=True) as watch:

@@ -12,11 +12,11 @@ from test_view import needs_vulkan, read, rerun
 import afo_sim
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
+from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
+from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
 from afo_sim.simulation.files import read_recording
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import run_built
-from afo_sim.view import screenshot, write_comparison, write_rrd
-from afo_sim.view.walk_scene import ARROW, SIDE, SUNK
 
 BODY_WEIGHT = 75.0 * 9.80665
 
@@ -304,7 +304,7 @@ def test_picture_shows_leg_arrow_and_trail(file: pathlib.Path, tmp_path: pathlib
 
 @needs_vulkan
 def test_live_walk_reaches_a_viewer() -> None:
-    from afo_sim.view.live import live_viewer
+    from afo_sim.show.rerun.live import live_viewer
 
     with live_viewer(headless=True) as watch:
         run = run_built(build(load("scenario", "walk-dropfoot", {"duration": "0.6 s"})), watch=watch)

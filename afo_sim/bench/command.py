@@ -18,7 +18,7 @@ from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.common.writing import check_writable
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import load as load_description
-from afo_sim.stand_files import set_point_text, target, write
+from afo_sim.show.stand_files import set_point_text, target, write
 
 CHARACTERISTICS = tuple(AXES)  # what "all" means
 # Which options a kind takes, beside those that all take.

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.bench.trial import Trial
-from afo_sim.figure import COLOURS, RESOLUTION, STYLE
-from afo_sim.stand_figure import colour, set_point_text
+from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.stand_figure import colour, set_point_text
 
 PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
 

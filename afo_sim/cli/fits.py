@@ -115,7 +115,7 @@ def validate_command(
         rows = v.validate(report)
         written = []
         if figures is not None:
-            from afo_sim.validate_figures import write_figures
+            from afo_sim.show.validation_figures import write_figures
 
             written = write_figures(figures)
     if as_json:

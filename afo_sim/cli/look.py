@@ -37,7 +37,7 @@ def view(
         from afo_sim.common.writing import check_writable, replacing
 
         files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
-        from afo_sim import view as viewer
+        from afo_sim.show import rerun as viewer
 
         if moment is not None and paths[0].is_dir():
             viewer.require_time(paths, moment)
@@ -66,7 +66,7 @@ def _rerun_files(
     present = folders[0] / RERUN
     if len(folders) == 1 and present.is_file() and rate is None and colour == "force":
         return [present]
-    from afo_sim.view import write_comparison, write_rrd
+    from afo_sim.show.rerun import write_comparison, write_rrd
 
     made = scratch / RERUN
     if len(folders) == 1:
@@ -86,7 +86,7 @@ def figure_command(
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
         from afo_sim.common.writing import check_writable
-        from afo_sim.figure import write_figures
+        from afo_sim.show.figure import write_figures
         from afo_sim.simulation.files import read_recording
 
         recording = read_recording(folder)
@@ -106,7 +106,7 @@ def report_command(
 ) -> None:
     """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
     with progress("drawing"):
-        from afo_sim.report import write_report
+        from afo_sim.show.report import write_report
 
         remarks: list[str] = []
         written = write_report(folders, out, tell=remarks.append)
@@ -127,8 +127,8 @@ def video_command(
         raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
         from afo_sim.common.writing import check_writable
+        from afo_sim.show.video import write_video
         from afo_sim.simulation.files import read_recording
-        from afo_sim.video import write_video
 
         recording = read_recording(folder)
         check_writable(out.parent)

@@ -8,7 +8,7 @@ from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import replacing
 from afo_sim.description import reader
 from afo_sim.fitting.run_fit import FitRun
-from afo_sim.log_figure import draw_log
+from afo_sim.show.log_figure import draw_log
 
 SCENARIO, NUMBERS, FIGURE = "scenario.toml", "fit_run.json", "fit_run"
 MISFIT = 1.5  # times the noise: above it the model lacks something that the log shows

@@ -12,8 +12,8 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.model.build import build
+from afo_sim.show.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.simulation.files import RERUN
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import run_built
@@ -137,7 +137,7 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
             with replacing(written[-1]) as path:
                 draw(runs, path, suffix)
         if rrd:
-            from afo_sim.view import write_comparison
+            from afo_sim.show.rerun import write_comparison
 
             written.append(folder / RERUN)
             with replacing(written[-1]) as path:

@@ -46,7 +46,7 @@ def save(
         ),
     }
     if rrd and len(recording["time"]):
-        from afo_sim.view import write_rrd
+        from afo_sim.show.rerun import write_rrd
 
         writers[RERUN] = lambda path: write_rrd(recording, path, rate=rate)
     else:

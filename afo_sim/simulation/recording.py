@@ -128,8 +128,8 @@ class Recording:
 
     def view(self) -> None:
         """Open the run in the Rerun viewer."""
+        from afo_sim.show.rerun import open_recordings, write_rrd
         from afo_sim.simulation.files import RERUN
-        from afo_sim.view import open_recordings, write_rrd
 
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / RERUN

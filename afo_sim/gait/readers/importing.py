@@ -65,7 +65,7 @@ def import_to(
     InputError
         As `import_gait`; or `path` is no CSV or cannot be written.
     """
-    from afo_sim.gait_figure import draw_gait
+    from afo_sim.show.gait_figure import draw_gait
 
     if path.suffix.lower() != ".csv":
         raise InputError("is no CSV", field="--out", value=str(path), allowed="a name ending in .csv")

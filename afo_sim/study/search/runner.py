@@ -13,7 +13,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import disk, keeping
 from afo_sim.description.reader import expand, load
-from afo_sim.search.figure import draw_search
+from afo_sim.show.search_figure import draw_search
 from afo_sim.study import engine
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK

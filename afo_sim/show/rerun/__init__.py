@@ -5,8 +5,8 @@ space, `curves` what is plotted, `events` and `texts` what is told, `layout` whe
 `recording_file` puts them together and `viewer` shows the file.
 """
 
-from afo_sim.view.recording_file import write_comparison as write_comparison
-from afo_sim.view.recording_file import write_rrd as write_rrd
-from afo_sim.view.source import require_time as require_time
-from afo_sim.view.viewer import open_recordings as open_recordings
-from afo_sim.view.viewer import screenshot as screenshot
+from afo_sim.show.rerun.recording_file import write_comparison as write_comparison
+from afo_sim.show.rerun.recording_file import write_rrd as write_rrd
+from afo_sim.show.rerun.source import require_time as require_time
+from afo_sim.show.rerun.viewer import open_recordings as open_recordings
+from afo_sim.show.rerun.viewer import screenshot as screenshot

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim.view.source import Columns
+from afo_sim.show.rerun.source import Columns
 
 TIMELINE = "sim_time"
 STRIDES = "strides"  # 1 s on it is one stride: runs of different cadence line up, stride for stride

@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
-from afo_sim.figure import RESOLUTION, STYLE
+from afo_sim.show.figure import RESOLUTION, STYLE
 from afo_sim.study import analysis, figures, pareto, sobol
 from afo_sim.study.analysis import Effect
 from afo_sim.study.results import Results

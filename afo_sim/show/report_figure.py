@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from afo_sim.description.words import body_mass
-from afo_sim.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.strides import Stride, settled, strides
 from afo_sim.metrics.walking import ORTHOSIS, chambers, dip, has_orthosis
+from afo_sim.show.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.simulation.recording import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)

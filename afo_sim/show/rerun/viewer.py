@@ -13,7 +13,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.view.clock import TIMELINE
+from afo_sim.show.rerun.clock import TIMELINE
 
 LOOPBACK = "127.0.0.1"
 START_LIMIT = 60.0  # how long a viewer may take to start or load [s]

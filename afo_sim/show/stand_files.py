@@ -13,8 +13,8 @@ from afo_sim.bench.compare import Comparison
 from afo_sim.bench.trial import COLUMNS, Trial
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
+from afo_sim.show.stand_figure import draw_trials, set_point_text
 from afo_sim.simulation.recording import versions
-from afo_sim.stand_figure import draw_trials, set_point_text
 
 FORMATS = (".csv", ".parquet")
 TABLE_ROWS = 4000  # of a curve in a table, about; sweeps have fewer anyway
@@ -86,7 +86,7 @@ def write(
         path.write_text(told + "\n", encoding="utf-8")
     files.append(place.path(".json"))
     if rrd and not trials[0].static:
-        from afo_sim.view.stand import write_stand
+        from afo_sim.show.rerun.stand import write_stand
 
         with replacing(place.path(".rrd")) as path:
             write_stand(trials, path)

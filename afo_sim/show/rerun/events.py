@@ -4,9 +4,9 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.metrics.strides import stance_force
-from afo_sim.view.clock import GAIT, send, strides
-from afo_sim.view.curves import colour_of
-from afo_sim.view.source import Columns, Source
+from afo_sim.show.rerun.clock import GAIT, send, strides
+from afo_sim.show.rerun.curves import colour_of
+from afo_sim.show.rerun.source import Columns, Source
 
 STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
 KNOTS = 50  # rows from one remembered pair of time and strides to the next

@@ -10,8 +10,8 @@ import rerun as rr
 from afo_sim.description.scenario import Muscle, MuscleGroup
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
-from afo_sim.view.clock import GAIT, send
-from afo_sim.view.source import Columns, Source
+from afo_sim.show.rerun.clock import GAIT, send
+from afo_sim.show.rerun.source import Columns, Source
 
 FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
 PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]

@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.bench.compare import Comparison
 from afo_sim.bench.measures import AXES
 from afo_sim.bench.trial import Trial, static
-from afo_sim.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
 
 # Column → (label, factor from SI)
 SHOWN = {

@@ -8,8 +8,8 @@ import rerun as rr
 
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
-from afo_sim.view.clock import GAIT, send
-from afo_sim.view.source import Columns, Source
+from afo_sim.show.rerun.clock import GAIT, send
+from afo_sim.show.rerun.source import Columns, Source
 
 DORSIFLEXOR = ([230, 90, 70], [240, 150, 60], [235, 200, 80], [200, 70, 110], [250, 120, 120])
 PLANTARFLEXOR = ([80, 150, 235], [90, 205, 220], [130, 120, 230], [70, 190, 150], [150, 180, 250])

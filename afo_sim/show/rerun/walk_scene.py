@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim.carriage import Carriage
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import cycle as gait
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
-from afo_sim.sole import sole_thickness
-from afo_sim.view.clock import GAIT, send, strides
-from afo_sim.view.events import STANCE_FORCE
-from afo_sim.view.scene import Stage, log_body, replay
-from afo_sim.view.source import Columns, Source
+from afo_sim.show.carriage import Carriage
+from afo_sim.show.rerun.clock import GAIT, send, strides
+from afo_sim.show.rerun.events import STANCE_FORCE
+from afo_sim.show.rerun.scene import Stage, log_body, replay
+from afo_sim.show.rerun.source import Columns, Source
+from afo_sim.show.sole import sole_thickness
 
 CARRIAGE = "world/carriage"
 TRAILS = {"toe": [250, 200, 70], "ball": [90, 190, 250]}  # points of the sole, and their colours

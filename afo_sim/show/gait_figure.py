@@ -9,10 +9,10 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
-from afo_sim.figure import COLOURS, FORMATS, RESOLUTION, STYLE
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import closing_errors, stance
 from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.show.figure import COLOURS, FORMATS, RESOLUTION, STYLE
 
 if TYPE_CHECKING:
     from afo_sim.gait.readers.importing import Imported

@@ -5,7 +5,6 @@ import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from afo_sim import report_figure
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
@@ -14,7 +13,8 @@ from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, in_short, number, unit, words
-from afo_sim.report_figure import RUNS, WIDTH, Shown
+from afo_sim.show import report_figure
+from afo_sim.show.report_figure import RUNS, WIDTH, Shown
 from afo_sim.simulation.files import read_recording
 from afo_sim.simulation.recording import Recording
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import rerun as rr
 
-from afo_sim.view.source import Source
+from afo_sim.show.rerun.source import Source
 
 
 def log_texts(stream: rr.RecordingStream, sources: list[tuple[str, Source]]) -> None:

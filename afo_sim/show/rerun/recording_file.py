@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
+from afo_sim.show.rerun import curves, events, scene, texts, walk_scene
+from afo_sim.show.rerun.clock import GAIT
+from afo_sim.show.rerun.layout import Contents, blueprint
+from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation.recording import Recording
-from afo_sim.view import curves, events, scene, texts, walk_scene
-from afo_sim.view.clock import GAIT
-from afo_sim.view.layout import Contents, blueprint
-from afo_sim.view.source import Columns, Source, from_folder, from_recording, require_rows
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second unless told otherwise [Hz]; signals keep the run's own rate

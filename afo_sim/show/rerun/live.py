@@ -5,12 +5,12 @@ from contextlib import contextmanager
 
 import rerun as rr
 
+from afo_sim.show.rerun import curves, scene, walk_scene
+from afo_sim.show.rerun.layout import blueprint
+from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still
+from afo_sim.show.rerun.source import Source, from_recording
+from afo_sim.show.rerun.viewer import require_display, viewer_process
 from afo_sim.simulation.recording import Recording
-from afo_sim.view import curves, scene, walk_scene
-from afo_sim.view.layout import blueprint
-from afo_sim.view.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still
-from afo_sim.view.source import Source, from_recording
-from afo_sim.view.viewer import require_display, viewer_process
 
 Watch = Callable[[Recording], None]
 

@@ -6,7 +6,7 @@ from typing import Any
 import rerun.blueprint as rrb
 from rerun.encodings import AbsoluteTimeRange
 
-from afo_sim.view.clock import STRIDES, TIMELINE
+from afo_sim.show.rerun.clock import STRIDES, TIMELINE
 
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]
 CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking one, from the carriage [m]

@@ -14,13 +14,13 @@ from typing import IO, Any
 import mujoco
 import numpy as np
 
-from afo_sim.carriage import Carriage
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.common.writing import replacing
 from afo_sim.model.mounting import ANKLE
+from afo_sim.show.carriage import Carriage
+from afo_sim.show.sole import sole_thickness
 from afo_sim.simulation.recording import Recording
-from afo_sim.sole import sole_thickness
 
 FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA

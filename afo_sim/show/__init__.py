@@ -1,0 +1,1 @@
+"""All pictures, reports, films and Rerun recordings. Nothing below this room draws."""
