@@ -7,7 +7,7 @@
 Everything goes through the command line, so that the table does not depend on where a function stands. A run
 is hashed by column and by metric, a fit by parameter, `validate` by row, a sweep and a search by column of
 their tables. Hashes are of the bits, so they hold for one kind of processor and one set of libraries.
-Exit code 1 where a hash differs. Takes about four minutes on two cores.
+Exit code 1 where a hash differs. Takes some four minutes on two cores.
 """
 
 import argparse
@@ -58,6 +58,9 @@ def leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
         for key, item in value.items():
             if key not in NOT_NUMBERS:
                 yield from leaves(item, f"{name} · {key}")
+    elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+        for k, item in enumerate(value):
+            yield from leaves(item, f"{name} · {k}")
     elif isinstance(value, list):
         yield name, digest(json.dumps(value).encode())
     elif isinstance(value, float | int) and not isinstance(value, bool):

@@ -40,7 +40,7 @@ def check(
 ) -> None:
     """Doctor for your own files: says what is wrong, or what was understood."""
     with progress("checking"):
-        from afo_sim.check import check_file
+        from afo_sim.doctor import check_file
 
         findings = check_file(file)
     print_table(str(file), ["", "found"], [list(row) for row in findings])

@@ -89,7 +89,7 @@ def test_unknown_scenario_names_the_nearest(capsys: pytest.CaptureFixture[str]) 
 
 def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     scenario = tmp_path / "mine.toml"
-    shipped = pathlib.Path(__file__).parents[1] / "models" / "scenarios" / "seated.toml"
+    shipped = pathlib.Path(__file__).parents[2] / "models" / "scenarios" / "seated.toml"
     text = shipped.read_text()
     for broken, expected in (
         ("duration =", "not valid TOML"),
@@ -220,7 +220,7 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, complaint = call(capsys, "check", str(pathlib.Path(__file__).parents[1] / "models" / path))
+    code, printed, complaint = call(capsys, "check", str(pathlib.Path(__file__).parents[2] / "models" / path))
     assert code == 0, complaint
     assert "good" in printed
 

@@ -20,7 +20,7 @@ from afo_sim.validation import s1 as validate_s1
 from afo_sim.validation import table as validate
 from afo_sim.validation.table import Row
 
-README = (pathlib.Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+README = (pathlib.Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BEGIN, END = "<!-- validation begins -->\n", "<!-- validation ends -->"
 KEYS = {
     *("source", "quantity", "published", "simulated", "error", "tolerance", "unit", "sourcing", "passed"),

@@ -17,7 +17,7 @@ from afo_sim.common import assets
 from afo_sim.gait import cycle as gait
 from afo_sim.simulation.files import read_recording
 
-ROOT = pathlib.Path(__file__).parents[1]
+ROOT = pathlib.Path(__file__).parents[2]
 GAIT_DATA = ROOT / "gait_data"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 import rerun as rr
-from test_view import needs_vulkan, read, rerun
+from rerun_files import needs_vulkan, read, rerun
 
 import afo_sim
 from afo_sim.description.reader import load

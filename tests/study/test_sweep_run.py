@@ -19,7 +19,7 @@ from command import call
 from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, opened, swept, table, written
 
 import afo_sim
-import afo_sim.sweep
+import afo_sim.study
 from afo_sim.cli.sweep import reporter
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
@@ -48,7 +48,7 @@ def seated_table(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_the_sweep_of_these_tests_has_every_kind_of_case(whole: pathlib.Path) -> None:
-    results = afo_sim.sweep.read(whole)
+    results = afo_sim.study.read(whole)
     assert set(results["status"]) == {"ok", "unstable", "infeasible"}
     assert len(np.unique(results["count"][results.ok])) == 3
     assert set(results["patient"][results.ok]) == {"drop-foot", "healthy"}
@@ -63,7 +63,7 @@ def test_rows_depend_on_neither_chunk_nor_threads(
 
 
 def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> None:
-    results = afo_sim.sweep.read(whole)
+    results = afo_sim.study.read(whole)
     for row in results.table.to_pylist():
         if row["status"] == "infeasible":
             with pytest.raises(InputError, match=r"taut"):
@@ -82,7 +82,7 @@ def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> N
 
 
 def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
-    results = afo_sim.sweep.read(whole)
+    results = afo_sim.study.read(whole)
     scenario = expand("scenario", "walk-dropfoot-afo")
     cases = [(row["case"], json.loads(row["overrides"])) for row in results.table.to_pylist()]
     backwards = dict(engine.outcomes(scenario, reversed(cases), threads=2, chunk=5))
@@ -95,7 +95,7 @@ def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
 def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    results = afo_sim.sweep.read(whole)
+    results = afo_sim.study.read(whole)
     runs = np.flatnonzero(results["status"] != "infeasible")
     for case in np.random.default_rng(3).permutation(runs)[:10]:
         again = replay.replay(whole, int(case))
@@ -118,7 +118,7 @@ def test_replay_says_what_differs_from_the_row(
     column = rows.schema.get_field_index("toe_clearance")
     values = np.nextafter(rows["toe_clearance"].to_numpy(), np.inf)  # by one bit
     pq.write_table(rows.set_column(column, rows.schema.field(column), [values]), out / "results.parquet")
-    ok = int(np.flatnonzero(afo_sim.sweep.read(out).ok)[0])
+    ok = int(np.flatnonzero(afo_sim.study.read(out).ok)[0])
     code, said, complained = call(capsys, "replay", out, ok, "--no-rrd")
     assert code == 1
     assert "toe_clearance" in said and "another processor" in complained
@@ -150,7 +150,7 @@ def test_replay_of_a_case_that_raises_is_one_message(
 def test_replay_of_what_is_not_there(whole: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, complained = call(capsys, "replay", whole, 26)
     assert code == 2 and "no such case" in complained
-    infeasible = int(np.flatnonzero(afo_sim.sweep.read(whole)["status"] == "infeasible")[0])
+    infeasible = int(np.flatnonzero(afo_sim.study.read(whole)["status"] == "infeasible")[0])
     code, _, complained = call(capsys, "replay", whole, infeasible)
     assert code == 2 and "taut" in complained
 
@@ -238,7 +238,7 @@ def test_a_metric_that_the_first_cases_lack_has_its_column(tmp_path: pathlib.Pat
 def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(
     whole: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    results = afo_sim.sweep.read(whole)
+    results = afo_sim.study.read(whole)
     few = "2 whole strides are too few to tell whether the orthosis' air has settled"
     assert all(few in text for text in results.warnings[results.ok])
     assert not any(results.warnings[~results.ok])
@@ -268,7 +268,7 @@ def test_a_metric_that_some_cases_lack_is_nan_there(tmp_path: pathlib.Path) -> N
     for row in rows.to_pylist():
         found = afo_sim.run("seated", json.loads(row["overrides"])).metrics
         known = {name for name, metric in found.items() if np.isfinite(metric.value)}
-        assert {n for n in afo_sim.sweep.read(tmp_path / "out").metrics if np.isfinite(row[n])} == known
+        assert {n for n in afo_sim.study.read(tmp_path / "out").metrics if np.isfinite(row[n])} == known
     assert any(np.isnan(row) for row in rows.slice(1, 1).to_pylist()[0].values() if isinstance(row, float))
     assert replay.replay(tmp_path / "out", 1).different == {}
 
@@ -277,7 +277,7 @@ def test_python_callbacks_give_a_sweep_too(seated_table: Any, tmp_path: pathlib.
     text = SEATED.replace('duration = "0.3 s"', 'duration = "0.3 s"\ncallback = "python"')
     rows = swept(tmp_path, text.replace("steps = 12", "steps = 2"), threads=2)
     assert rows["status"].to_pylist() == ["ok", "ok"]
-    for name in afo_sim.sweep.read(tmp_path / "out").metrics:
+    for name in afo_sim.study.read(tmp_path / "out").metrics:
         assert rows[name][0].as_py() == pytest.approx(seated_table[name][0].as_py(), rel=1e-9, nan_ok=True)
 
 
@@ -309,7 +309,7 @@ def test_killed_three_times_it_goes_on_and_ends_with_the_same_rows(
     assert there[0].items() <= there[1].items() <= there[2].items()  # none is computed twice
     assert not (out / "results.parquet").exists()
     said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert f"{len(afo_sim.sweep.read(out))} of 26 are done" in said
+    assert f"{len(afo_sim.study.read(out))} of 26 are done" in said
     assert_same(table(whole), table(out))
     assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
     before = (out / "results.parquet").stat().st_mtime_ns
@@ -536,7 +536,7 @@ def test_one_more_call_without_part_gathers(tmp_path: pathlib.Path, seated_table
     open_store = opened(written(tmp_path, SEATED), tmp_path / "out")
     for k in (1, 3):
         runner.run(open_store, part=(k, 3))
-    assert afo_sim.sweep.read(tmp_path / "out").unfinished
+    assert afo_sim.study.read(tmp_path / "out").unfinished
     assert runner.run(open_store).new == 4
     assert_same(table(tmp_path / "out"), seated_table)
 
@@ -670,7 +670,7 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
     assert code == 0, complained
     assert "8 cases computed" in said
     rows = table(tmp_path / "out")
-    for name in afo_sim.sweep.read(tmp_path / "out").metrics:
+    for name in afo_sim.study.read(tmp_path / "out").metrics:
         assert repr(rows[name].to_pylist()) == repr(seated_table[name].to_pylist())
     assert replay.replay(tmp_path / "out", 3).different == {}
 
@@ -687,7 +687,7 @@ def test_kept_cases_have_their_recordings_also_after_a_kill(
     half.mkdir(parents=True)
     (half / "recording.parquet").write_bytes(b"half")  # killed while it was kept
     assert call(capsys, "sweep", file, "--out", out)[0] == 0
-    row = afo_sim.sweep.read(out).table.slice(2, 1).to_pylist()[0]
+    row = afo_sim.study.read(out).table.slice(2, 1).to_pylist()[0]
     kept = afo_sim.read_recording(half)
     assert all(m.value == row[name] for name, m in kept.metrics.items() if np.isfinite(m.value))
     assert (half / "recording.rrd").is_file()
@@ -715,7 +715,7 @@ def test_a_parameter_cannot_be_called_like_another_column(
 
 
 def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:
-    known = [*afo_sim.sweep.read(whole).metrics, *seated_table.column_names]
+    known = [*afo_sim.study.read(whole).metrics, *seated_table.column_names]
     told = {"pressure", "case", "seed", "status", "reason", "overrides", "warnings"}
     assert [name for name in known if name not in told and words(name).group == OTHER] == []
 
@@ -782,7 +782,7 @@ def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathli
     )
     swept_store = opened(written(tmp_path, text), tmp_path / "out", evaluate=ishigami)
     runner.run(swept_store, evaluate=ishigami)
-    results = afo_sim.sweep.read(tmp_path / "out")
+    results = afo_sim.study.read(tmp_path / "out")
     assert len(results) == 4096 * 8
     found = sobol.indices(results, "toe_clearance")
     # Ishigami & Homma 1990 with a = 7 and b = 0.1, doi 10.1109/ISUMA.1990.151285

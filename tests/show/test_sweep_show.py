@@ -16,7 +16,9 @@ from sweep_case import saltelli, write_sweep
 import afo_sim.study
 from afo_sim.cli.sweep import show_folder
 from afo_sim.common.errors import InputError
-from afo_sim.study import analysis, figures, pareto, show, sobol, words
+from afo_sim.show import sweep as show
+from afo_sim.show import sweep_figures as figures
+from afo_sim.study import analysis, pareto, sobol, words
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}

@@ -2,7 +2,6 @@
 
 import copy
 import dataclasses
-import gc
 import pathlib
 import shutil
 import subprocess
@@ -11,6 +10,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+from figures import lines, opengl_missing, panel
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
@@ -35,16 +35,6 @@ def rows(recording: Recording, count: int) -> Recording:
 
 def with_column(recording: Recording, name: str, values: np.ndarray) -> Recording:
     return dataclasses.replace(recording, columns=recording.columns | {name: values})
-
-
-def panel(draw: Any, recording: Recording) -> Any:
-    axis = Figure().subplots()
-    draw(axis, recording)
-    return axis
-
-
-def lines(axis: Any) -> dict[str, np.ndarray]:
-    return {line.get_label(): line.get_ydata() for line in axis.lines}
 
 
 def has_colour(path: pathlib.Path, colour: str, least: int = 50) -> bool:
@@ -194,21 +184,6 @@ def test_global_style_of_matplotlib_stays(seated: Recording, tmp_path: pathlib.P
     before = [matplotlib.rcParams[name] for name in names]
     figure.draw_angle(seated, tmp_path / "a.svg")
     assert [matplotlib.rcParams[name] for name in names] == before
-
-
-def opengl_missing() -> str:
-    """Why no picture can be drawn here, or nothing."""
-    xml = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
-    try:
-        opengl, context = video._opengl(video._scenery(xml, 16, 16), 16, 16)
-    except InputError as error:
-        reason = str(error)
-    else:
-        reason = ""
-        context.free()
-        opengl.free()
-    gc.collect()  # the half-made context of MuJoCo's GLFW backend complains when it goes
-    return reason
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

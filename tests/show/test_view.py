@@ -9,10 +9,9 @@ import sys
 
 import mujoco
 import numpy as np
-import pyarrow as pa
 import pytest
 import rerun as rr
-import rerun_cli
+from rerun_files import needs_vulkan, read, rerun
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
@@ -21,9 +20,6 @@ from afo_sim.show.rerun.scene import tube_radius
 from afo_sim.show.rerun.viewer import viewer_process
 from afo_sim.simulation.files import write_parquet
 from afo_sim.simulation.recording import Recording
-
-VULKAN = any(pathlib.Path("/usr/share/vulkan/icd.d").glob("*.json")) or not sys.platform.startswith("linux")
-needs_vulkan = pytest.mark.skipif(not VULKAN, reason="no Vulkan driver (package mesa-vulkan-drivers)")
 
 
 @pytest.fixture(scope="module")
@@ -37,22 +33,6 @@ def folders(
 @pytest.fixture(scope="module")
 def file(folders: list[pathlib.Path]) -> pathlib.Path:
     return folders[0] / "recording.rrd"
-
-
-def read(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarray]:
-    """(time [ns], values (n, width)) of one component, in order of time."""
-    stream = rr.chunk.RrdReader(str(file)).stream()
-    chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
-    batches = [chunk.to_record_batch() for chunk in chunks]
-    time = np.concatenate([b.column("sim_time").cast(pa.int64()).to_numpy() for b in batches])
-    values = []
-    for batch in batches:
-        column = batch.column(component).flatten()
-        while not pa.types.is_primitive(column.type) and not pa.types.is_string(column.type):
-            column = column.flatten()
-        values.append(column.to_numpy(zero_copy_only=False).reshape(batch.num_rows, -1))
-    order = np.argsort(time, kind="stable")
-    return time[order], np.concatenate(values)[order]
 
 
 def test_scalars_are_the_runs_bit_for_bit(file: pathlib.Path, seated: Recording) -> None:
@@ -117,12 +97,6 @@ def test_valve_lanes_and_events(file: pathlib.Path) -> None:
     assert any("dorsiflexor inlet opens" in t for t in texts)
     assert any("greatest dorsiflexion: 13.8" in t for t in texts)
     assert any("extrapolated" in t for t in texts)
-
-
-def rerun(*arguments: str) -> subprocess.CompletedProcess[str]:
-    name = "rerun.exe" if sys.platform == "win32" else "rerun"
-    binary = pathlib.Path(rerun_cli.__file__).with_name(name)
-    return subprocess.run([str(binary), "rrd", *arguments], capture_output=True, text=True, timeout=60)
 
 
 def test_file_is_healthy_and_repeatable(

@@ -4,7 +4,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from test_figure import lines, opengl_missing, panel
+from figures import lines, opengl_missing, panel
 
 import afo_sim
 from afo_sim.show import figure, video
