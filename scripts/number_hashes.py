@@ -130,13 +130,24 @@ def sweeps(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
             yield from table(path, f"search {file.stem} {path.relative_to(out)}")
 
 
-def hashes() -> Hashes:
-    """All of them, by name."""
+FIRST = {
+    "run": "runs",
+    "stand": "stands",
+    "fit": "fits",
+    "validate": "validation",
+    "sweep": "sweeps",
+    "search": "sweeps",
+}
+PARTS = {part.__name__: part for part in (runs, stands, fits, validation, sweeps)}
+
+
+def hashes(parts: list[str]) -> Hashes:
+    """Those of some parts, by name."""
     found: Hashes = {}
     with tempfile.TemporaryDirectory() as folder:
-        for part in (runs, stands, fits, validation, sweeps):
-            new = dict(part(pathlib.Path(folder)))
-            print(f"{part.__name__}: {len(new)} numbers and columns", file=sys.stderr, flush=True)
+        for name in parts:
+            new = dict(PARTS[name](pathlib.Path(folder)))
+            print(f"{name}: {len(new)} numbers and columns", file=sys.stderr, flush=True)
             found |= new
     return found
 
@@ -146,14 +157,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=pathlib.Path, help="write the table here, as JSON")
     parser.add_argument("--against", type=pathlib.Path, help="a table to compare with")
+    parser.add_argument("--only", nargs="*", choices=PARTS, default=[], help="some parts; all by default")
     options = parser.parse_args()
-    now = hashes()
+    now = hashes(options.only or list(PARTS))
     if options.out:
         options.out.write_text(json.dumps(now, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     if not options.against:
         return 0
     before = json.loads(options.against.read_text(encoding="utf-8"))
     changed = [name for name in before if name in now and before[name] != now[name]]
+    if options.only:
+        before = {name: value for name, value in before.items() if FIRST[name.split()[0]] in options.only}
     gone, new = [n for n in before if n not in now], [n for n in now if n not in before]
     for word, names in (("changed", changed), ("gone", gone), ("new", new)):
         for name in names:

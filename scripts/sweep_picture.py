@@ -10,7 +10,8 @@ import pathlib
 import shutil
 import tempfile
 
-from afo_sim.study import design, plan, runner, show
+from afo_sim.show import sweep as show
+from afo_sim.study import design, plan, runner
 from afo_sim.study.results import read
 
 METRICS = ("toe_clearance", "air_per_stride")
