@@ -8,8 +8,9 @@ import numpy as np
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import Muscle
 from afo_sim.physics.hill import hill_force
+from afo_sim.physics.law import MAX_COEFFICIENTS
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import MAX_COEFFICIENTS, muscle_static_force
+from afo_sim.physics.static_force import muscle_static_force
 
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
 

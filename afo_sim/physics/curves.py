@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from afo_sim.physics.static_force import MAX_COEFFICIENTS, static_force
+from afo_sim.physics.law import MAX_COEFFICIENTS
+from afo_sim.physics.static_force import static_force
 
 STRETCHED, CONTRACTED = -0.2, 0.7  # contraction ratios between which a load's is looked for
 

@@ -13,7 +13,7 @@ import pytest
 import afo_sim
 from afo_sim.common.units import EXAMPLES, parse_quantity
 from afo_sim.description.reader import load
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.simulation.recording import Recording
 
 SCENARIO = "seated-antagonist"

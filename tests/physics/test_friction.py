@@ -9,20 +9,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from afo_sim.physics import friction
-from afo_sim.physics.friction import (
-    bouc_wen_pressure,
-    bouc_wen_rate,
-    contact_surface,
-    hunt_dead_band,
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.friction.bouc_wen import bouc_wen_pressure, bouc_wen_rate
+from afo_sim.physics.friction.hunt import hunt_dead_band
+from afo_sim.physics.friction.maxwell_slip import (
     maxwell_slip_elements,
     maxwell_slip_pressure,
     maxwell_slip_rates,
-    tondu_lopez_friction,
 )
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction.tondu_lopez import SURFACE_LIMIT, contact_surface, tondu_lopez_friction
 from afo_sim.physics.law import Braid, LawParameter
-from afo_sim.physics.static_force import tondu_lopez_2000
+from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 
 BRAID = Braid(0.1631, 5.75e-3, math.radians(22.0))  # S1's long muscle
 GEOMETRY = (BRAID.nominal_length, BRAID.nominal_radius, BRAID.b)
@@ -127,7 +124,7 @@ def test_contact_surface_is_that_of_a_constant_number_of_rhombi():
 
 
 def test_contact_surface_is_bounded_and_continuous_beyond_lock_and_at_no_length():
-    limit = friction.SURFACE_LIMIT * contact_surface(0.0, *GEOMETRY)
+    limit = SURFACE_LIMIT * contact_surface(0.0, *GEOMETRY)
     lock = 1.0 - 1.0 / math.cos(BRAID.braid_angle)
     for kappa in (lock, lock - 1e-9, -1.0, -1e300, 1.0, 1.0 + 1e-9, 1.5, 5.0, 1e300):
         assert contact_surface(kappa, *GEOMETRY) == pytest.approx(limit, rel=1e-14)

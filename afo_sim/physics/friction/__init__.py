@@ -1,0 +1,14 @@
+"""The registry FRICTIONS of friction models: one file each, found here.
+
+A new friction is a new file in this folder: its kernels, its parameters, and a `Friction` at the top level
+with a native id of its own. FRICTIONS and the dispatchers of `dispatch` follow.
+"""
+
+from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS, Friction, check
+from afo_sim.physics.registry import check_coefficients, collect
+
+FRICTIONS: dict[str, Friction] = collect(__name__, Friction, besides=("law", "dispatch"))
+
+for _friction in FRICTIONS.values():
+    check(_friction)
+    check_coefficients(_friction, _friction.n_arguments, MAX_FRICTION_COEFFICIENTS)
