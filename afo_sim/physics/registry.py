@@ -122,9 +122,8 @@ def check_coefficients(entry: Entry, arguments: int, most: int) -> int:
     try:
         inspect.signature(entry.kernel).bind(*[0.0] * (arguments + number))
     except TypeError as error:
-        raise ValueError(
-            f"{entry.name!r} has {number} coefficients, its kernel wants others: {error}"
-        ) from None
+        problem = f"{entry.name!r} has {number} coefficients, which its kernel does not take"
+        raise ValueError(f"{problem}: {error}") from None
     return number
 
 

@@ -6,6 +6,7 @@ and never positive again beyond that zero.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from numba.extending import register_jitable
 
@@ -13,7 +14,7 @@ from afo_sim.physics.law import Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
 
-StaticForce = Callable[[float, float, float, Sequence[float], int], float]
+StaticForce = Callable[[float, float, float, Any, int], float]
 
 
 def over(laws: Iterable[Law]) -> StaticForce:

@@ -7,7 +7,13 @@ id that no other kernel has. LAWS and the dispatcher of `static_force` follow.
 from afo_sim.physics.law import MAX_COEFFICIENTS, Law
 from afo_sim.physics.registry import check_coefficients, collect
 
-LAWS: dict[str, Law] = collect(__name__, Law)
 
-for _law in LAWS.values():
-    check_coefficients(_law, 2, MAX_COEFFICIENTS)
+def collected() -> dict[str, Law]:
+    """The laws of this folder by name, as their native ids rise; a wrong entry is a ValueError."""
+    laws = collect(__name__, Law)
+    for law in laws.values():
+        check_coefficients(law, 2, MAX_COEFFICIENTS)
+    return laws
+
+
+LAWS: dict[str, Law] = collected()
