@@ -33,7 +33,7 @@ from afo_sim.common.units import (
 )
 from afo_sim.model.mounting import AIR_LIMIT, BRAID_LIMIT
 from afo_sim.model.start import get_state
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, muscle_volume
 from afo_sim.simulation.rollout import instability
 

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common.errors import nearest_name
 from afo_sim.common.units import format_quantity, parse_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal, split_sources
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws import LAWS
 

@@ -18,8 +18,8 @@ from afo_sim.common.units import (
 )
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
-from afo_sim.physics.friction import contact_surface
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.friction.tondu_lopez import contact_surface
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 from afo_sim.physics.pneumatics import LAMINAR_RATIO
 

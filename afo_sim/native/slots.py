@@ -1,4 +1,4 @@
-"""Where every parameter stands in `actuator_user`, and the rows that hold them.
+"""Slots of the parameters in `actuator_user`, and the rows that hold them.
 
 An actuator's row begins with a mark and a kind. Nothing outside this package writes a row; the slots are
 read by name.
@@ -8,11 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.physics.frictions import MAX_FRICTION_COEFFICIENTS
+from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS
 from afo_sim.physics.hill import DAMPER_COEFFICIENTS
-from afo_sim.physics.law import Braid
+from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import MAX_COEFFICIENTS
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
 FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
