@@ -15,7 +15,6 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import MAX_COEFFICIENTS
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
-FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0
