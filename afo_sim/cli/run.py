@@ -39,7 +39,7 @@ def run(
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.model.build import build
-        from afo_sim.simulation.rollout import run_built
+        from afo_sim.simulation.run import run_built
 
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name

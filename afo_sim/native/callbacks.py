@@ -87,6 +87,16 @@ from afo_sim.native.slots import (
     VALVE_CRITICAL_RATIO,
     VALVE_OPENING_DELAY,
 )
+from afo_sim.native.state import (
+    ABSOLUTE_PRESSURE,
+    AIR_MASS,
+    ARMATURE,
+    INLET_FLOW,
+    INTEGRATED_VOLUME,
+    OPENING,
+    OUTLET_FLOW,
+    VOLUME,
+)
 from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
 from afo_sim.physics.ground import pad_force
 from afo_sim.physics.hill import hill_force, three_element_damping
@@ -120,7 +130,7 @@ def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     length = u[j + MUSCLE_NOMINAL_LENGTH]
     contraction = 1.0 - (d.actuator_length[i] - u[j + MUSCLE_SERIES_LENGTH]) / length
     rate = -d.actuator_velocity[i] / length
-    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + 2]
+    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + ABSOLUTE_PRESSURE]
     pressure = absolute - AMBIENT_PRESSURE
     law, lowest, c = u[j + MUSCLE_LAW], u[j + MUSCLE_LOWEST_PRESSURE], j + MUSCLE_COEFFICIENTS
     friction, slope, static_slope = 0.0, 0.0, 0.0
@@ -196,7 +206,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         lengths, velocities = d.actuator_length, d.actuator_velocity
         addresses, width = m.actuator_actadr, m.nuser_actuator
         adr = addresses[i]
-        mass, integrated_volume, pressure = act[adr], act[adr + 1], act[adr + 2]
+        mass, integrated_volume = act[adr + AIR_MASS], act[adr + INTEGRATED_VOLUME]
+        pressure = act[adr + ABSOLUTE_PRESSURE]
         if not pressure > 0.0:
             fail(1, i)
         if not mass > 0.0:
@@ -230,7 +241,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             AMBIENT_TEMPERATURE,
             pressure,
             temperature,
-            act[addresses[inlet] + 1],
+            act[addresses[inlet] + OPENING],
             u[q + VALVE_CONDUCTANCE],
             u[q + VALVE_CRITICAL_RATIO],
         )
@@ -240,7 +251,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             temperature,
             AMBIENT_PRESSURE,
             AMBIENT_TEMPERATURE,
-            act[addresses[outlet] + 1],
+            act[addresses[outlet] + OPENING],
             u[q + VALVE_CONDUCTANCE],
             u[q + VALVE_CRITICAL_RATIO],
         )
@@ -253,8 +264,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             flow_in -= outlet_flow
         else:
             flow_out += outlet_flow
-        act_dot[adr] = flow_in - flow_out
-        act_dot[adr + 1] = volume_rate
+        act_dot[adr + AIR_MASS] = flow_in - flow_out
+        act_dot[adr + INTEGRATED_VOLUME] = volume_rate
         # midpoint rule: the explicit one loses pressure whichever way the volume moves
         wall = u[j + CHAMBER_WALL_CONDUCTANCE]
         half = 0.5 * step
@@ -263,21 +274,22 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         integrated_volume += half * volume_rate
         mass += half * (flow_in - flow_out)
         temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
-        act_dot[adr + 2] = pressure_rate(
+        act_dot[adr + ABSOLUTE_PRESSURE] = pressure_rate(
             pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall
         )
         row = int(u[j + CHAMBER_USERDATA])
         userdata = d.userdata
-        userdata[row], userdata[row + 1], userdata[row + 2] = inlet_flow, outlet_flow, volume
+        userdata[row + INLET_FLOW], userdata[row + OUTLET_FLOW] = inlet_flow, outlet_flow
+        userdata[row + VOLUME] = volume
 
     @register_jitable
     def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
         u = m.actuator_user
         adr = m.actuator_actadr[i]
-        d.act_dot[adr], d.act_dot[adr + 1] = valve_rates(
+        d.act_dot[adr + ARMATURE], d.act_dot[adr + OPENING] = valve_rates(
             d.ctrl[i],
-            d.act[adr],
-            d.act[adr + 1],
+            d.act[adr + ARMATURE],
+            d.act[adr + OPENING],
             u[j + VALVE_OPENING_DELAY],
             u[j + VALVE_CLOSING_DELAY],
             m.opt.timestep,

@@ -14,7 +14,6 @@ from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
-FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0

@@ -15,8 +15,7 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, in_short, number, unit, words
 from afo_sim.show import report_figure
 from afo_sim.show.report_figure import RUNS, WIDTH, Shown
-from afo_sim.simulation.files import read_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Recording, read_recording
 
 NAME = "report.html"
 SUFFIXES = (".html", ".htm")

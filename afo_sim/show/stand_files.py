@@ -12,9 +12,9 @@ import numpy as np
 from afo_sim.bench.compare import Comparison
 from afo_sim.bench.trial import COLUMNS, Trial
 from afo_sim.common.errors import InputError
+from afo_sim.common.versions import versions
 from afo_sim.common.writing import replacing
 from afo_sim.show.stand_figure import draw_trials, set_point_text
-from afo_sim.simulation.recording import versions
 
 FORMATS = (".csv", ".parquet")
 TABLE_ROWS = 4000  # of a curve in a table, about; sweeps have fewer anyway

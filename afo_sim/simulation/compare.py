@@ -16,7 +16,7 @@ from afo_sim.model.build import build
 from afo_sim.show.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.simulation.files import RERUN
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run_built
+from afo_sim.simulation.run import run_built
 
 ANGLE = "ankle/angle"
 FIGURE, TABLE = "comparison", "differences.csv"

@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.versions import versions
 from afo_sim.common.writing import disk, keeping
-from afo_sim.simulation.recording import versions
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.parameter import Choice, Normal, Range

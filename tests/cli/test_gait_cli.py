@@ -16,7 +16,7 @@ from walking import known_walk, write_angles, write_forces, write_trc
 from afo_sim import cli
 from afo_sim.common import assets
 from afo_sim.gait import cycle as gait
-from afo_sim.simulation.files import read_recording
+from afo_sim.simulation.recording import read_recording
 
 ROOT = pathlib.Path(__file__).parents[2]
 GAIT_DATA = ROOT / "gait_data"

@@ -119,7 +119,7 @@ def test_joint_named_otherwise_is_found_and_called_ankle() -> None:
 def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
     """Half and one and a half of every length of the mounting and the muscle, one at a time."""
     from afo_sim.common.units import format_quantity
-    from afo_sim.simulation.rollout import run_built
+    from afo_sim.simulation.run import run_built
 
     scenario = load("scenario", "seated")
     outcomes = []

@@ -234,7 +234,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
     from afo_sim.model.build import build
     from afo_sim.show.rerun.live import live_viewer
-    from afo_sim.simulation.rollout import run_built
+    from afo_sim.simulation.run import run_built
 
     seen: list[Recording] = []
     with live_viewer(headless=True) as watch:
@@ -251,7 +251,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
 
 def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
     from afo_sim.model.build import build
-    from afo_sim.simulation.rollout import run_built
+    from afo_sim.simulation.run import run_built
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
     for name, values in watched.columns.items():
