@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import check_writable
+from afo_sim.common.writing import check_writable, together
 from afo_sim.gait.checks import RANGES, examine, findings
 from afo_sim.gait.cycle import FLAT, GaitCycle, write
 from afo_sim.gait.readers.axes import Axes
@@ -72,8 +72,9 @@ def import_to(
     check_writable(path.parent)
     done = import_gait(files, choices)
     picture = path.with_suffix(".png")
-    draw_gait(done.cycle, picture, done)
-    write(path, done.cycle)
+    with together(path.parent) as scratch:
+        draw_gait(done.cycle, scratch / picture.name, done)
+        write(scratch / path.name, done.cycle)
     return done, picture
 
 
