@@ -49,7 +49,6 @@ UPWARD: set[tuple[str, str]] = {
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),
-    frozenset({"afo_sim.gait.checks", "afo_sim.gait.cycle"}),
     frozenset({f"afo_sim.simulation.{name}" for name in ("files", "recording", "rollout")}),
 }
 

@@ -9,7 +9,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
 from afo_sim.description.words import facts
-from afo_sim.gait import cycle as gait
+from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, in_short, number, unit, words

@@ -216,7 +216,7 @@ def test_a_single_plate_needs_only_the_posture(walk: Walk, tmp_path: pathlib.Pat
 def test_posture_agrees_with_force_on_the_recorded_trial() -> None:
     """Between the two shipped strides' ends the posture returns within a sample of the next heel strike."""
     from afo_sim.common import assets
-    from afo_sim.gait import cycle as gait
+    from afo_sim.gait import file as gait
     from afo_sim.gait.readers.leg_motion import LegMotion
 
     first, second = (gait.read(assets.find_gait(f"gatk_stride{k}")) for k in (1, 2))

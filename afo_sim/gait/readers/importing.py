@@ -10,7 +10,8 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.common.writing import check_writable, together
 from afo_sim.gait.checks import RANGES, examine, findings
-from afo_sim.gait.cycle import FLAT, GaitCycle, write
+from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.gait.file import write
 from afo_sim.gait.readers.axes import Axes
 from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.ground_force import GroundForce, foot_force
