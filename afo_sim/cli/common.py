@@ -33,7 +33,7 @@ def read_sets(
             raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
         try:
             values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
+        except (ValueError, RecursionError):
             values[key.strip()] = value.strip()
     return values
 

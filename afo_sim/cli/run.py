@@ -1,5 +1,6 @@
 """Commands that simulate: run, torque-map."""
 
+import math
 import pathlib
 import sys
 from typing import Annotated, Any
@@ -20,6 +21,8 @@ from afo_sim.cli.common import (
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder
 from afo_sim.common.errors import InputError
+
+ROUNDING = 1e-11  # metrics below it, in their own unit, are rounding's
 
 
 @app.command()
@@ -149,8 +152,11 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items()]
+    left_out = {name: why for name, m in recording.metrics.items() if (why := _undefined(m.value))}
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items() if name not in left_out]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    for why in dict.fromkeys(left_out.values()):
+        print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
     for warning in recording.warnings:
         print(f"warning: {warning}")
     timing = recording.timing
@@ -159,6 +165,13 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
     )
     print(f"written to {folder}; look at it with: afo-sim view {folder}")
+
+
+def _undefined(value: float) -> str:
+    """Why a metric says nothing of a run; "" where it does."""
+    if not math.isfinite(value):
+        return "since what they measure does not happen in this run"
+    return "since they are zero but for rounding" if 0.0 < abs(value) < ROUNDING else ""
 
 
 def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:

@@ -22,7 +22,7 @@ def toml_text(table: Mapping[str, Any]) -> str:
 
 
 def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table without None, with the sources beside their values; values before tables, as TOML wants them."""
+    """A table without None, with the sources beside their values."""
     sources = table.get("provenance", {})
     found = {}
     for key, value in table.items():
