@@ -10,7 +10,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
-from afo_sim.gait import cycle as gait
+from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build

@@ -48,7 +48,6 @@ UPWARD: set[tuple[str, str]] = {
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),
-    frozenset({"afo_sim.gait.checks", "afo_sim.gait.cycle"}),
 }
 
 

@@ -136,11 +136,10 @@ class Muscle(Described):
     def _read_sets(cls, table: Any) -> Any:
         if not isinstance(table, dict):
             return table
-        if isinstance(table.get("law"), str):
-            table = table | {"laws": _read_tables(table, "law", LAWS)}
-        if isinstance(table.get("friction", "none"), str):
-            table = table | {"frictions": _read_tables(table, "friction", FRICTIONS)}
-        return table
+        read: dict[str, Any] = {}
+        for kind, known in (("law", LAWS), ("friction", FRICTIONS)):
+            read |= {f"{kind}s": _read_tables(table, kind, known)}
+        return table | read
 
     @model_validator(mode="after")
     def _has_a_braid(self) -> Self:
@@ -199,8 +198,12 @@ class Muscle(Described):
 
 def _read_tables(table: dict[str, Any], kind: str, known: Mapping[str, Any]) -> dict[str, Any]:
     """The tables [laws.NAME] or [frictions.NAME], each told its name; the one in use must be there."""
-    plural, chosen = f"{kind}s", table.get(kind, "none")
     none = ["none"] if kind == "friction" else []
+    plural, chosen = f"{kind}s", table.get(kind, *none)
+    chosen = chosen.get("value") if isinstance(chosen, dict) else chosen
+    if not isinstance(chosen, str):
+        names = ", ".join([*known, *none])
+        raise refusal("is missing" if chosen is None else "is not a text", names, kind)
     given = table.get(plural, {})
     if not isinstance(given, dict):
         raise refusal("is not a table", f"a table [{plural}.NAME] for each {kind}", plural)

@@ -214,7 +214,8 @@ def program() -> dict[str, Any]:
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
-    old = before.get("versions", {})
+    old = before.get("versions")
+    old = old if isinstance(old, dict) else {}
     told = [
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
