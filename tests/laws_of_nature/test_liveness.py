@@ -151,7 +151,7 @@ def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Reco
 
 
 LOSSES = {
-    name: [format_quantity(p.typical, p.unit) for p in friction.parameters]
+    name: [str(format_quantity(p.typical, p.unit)) for p in friction.parameters]
     for name, friction in FRICTIONS.items()
 }
 DAMPER = {

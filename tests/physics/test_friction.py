@@ -420,6 +420,29 @@ def test_derivative_is_the_slope_by_contraction_rate(model):
 
 
 @every_friction
+def test_friction_falls_no_faster_than_stated(model):
+    for tried in ({}, {"static_coefficient": FK, "kinetic_coefficient": FS}):  # the second falls with speed
+        values = _tried(model) | {name: v for name, v in tried.items() if name in _tried(model)}
+        coefficients, z = model.coefficients(BRAID, values), [0.0] * model.n_state
+        slopes = [
+            model.evaluate(0.0, rate, 4e5, z, coefficients, H)[1] for rate in np.geomspace(1e-6, 1e2, 400)
+        ]
+        fall, found = model.steepest_fall(BRAID, values, 4e5), -min(slopes) / BRAID.nominal_length
+        assert found <= fall * (1.0 + 1e-9)
+        if fall > 0.0:
+            assert found > 0.95 * fall  # and not much slower either
+
+
+def test_only_a_falling_coefficient_falls():
+    model = FRICTIONS["tondu_lopez_2000_stribeck"]
+    values = _tried(model)
+    assert model.steepest_fall(BRAID, values, 4e5) == 0.0
+    values["static_coefficient"] = FK + 0.015
+    expected = 0.015 / VS * contact_surface(0.0, *GEOMETRY) * 4e5
+    assert model.steepest_fall(BRAID, values, 4e5) == pytest.approx(expected, rel=1e-12)
+
+
+@every_friction
 def test_nan_comes_out(model):
     """Of every argument and coefficient, moving, at rest, stuck and slipping."""
     good = [0.1, 0.3, 4e5, *[0.05 * Q] * model.n_state, *_coefficients(model), H]

@@ -255,7 +255,7 @@ def test_braid_is_fattest_at_54_74_degrees(degrees):
 
 
 def _change_of_length(force, length, weight):
-    """How far a muscle of active `length` [m] has lifted `weight` [N] when it hangs at rest [cm]."""
+    """Lift of a `weight` [N] at rest by a muscle of active `length` [m], in cm."""
     return 100.0 * length * brentq(lambda kappa: force(kappa) - weight, 0.0, 1.0, xtol=1e-12)
 
 

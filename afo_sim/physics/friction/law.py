@@ -27,6 +27,11 @@ State = Sequence[float]
 MOTION = {"N": ("contraction", "rate", "pressure"), "Pa": ("rate",)}  # what a kernel of a unit takes first
 
 
+def no_fall(braid: Braid, parameters: Values, pressure: float) -> float:
+    """The steepest fall of a friction that never falls with speed [N·s/m]."""
+    return 0.0
+
+
 @dataclass(frozen=True)
 class Friction:
     """A friction model and its kernels.
@@ -38,6 +43,8 @@ class Friction:
     kernel : (κ, κ̇, p, *states, *coefficients[, h]) → (friction [N], its derivative by κ̇ [N·s]); in pressure
         units (κ̇, *states, *coefficients[, h]) → ([Pa], [Pa·s]). The time step h only where there are states.
     rate_kernel : (κ̇, *states, *coefficients, h) → rates of the states [Pa/s], a number where there is one
+    steepest_fall : (braid, parameters, p) → most by which the force falls with the shortening velocity
+        [N·s/m]: damping of the wrong sign, which a time step must be short enough for
     """
 
     name: str
@@ -51,6 +58,7 @@ class Friction:
     validity: str
     source: str
     rate_kernel: Callable[..., Any] | None = None
+    steepest_fall: Callable[[Braid, Values, float], float] = no_fall
 
     @property
     def n_arguments(self) -> int:

@@ -5,7 +5,7 @@ import math
 from numba.extending import register_jitable
 
 from afo_sim.physics.friction.law import Friction
-from afo_sim.physics.law import LawParameter
+from afo_sim.physics.law import Braid, LawParameter, Values
 
 SURFACE_LIMIT = 2.0  # largest contact surface, over that at rest [-]: beyond what a muscle can reach
 
@@ -134,6 +134,14 @@ PARAMETERS = (
     ),
 )
 
+
+def _steepest_fall(braid: Braid, q: Values, pressure: float) -> float:
+    """(f_s − f_k)/v_s · S p at rest, where f_s is above f_k [N·s/m]."""
+    surface = contact_surface(0.0, braid.nominal_length, braid.nominal_radius, braid.b)
+    fall = (q["static_coefficient"] - q["kinetic_coefficient"]) / q["stribeck_velocity"]
+    return max(fall, 0.0) * surface * pressure
+
+
 STRIBECK = Friction(
     name="tondu_lopez_2000_stribeck",
     native_id=1,
@@ -147,6 +155,7 @@ STRIBECK = Friction(
         *(q[p.name] for p in PARAMETERS),
     ),
     kernel=tondu_lopez_friction,
+    steepest_fall=_steepest_fall,
     formula="F = [f_k + (f_s − f_k) e^(−|v|/v_s)] S p tanh(v/v_r), v = L0 κ̇, S = 2π r0 L0 sin 2α0/sin 2α",
     validity="hand-made braid; no force at rest, so a held muscle creeps; grows with the muscle's length",
     source="Tondu & Lopez 2000",
