@@ -8,8 +8,10 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.reader import load
-from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
+from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.gait import cycle as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings

@@ -26,18 +26,26 @@ class Limits(Described):
     """What a muscle may be asked for; beyond it a run warns."""
 
     pressure: Pressure
+    """Highest gauge pressure."""
     force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
+    """Highest force."""
     contraction_min: Annotated[float, Quantity("", at_least=-0.5, at_most=0.0)]
+    """Furthest stretch, as a negative contraction ratio."""
     contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
+    """Highest contraction ratio."""
 
 
 class LawSet(Described):
     """One law's parameters for one muscle, SI, and where they hold."""
 
     law: str
+    """Name of the law."""
     parameters: dict[str, float]
+    """Parameters of the law."""
     pressure_range: tuple[GaugePressure, GaugePressure]
+    """Lowest and highest gauge pressure at which the parameters hold; the law's by default."""
     contraction_range: tuple[Contraction, Contraction]
+    """Lowest and highest contraction ratio at which the parameters hold; the law's by default."""
 
     @model_validator(mode="before")
     @classmethod
@@ -72,7 +80,9 @@ class FrictionSet(Described):
     """One friction's parameters for one muscle, SI."""
 
     friction: str
+    """Name of the friction."""
     parameters: dict[str, float]
+    """Parameters of the friction."""
 
     @model_validator(mode="before")
     @classmethod
@@ -95,9 +105,13 @@ class ThreeElementDamper(Described):
     """Damping of the three-element model, B = b0 + b1 p, another while contracting than while relaxing."""
 
     contracting: tuple[Damping, DampingSlope]
+    """b0 and b1 of B = b0 + b1 p while the muscle contracts."""
     relaxing: tuple[Damping, DampingSlope]
+    """b0 and b1 while it relaxes."""
     switch_pressure: GaugePressure = 0.0
+    """Gauge pressure from which relaxing_above replaces relaxing."""
     relaxing_above: tuple[Damping, DampingSlope] | None = None
+    """b0 and b1 while it relaxes above switch_pressure; those of relaxing by default."""
 
     @property
     def coefficients(self) -> tuple[float, ...]:
@@ -114,22 +128,39 @@ class Muscle(Described):
     """
 
     name: str = ""
+    """Name; the folder's by default."""
     description: str = ""
+    """One line that says what it is."""
     grade: Literal["A", "B", "C", "D"] = "D"
+    """Quality of the numbers: A is measured on this muscle, D is a guess."""
     law: str
+    """Force law in use, one of those under laws."""
     laws: dict[str, LawSet]
+    """Force laws with their parameters, by name."""
     friction: str = "none"
+    """Friction in use, one of those under frictions, or none."""
     frictions: dict[str, FrictionSet] = Field(default_factory=dict)
+    """Frictions with their parameters, by name."""
     damper: ThreeElementDamper | None = None
+    """Damper of the three-element model, beside damping."""
     total_length: PositiveLength
+    """Length between the ends of the fittings, unpressurised."""
     end_length: Distance
+    """Length of clamps and dead ends, which do not contract."""
     bore: Annotated[float, Quantity("m", above=0.0, at_most=0.2)]
+    """Inner diameter of the braid at rest."""
     braid_angle: Annotated[float, Quantity("rad", at_least=0.0873, at_most=0.872)]
+    """Angle between fibre and muscle axis at rest."""
     damping: Annotated[float, Quantity("m^2*s", at_least=0.0, at_most=1.0)]
+    """Coefficient R of the viscous damping R p_abs κ̇, with p_abs the absolute pressure."""
     braid_stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e7)]
+    """Stiffness of the stretched braid, force per contraction ratio below zero."""
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
+    """Volume of air that stays when the muscle is empty."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
+    """Mass of muscle and fittings."""
     limits: Limits
+    """Limits beyond which a run warns."""
 
     @model_validator(mode="before")
     @classmethod

@@ -11,7 +11,9 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.walking import Patient
 
 Path = tuple[str, ...]

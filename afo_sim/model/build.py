@@ -13,7 +13,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.scenario import Scenario
 from afo_sim.model import mounting
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of

@@ -17,7 +17,8 @@ from afo_sim.common.units import (
     in_unit,
 )
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.scenario import Scenario
 from afo_sim.physics.friction import contact_surface
 from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
