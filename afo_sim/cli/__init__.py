@@ -26,7 +26,8 @@ def main() -> None:
     try:
         app()
     except AfoSimError as error:
-        print(f"afo-sim: {error}", file=sys.stderr)
+        for problem in (error, *getattr(error, "others", ())):
+            print(f"afo-sim: {problem}", file=sys.stderr)
         sys.exit(error.exit_code)
     except BrokenPipeError:
         sys.exit(0)
