@@ -28,11 +28,22 @@ class Quantity:
     def allowed(self) -> str:
         """The bounds, in words."""
         words = (("more than", self.above), ("at least", self.at_least), ("at most", self.at_most))
-        usual = EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")[2]
         return " and ".join(
-            f"{word} {in_unit(limit, self.unit, usual) if usual else limit:.4g} {usual}".strip()
-            for word, limit in words
-            if limit is not None
+            f"{word} {amount(limit, self.unit, 4)}" for word, limit in words if limit is not None
+        )
+
+    @property
+    def span(self) -> str:
+        """The bounds as a range: "0 to 20 bar", "above 0, to 20 bar"."""
+        low = self.above if self.above is not None else self.at_least
+        if low is None or self.at_most is None:
+            return self.allowed or "any number"
+        lower, upper = (amount(limit, self.unit, 4).partition(" ") for limit in (low, self.at_most))
+        start = lower[0] if lower[2] == upper[2] or low == 0.0 else "".join(lower)
+        return (
+            f"above {start}, to {''.join(upper)}"
+            if self.above is not None
+            else f"{start} to {''.join(upper)}"
         )
 
     def read(self, value: object, info: ValidationInfo | None = None) -> float:
@@ -61,6 +72,15 @@ class Quantity:
 def _is_si(info: ValidationInfo | None) -> bool:
     """Whether values come in SI, as `with_values` takes them, rather than as text."""
     return info is not None and bool(info.context) and info.context.get("si", False)
+
+
+def amount(value: float, unit: str, digits: int = 12) -> str:
+    """An SI value in the unit that people use for it; in SI where that gives a long number."""
+    usual = EXAMPLES.get(unit, f"1 {unit}").partition(" ")[2]
+    number = in_unit(value, unit, usual) if usual else value
+    if abs(number) >= 1e4:
+        number, usual = value, unit
+    return f"{number:.{digits}g} {usual}".strip()
 
 
 def refusal(
