@@ -27,8 +27,7 @@ def main() -> None:
     try:
         app()
     except AfoSimError as error:
-        for problem in (error, *getattr(error, "others", ())):
-            print(f"afo-sim: {problem}", file=sys.stderr)
+        print(f"afo-sim: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except BrokenPipeError:
         sys.exit(0)

@@ -41,6 +41,10 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
+    def __str__(self) -> str:
+        """Every problem on a line of its own."""
+        return "\n".join([super().__str__(), *map(str, self.others)])
+
 
 class SimulationError(AfoSimError):
     """A simulation became unstable; `simulation` says which one, `time` [s] when."""

@@ -32,7 +32,7 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
             if header:
                 yield header
                 header = ""
-            yield f"{_key(key)} = {toml_value({'value': value, **sources[key]} if key in sources else value)}"
+            yield f"{_key(key)} = {_value({'value': value, **sources[key]} if key in sources else value)}"
     if header and not inner:
         yield header  # an empty table is one, too
     for key, value in inner.items():
@@ -43,12 +43,11 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
 
 
-def toml_value(value: Any) -> str:
-    """A value as TOML, on one line."""
+def _value(value: Any) -> str:
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
+        return "[" + ", ".join(map(_value, value)) + "]"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False)  # JSON's strings, whole numbers and truths are TOML's

@@ -75,16 +75,7 @@ def new(
     template = Template(_chambers(kind, values, target))
     text = template.text(SPECS[kind], values, examples, f"{name}: {kind}.")
     check_writable(target.parent)
-    made = [] if target.parent.exists() else [target.parent]
-    try:
-        _write(target, text, kind, values, base)
-        load(kind, target)
-    except InputError:
-        for path in _beside(kind, values, target):
-            path.unlink(missing_ok=True)
-        for folder in made:
-            folder.rmdir()
-        raise
+    _write(target, text, kind, values, base)
     return target
 
 
@@ -145,26 +136,37 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
         entry.update(dict.fromkeys(keys, name))
 
 
-def _chambers(kind: str, values: Mapping[str, Any], target: pathlib.Path) -> tuple[str, ...]:
-    """The chambers that a scenario's timer switches."""
+def _chambers(kind: str, values: dict[str, Any], target: pathlib.Path) -> tuple[str, ...]:
+    """The chambers that a scenario switches; its timing goes over to chambers of other names, in order."""
     if kind != "scenario":
         return ()
-    return tuple(load("orthosis", str(assets.find("orthosis", values["orthosis"], target))).chamber)
-
-
-def _beside(kind: str, values: Mapping[str, Any], target: pathlib.Path) -> list[pathlib.Path]:
-    """The new file, and the files that it names."""
-    named = [target.parent / str(values[key]) for key in FILES.get(kind, ()) if key in values]
-    return [target, *named]
+    found = tuple(load("orthosis", str(assets.find("orthosis", values["orthosis"], target))).chamber)
+    for key in ("timer", "phases"):
+        table = values.get(key, {})
+        timing = {name: entry for name, entry in table.items() if isinstance(entry, dict)}
+        if timing and not set(timing) <= set(found):
+            kept = {name: entry for name, entry in table.items() if name not in timing}
+            values[key] = kept | dict(zip(found, timing.values(), strict=False))
+    return found
 
 
 def _write(target: pathlib.Path, text: str, kind: str, values: Mapping[str, Any], base: pathlib.Path) -> None:
-    _, *named = _beside(kind, values, target)
+    """Write a description and the files that it names; nothing stays of one that does not load."""
+    named = [target.parent / str(values[key]) for key in FILES.get(kind, ()) if key in values]
     for path in named:
         if path.exists():
             raise InputError("is there already, and is not overwritten", file=path)
-    for path in named:
-        with replacing(path) as temporary:
-            shutil.copyfile(base.parent / path.name, temporary)
-    with replacing(target) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    new_folders = [folder for folder in (target.parent, *target.parent.parents) if not folder.exists()]
+    try:
+        for path in named:
+            with replacing(path) as temporary:
+                shutil.copyfile(base.parent / path.name, temporary)
+        with replacing(target) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        load(kind, target)
+    except InputError:
+        for path in (target, *named):
+            path.unlink(missing_ok=True)
+        for folder in new_folders:
+            folder.rmdir()
+        raise

@@ -1,12 +1,12 @@
 """A commented file of a description: every key with what it means, its unit, range and default."""
 
+import json
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args, get_origin
 
-from afo_sim.common.toml_text import toml_value
 from afo_sim.description.keys import allowed, shown, unit_of
 from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table, marked, parameter_leaf
 
@@ -166,3 +166,14 @@ def _first_line(kind: Any) -> str:
 
 def _comment(text: str) -> Iterable[str]:
     return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), WIDTH - 2)]
+
+
+def toml_value(value: Any) -> str:
+    """Plain data as TOML, on one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {toml_value(v)}" for key, v in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value, ensure_ascii=False)  # JSON's strings, whole numbers and truths are TOML's
