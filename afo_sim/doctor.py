@@ -69,7 +69,7 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
     if kind in ("orthosis", "leg"):
         # neither runs alone: put it into the shipped scenario
         sets = {"orthosis": str(path.resolve())} if kind == "orthosis" else {"leg": str(path.resolve())}
-        if kind == "orthosis":
+        if isinstance(description, Orthosis):
             sets |= _timer_for(description)
         findings += _scenario(load("scenario", "seated", sets))
     return findings

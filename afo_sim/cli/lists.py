@@ -23,12 +23,12 @@ def list_command(
         from afo_sim.description.catalogue import entries, product
 
         if what and what not in LISTS:
-            tables = [(title, list(header), rows) for title, header, rows in product(what)]
+            tables = product(what)
         else:
-            header = ["name", "what it is"]
-            tables = [(kind, header, entries(kind)) for kind in ([what] if what else LISTS)]
+            columns = ("name", "what it is")
+            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else LISTS)]
     for title, header, rows in tables:
-        print_table(title, header, [list(row) for row in rows] or [["–", "none is shipped yet"]])
+        print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 
 
 @app.command()

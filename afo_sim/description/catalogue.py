@@ -1,6 +1,6 @@
 """What is shipped: one line each, or one product whole."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import assets
@@ -14,8 +14,8 @@ from afo_sim.physics.frictions import FRICTIONS
 from afo_sim.physics.laws import LAWS
 
 PLURALS = {plural: kind for kind, plural in assets.KINDS.items()}
-Rows = list[tuple[str, ...]]
-TableOf = tuple[str, tuple[str, ...], Rows]  # title, header, rows
+Rows = Sequence[Sequence[str]]
+TableOf = tuple[str, Sequence[str], Rows]  # title, header, rows
 
 
 def entries(kind: str) -> list[tuple[str, str]]:
@@ -133,7 +133,7 @@ def _gait(name: str) -> Iterator[TableOf]:
     file = assets.find_gait(name)
     yield f"gait {name}: gait_data/{file.name}", ("", ""), list(read_header(file).items())
     text = read_table(file, "")
-    rows: Rows = []
+    rows = []
     for k, title in enumerate(text.titles):
         cells = [float(row[k]) for _, row in text.rows if row[k]]
         bounds = [f"{value:.4g}" for value in (min(cells), max(cells))] if cells else ["", ""]

@@ -32,7 +32,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m"},
 }
 # Where a file names others, and as what.
-PLACES = {
+PLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
     "scenario": {"leg": (), "orthosis": (), "patient": ()},
 }

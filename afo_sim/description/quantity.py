@@ -71,7 +71,7 @@ class Quantity:
 
 def _is_si(info: ValidationInfo | None) -> bool:
     """Whether values come in SI, as `with_values` takes them, rather than as text."""
-    return info is not None and bool(info.context) and info.context.get("si", False)
+    return bool(info and info.context and info.context.get("si"))
 
 
 def amount(value: float, unit: str, digits: int = 12) -> str:

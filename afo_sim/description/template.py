@@ -78,7 +78,7 @@ class Template:
         self, kind: Any, key: str, given: Table, examples: Table, path: tuple[str, ...]
     ) -> Iterator[str]:
         """Tables with names of their own, such as muscle groups and laws."""
-        example = next(iter((examples.get(key) or {}).values()), {})
+        example: Table = next(iter((examples.get(key) or {}).values()), {})
         for name, entry in (given.get(key) or {}).items():
             yield from self._table(kind, entry, example, (*path, name), name)
         if not given.get(key):
