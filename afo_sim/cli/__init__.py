@@ -15,6 +15,7 @@ from afo_sim.cli import gait as _gait  # noqa: F401
 from afo_sim.cli import sweep as _sweep  # noqa: F401
 from afo_sim.cli import optimise as _optimise  # noqa: F401
 from afo_sim.cli import lists as _lists  # noqa: F401
+from afo_sim.cli import new as _new  # noqa: F401
 
 # ruff: isort: on
 

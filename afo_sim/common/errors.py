@@ -13,8 +13,11 @@ class AfoSimError(Exception):
 class InputError(AfoSimError):
     """The user's input is wrong: which file, which field, which value, what is allowed.
 
-    The facts stay available as attributes, so that a caller need not read the message.
+    The facts stay available as attributes, so that a caller need not read the message; `others` holds
+    what else is wrong with the same input.
     """
+
+    others: tuple["InputError", ...] = ()
 
     def __init__(
         self,
@@ -48,6 +51,10 @@ class InputError(AfoSimError):
             allowed=self.allowed,
             nearest=self.nearest,
         )
+
+    def __str__(self) -> str:
+        """Every problem on a line of its own."""
+        return "\n".join([super().__str__(), *map(str, self.others)])
 
 
 class SimulationError(AfoSimError):

@@ -8,7 +8,8 @@ import mujoco
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import Orthosis, Scenario
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.scenario import Scenario
 from afo_sim.model import mounting, stability
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of

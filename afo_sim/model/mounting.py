@@ -8,7 +8,8 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import MuscleGroup, Orthosis, Scenario
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.scenario import Scenario
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 ANKLE = "ankle"

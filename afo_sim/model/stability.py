@@ -14,7 +14,8 @@ from afo_sim.common.units import (
     in_unit,
 )
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.scenario import Orthosis, Scenario
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
 from afo_sim.physics.friction.tondu_lopez import contact_surface
 from afo_sim.physics.pneumatics import laminar_slope

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from afo_sim.description.scenario import MuscleGroup, Orthosis
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.model.mounting import ANKLE, muscle_names
 
 
