@@ -14,7 +14,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import in_unit, parse_quantity
-from afo_sim.metrics.metric import rise_time
+from afo_sim.metrics.ankle import rise_time
 from afo_sim.simulation.recording import Recording, describe
 
 GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s

@@ -17,7 +17,8 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric import Metric, ankle_metrics
+from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import chamber_of, muscle_names
