@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
@@ -225,7 +226,7 @@ def load(
     tree = _Tree(kind, file, root)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
-        tree.set(key, (sets or {})[key])
+        tree.set(key, _plain((sets or {})[key]))
     tree.follow_all()
     try:
         return SPECS[kind].model_validate(tree.root)
@@ -278,3 +279,46 @@ def _value_at(node: Any, path: Path) -> Any:
         else:
             return None
     return node["value"] if isinstance(node, dict) and "value" in node else node
+
+
+def with_keys(description: Any, sets: Mapping[str, Any]) -> Any:
+    """A copy of a description with dotted keys set, checked as a file's are.
+
+    Parameters
+    ----------
+    description : Scenario, Leg, Orthosis, Muscle, Valve or Patient
+    sets : dotted keys and their values, as `load` takes them; a value may be a description itself
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    kind = next(name for name, spec in SPECS.items() if spec is type(description))
+    table = description.model_dump(mode="json", exclude_none=True)
+    for key in sets:
+        _say_who_set(table, *split_key(key)[0])
+    return load(kind, table, {key: _plain(value) for key, value in sets.items()})
+
+
+def _say_who_set(table: Any, *path: str) -> None:
+    """Where a number that is about to be set names its source, name the user instead."""
+    for name in path[:-1]:
+        table = table.get(name) if isinstance(table, dict) else None
+    sources = table.get("provenance") if isinstance(table, dict) else None
+    if sources and path[-1] in sources:
+        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
+
+
+def _plain(value: Any) -> Any:
+    """Descriptions and NumPy's numbers as what TOML could hold."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+Scenario.with_keys = with_keys

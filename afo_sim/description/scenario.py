@@ -6,7 +6,8 @@ positive, pressures gauge, positions in metres from the ankle joint: x forward, 
 
 import pathlib
 import re
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -267,6 +268,34 @@ class Scenario(Described):
     gait: Gait | None = None
     patient: Patient | None = None
     ground: Ground | None = None
+
+    # filled by `reader`, which follows names; a description reads no files
+    with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]
+
+    def set(self, sets: Mapping[str, Any]) -> "Scenario":
+        """A copy with dotted keys set, checked like a file.
+
+        Parameters
+        ----------
+        sets : keys as `--set` takes them ("supply.pressure", "phases.dorsiflexor.inlet[0][1]") and their
+            values: text with a unit, a bare number where there is none, a name, or a description such as
+            a Muscle
+
+        Raises
+        ------
+        InputError
+            There is no such key, or the value is out of range, has no unit or another dimension.
+
+        Examples
+        --------
+        >>> walk = load("scenario", "walk-dropfoot-afo")
+        >>> walk.set({"supply.pressure": "3 bar"}).supply.pressure
+        300000.0
+        >>> muscle = load("muscle", "s1_215mm")
+        >>> walk.set({"orthosis.muscle.dorsiflexor.type": muscle}).orthosis.muscle["dorsiflexor"].type.name
+        's1_215mm'
+        """
+        return type(self).with_keys(self, sets)
 
     @property
     def walking(self) -> bool:

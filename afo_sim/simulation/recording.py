@@ -25,10 +25,13 @@ from afo_sim.model.mounting import chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
+from afo_sim.simulation.exchange import dataset, frame
+from afo_sim.simulation.shown import shown
 from afo_sim.simulation.walk_columns import WALKING, walking_columns
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
     from afo_sim.simulation.rollout import Rollout
 
@@ -94,8 +97,16 @@ class Recording:
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        rows = len(self.columns.get("time", ()))
-        return f"<Recording of {self.scenario['name']!r}: {self.status}, {rows} rows>"
+        rows, told = len(self.columns.get("time", ())), len(self.warnings)
+        counted = f"{rows} rows × {len(self.columns)} columns, {len(self.metrics)} metrics"
+        more = f", {told} warning{'s' if told > 1 else ''}" if told else ""
+        return f"<Recording of {self.scenario['name']!r}: {self.status}, {counted}{more}>"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:  # of run["…
+        return list(self.columns)
 
     def __getitem__(self, column: str) -> np.ndarray:
         try:
@@ -114,10 +125,17 @@ class Recording:
         return self.status == "ok"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The columns as a pandas DataFrame (needs pandas)."""
-        import pandas
+        """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
+        return frame(self.columns, describe)
 
-        return pandas.DataFrame(self.columns)
+    def to_xarray(self) -> "xarray.Dataset":
+        """The columns [SI] as an xarray Dataset over `time` (needs xarray).
+
+        Each variable's `attrs` hold its `units` and `sign`; those of the Dataset the scenario's name, the
+        status, and the metrics as texts with their units.
+        """
+        facts = {"scenario": self.scenario["name"], "status": self.status}
+        return dataset(self.columns, describe, facts | {n: str(m) for n, m in self.metrics.items()})
 
     def save(
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None

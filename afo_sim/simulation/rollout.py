@@ -14,7 +14,7 @@ from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common.errors import SimulationError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
@@ -84,9 +84,7 @@ def run(
         The muscle callbacks cannot be installed or are not in force.
     """
     if isinstance(scenario, Scenario):
-        if sets:
-            raise InputError("overrides need a scenario by name, path or dict", field=next(iter(sets)))
-        description = scenario
+        description = scenario.set(sets) if sets else scenario
     else:
         description = load("scenario", scenario, sets)
     return run_built(build(description), progress=progress)

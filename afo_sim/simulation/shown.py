@@ -1,0 +1,44 @@
+"""What can show a recording: told from above, since what is computed does not know how it is shown."""
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+Recording = Any  # of `recording`, which asks this module to be shown
+
+
+class Show(Protocol):
+    """Pictures of recordings."""
+
+    def write(self, recording: Recording, path: pathlib.Path, rate: float | None = None) -> object:
+        """Write a Rerun recording, at `rate` samples a second [Hz]; the run's own by default."""
+        ...
+
+    def open(self, paths: Sequence[pathlib.Path]) -> object:
+        """Open Rerun recordings in the viewer."""
+        ...
+
+    def html(self, recording: Recording) -> str:
+        """A recording as a notebook shows it."""
+        ...
+
+
+_shows: list[Show] = []
+
+
+def show_with(show: Show) -> None:
+    """Make `show` what shows recordings from now on."""
+    _shows[:] = [show]
+
+
+def shown() -> Show:
+    """What shows recordings.
+
+    Raises
+    ------
+    RuntimeError
+        Nobody has told; the package itself does when it is imported.
+    """
+    if not _shows:
+        raise RuntimeError("nothing is there to show a recording; call show_with first")
+    return _shows[0]
