@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from afo_sim.description.reader import load as load
     from afo_sim.description.scenario import Scenario as Scenario
     from afo_sim.metrics.metric import Metric as Metric
-    from afo_sim.model.build import build as build
+    from afo_sim.model.described import build as build
     from afo_sim.show.library import figure as figure
     from afo_sim.show.library import report as report
     from afo_sim.show.library import view as view
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 _PUBLIC = {
     "run": "simulation.rollout",
     "load": "description.reader",
-    "build": "model.build",
+    "build": "model.described",
     "Scenario": "description.reader",  # which fills what `Scenario.set` asks
     "Muscle": "description.reader",
     "Recording": "simulation.recording",

@@ -111,7 +111,14 @@ class Muscle(Described, RestCurves):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
     `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
-    `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up.
+    `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up. SI inside.
+    `force`, `contraction`, `pressure` and `volume` are its curves at rest.
+
+    Examples
+    --------
+    >>> muscle = load("muscle", "dmsp_20")
+    >>> muscle.nominal_length, muscle.limits.pressure  # [m], [Pa]
+    (0.3, 600000.0)
     """
 
     name: str = ""

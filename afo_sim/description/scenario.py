@@ -250,7 +250,16 @@ class Timer(Described):
 
 
 class Scenario(Described):
-    """One simulation, whole."""
+    """One simulation, whole: leg, orthosis, patient, supply, valve times, duration; SI inside.
+
+    `load("scenario", …)` reads one, `set` changes it, `run` simulates it.
+
+    Examples
+    --------
+    >>> seated = load("scenario", "seated")
+    >>> seated.duration, list(seated.orthosis.muscle)
+    (16.0, ['dorsiflexor', 'plantarflexor'])
+    """
 
     name: str = ""
     description: str = ""

@@ -62,7 +62,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     >>> figure(run("seated", {"duration": "1 s"}), "angle.pdf", kind="angle").kind
     'angle'
     """
-    recording = run if isinstance(run, Recording) else read_recording(run)
+    recording = _recording(run)
     kinds = figures_of(recording)
     if kind not in kinds:
         problem = "is nothing that this run can show" if kind in FIGURES else "is no figure"
@@ -121,7 +121,14 @@ def view(runs: Runs) -> None:
     >>> view(run("seated"))  # doctest: +SKIP
     """
     from afo_sim.show.rerun import open_recordings, write_comparison, write_rrd
+    from afo_sim.show.rerun.viewer import require_display
 
+    try:
+        require_display()
+    except InputError:
+        raise InputError(
+            "there is no display here to open the viewer on; draw with figure or report"
+        ) from None
     with _folders(runs) as folders, tempfile.TemporaryDirectory() as scratch:
         path = pathlib.Path(scratch) / RERUN
         if len(folders) == 1:
@@ -139,26 +146,29 @@ def _folders(runs: Runs) -> Iterator[list[pathlib.Path]]:
     with tempfile.TemporaryDirectory() as scratch:
         found: list[pathlib.Path] = []
         if isinstance(runs, Mapping):
-            told = {label: _recording(run) for label, run in runs.items()}
-            found += [_save(run, label, scratch) for label, run in told.items()]
+            found += [_save(_recording(run), str(label), scratch) for label, run in runs.items()]
         else:
-            for run in runs:
-                kept = not isinstance(run, Recording)
-                found.append(pathlib.Path(run) if kept else _save(run, run.scenario["name"], scratch))  # type: ignore[arg-type, union-attr]
+            for run in runs if isinstance(runs, Sequence) else [_recording(runs)]:
+                if isinstance(run, str | os.PathLike):
+                    found.append(pathlib.Path(run))
+                else:
+                    found.append(_save(_recording(run), run.scenario["name"], scratch))
         if not found:
             raise InputError("holds no run", field="runs")
         yield found
 
 
-def _recording(run: Run) -> Recording:
-    return run if isinstance(run, Recording) else read_recording(run)
-
-
-def _save(run: Recording, label: object, scratch: str) -> pathlib.Path:
-    """A run's files in a folder called as near to the label as a folder can be."""
+def _recording(run: object) -> Recording:
+    if isinstance(run, str | os.PathLike):
+        return read_recording(run)
     if not isinstance(run, Recording):
-        raise InputError("is no run", field="runs", value=run, allowed="a Recording, or the folder of one")
-    name = re.sub(r"[^\w .+=-]", "_", str(label)).strip(" .") or "run"
+        raise InputError("is no run", value=run, allowed="a Recording, or the folder of one")
+    return run
+
+
+def _save(run: Recording, label: str, scratch: str) -> pathlib.Path:
+    """A run's files in a folder called as near to the label as a folder can be."""
+    name = re.sub(r"[^\w .+=-]", "_", label).strip(" .") or "run"
     taken = {path.name for path in pathlib.Path(scratch).iterdir()}
     names = [name, *(f"{name} {k}" for k in range(2, len(taken) + 3))]
     return run.save(pathlib.Path(scratch) / next(each for each in names if each not in taken), rrd=False)

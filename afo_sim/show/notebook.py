@@ -26,7 +26,7 @@ def html(recording: Recording) -> str:
     rows = len(recording["time"]) if "time" in recording.columns else 0
     parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
     parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
-    parts += [f"<div>{escape(' '.join(in_short(recording.metrics)))}</div>"]
+    parts += [f"<div>{escape(sentence)}</div>" for sentence in in_short(recording.metrics)]
     if rows > 1:
         parts += [_picture(draw, recording) for draw in (draw_angle, draw_torque)]
     if recording.metrics:

@@ -247,6 +247,17 @@ def expect(run: Recording, column: str | Sequence[str]) -> Expectation:
     ------
     InputError
         There is no such column, or the columns have different units.
+
+    Returns
+    -------
+    Expectation: chain its checks (`between`, `above`, `peak_between`, `settles_to`, …) and windows (`after`,
+    `during`, `per_cycle`); its truth value tells whether all hold, `verify` raises AssertionError.
+
+    Examples
+    --------
+    >>> seated = run("seated", {"duration": "1 s"})
+    >>> bool(expect(seated, "ankle/angle").between("-20 deg", "30 deg").after("0.5 s"))
+    True
     """
     field, columns = ("column", (column,)) if isinstance(column, str) else ("sum", tuple(column))
     if not columns:

@@ -136,6 +136,12 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
     ------
     InputError
         No run is there, or the file is damaged.
+
+    Examples
+    --------
+    >>> folder = run("seated", {"duration": "1 s"}).save("runs/short", rrd=False)
+    >>> read_recording(folder).status
+    'ok'
     """
     import pyarrow as pa
 

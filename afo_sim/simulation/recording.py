@@ -82,7 +82,24 @@ def describe(column: str) -> tuple[str, str]:
 class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
 
-    `strides` holds the metrics of each whole stride of walking, by the stride's number.
+    Angles are dorsiflexion positive, pressures gauge. `metrics` are numbers that know their unit; `strides`
+    holds those of each whole stride of walking, by the stride's number. `status` is "ok" or says why the
+    simulation stopped; `warnings` tell what to mind. A notebook shows a recording with figures.
+
+    Raises
+    ------
+    InputError
+        There is no such column.
+
+    Examples
+    --------
+    >>> seated = run("seated", {"duration": "1 s"})
+    >>> seated["time"].shape, seated["ankle/angle"].shape
+    ((1000,), (1000,))
+    >>> seated.metrics["range_of_motion"].unit
+    'deg'
+    >>> seated.to_xarray()["ankle/angle"].attrs["units"]
+    'rad'
     """
 
     columns: dict[str, np.ndarray]
@@ -140,7 +157,18 @@ class Recording:
     def save(
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
     ) -> pathlib.Path:
-        """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd."""
+        """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
+
+        Parameters
+        ----------
+        folder : made if need be
+        rrd : also write recording.rrd
+        rate : samples a second in it [Hz]; the run's own by default
+
+        Returns
+        -------
+        the folder
+        """
         from afo_sim.simulation.files import save
 
         return save(self, pathlib.Path(folder), rrd=rrd, rate=rate)

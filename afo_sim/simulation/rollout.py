@@ -82,6 +82,15 @@ def run(
         The description is wrong.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
+
+    Examples
+    --------
+    >>> low = run("seated", {"supply.pressure": "2 bar", "duration": "1 s"})
+    >>> low.ok, low["ankle/angle"].shape
+    (True, (1000,))
+    >>> high = run(load("scenario", "seated"), {"duration": "1 s"})
+    >>> high.metrics["peak_dorsiflexion_angle"] > low.metrics["peak_dorsiflexion_angle"]
+    True
     """
     if isinstance(scenario, Scenario):
         description = scenario.set(sets) if sets else scenario
