@@ -1,8 +1,15 @@
-"""afo_sim: ankle-foot orthoses with pneumatic artificial muscles, simulated in MuJoCo.
+"""Ankle-foot orthoses with pneumatic artificial muscles, simulated in MuJoCo.
 
-import afo_sim
-run = afo_sim.run("seated", {"supply.pressure": "3 bar"})
-run["ankle/angle"], run.metrics["range_of_motion"], run.save("runs/a")
+    import afo_sim as afo
+
+    muscle = afo.load("muscle", "dmsp_20")
+    muscle.force("3 bar", contraction=[0, 0.05, 0.10])            # [N]
+    walk = afo.load("scenario", "walk-dropfoot-afo").set({"orthosis.muscle.dorsiflexor.type": muscle})
+    run = afo.run(walk, {"supply.pressure": "3 bar"})
+    run["ankle/angle"], run.metrics["toe_clearance"] > "10 mm"    # [rad] (n,), a number with its unit
+    afo.figure(run, "walk.pdf"), afo.report(run, "walk.html")
+
+`dir(afo_sim)` lists all names, `afo-sim list` and `load` what is shipped. Numbers are SI; texts carry units.
 """
 
 import importlib
@@ -14,21 +21,37 @@ if TYPE_CHECKING:
     from afo_sim.common.errors import AfoSimError as AfoSimError
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
+    from afo_sim.description.muscle import Muscle as Muscle
     from afo_sim.description.reader import load as load
-    from afo_sim.model.build import build as build
+    from afo_sim.description.scenario import Scenario as Scenario
+    from afo_sim.metrics.metric import Metric as Metric
+    from afo_sim.model.described import build as build
+    from afo_sim.show.library import figure as figure
+    from afo_sim.show.library import report as report
+    from afo_sim.show.library import view as view
+    from afo_sim.simulation.checks import expect as expect
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
+    from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
+    "run": "simulation.run",
+    "load": "description.reader",
+    "build": "model.described",
+    "Scenario": "description.reader",  # which fills what `Scenario.set` asks
+    "Muscle": "description.reader",
+    "Recording": "simulation.recording",
+    "Metric": "metrics.metric",
+    "read_recording": "simulation.recording",
+    "validate": "validation.table",
+    "view": "show.library",
+    "report": "show.library",
+    "figure": "show.library",
+    "expect": "simulation.checks",
     "AfoSimError": "common.errors",
     "InputError": "common.errors",
     "SimulationError": "common.errors",
-    "load": "description.reader",
-    "build": "model.build",
-    "Recording": "simulation.recording",
-    "read_recording": "simulation.recording",
-    "run": "simulation.run",
 }
 __all__ = list(_PUBLIC)
 
@@ -38,6 +61,10 @@ def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"afo_sim.{_PUBLIC[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__doc__", "__file__", "__name__", "__path__"])
 
 
 class _Show:

@@ -7,10 +7,6 @@ import numpy as np
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import Muscle
 from afo_sim.physics.curves import crossing
-from afo_sim.physics.hill import hill_force
-from afo_sim.physics.law import MAX_COEFFICIENTS
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import muscle_static_force
 
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
 
@@ -30,15 +26,7 @@ def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) ->
     -------
     (n,) force [N], ≥ 0
     """
-    law, lowest = float(LAWS[muscle.law].native_id), muscle.law_set.pressure_range[0]
-    coefficients = (*muscle.coefficients, *[0.0] * MAX_COEFFICIENTS)
-    stiffness = muscle.braid_stiffness
-    kappa, gauge = np.broadcast_arrays(np.asarray(contraction, float), np.asarray(pressure, float))
-    out = np.empty(kappa.size)
-    for k, (x, p) in enumerate(zip(kappa.flat, gauge.flat, strict=True)):
-        spring = muscle_static_force(law, float(x), float(p), lowest, coefficients, 0)
-        out[k] = hill_force(spring, float(x), 0.0, 0.0, 0.0, 0.0, 0.0, stiffness)[0]
-    return out.reshape(kappa.shape)
+    return np.asarray(muscle.force(pressure, contraction=contraction))
 
 
 def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:

@@ -5,7 +5,13 @@ from collections.abc import Iterable
 
 
 class AfoSimError(Exception):
-    """Root of this package's errors; `exit_code` is what the command line returns."""
+    """Root of this package's errors; `exit_code` is what the command line returns.
+
+    Examples
+    --------
+    >>> issubclass(InputError, AfoSimError), InputError("is wrong").exit_code
+    (True, 2)
+    """
 
     exit_code = 2
 
@@ -15,6 +21,14 @@ class InputError(AfoSimError):
 
     The facts stay available as attributes, so that a caller need not read the message; `others` holds
     what else is wrong with the same input.
+
+    Examples
+    --------
+    >>> try:
+    ...     run("seatd")
+    ... except InputError as error:
+    ...     print(error.value, error.nearest)
+    seatd seated
     """
 
     others: tuple["InputError", ...] = ()
@@ -58,7 +72,15 @@ class InputError(AfoSimError):
 
 
 class SimulationError(AfoSimError):
-    """A simulation became unstable; `simulation` says which one, `time` [s] when."""
+    """A simulation became unstable; `simulation` says which one, `time` [s] when.
+
+    `run` raises none: it returns what was computed, and `status` says why it stopped.
+
+    Examples
+    --------
+    >>> print(SimulationError("a velocity is too large", time=0.5))
+    simulation 0 stopped at t = 0.5 s: a velocity is too large
+    """
 
     exit_code = 3
 

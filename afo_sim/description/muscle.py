@@ -6,9 +6,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import format_quantity, parse_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
+from afo_sim.description.rest_curves import RestCurves
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws import LAWS
@@ -125,11 +126,18 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
-class Muscle(Described):
+class Muscle(Described, RestCurves):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
     `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
-    `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up.
+    `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up. SI inside.
+    `force`, `contraction`, `pressure` and `volume` are its curves at rest.
+
+    Examples
+    --------
+    >>> muscle = load("muscle", "dmsp_20")
+    >>> muscle.nominal_length, muscle.limits.pressure  # [m], [Pa]
+    (0.3, 600000.0)
     """
 
     name: str = ""
@@ -217,6 +225,38 @@ class Muscle(Described):
     def law_set(self) -> LawSet:
         """The parameters and ranges of the law in use."""
         return self.laws[self.law]
+
+    def using(self, *, law: str | None = None, friction: str | None = None) -> Self:
+        """The same muscle with another of its laws or frictions in use.
+
+        Parameters
+        ----------
+        law : one of `laws`; as it is by default
+        friction : one of `frictions`, or "none"; as it is by default
+
+        Raises
+        ------
+        InputError
+            The muscle has no parameters for it.
+
+        Examples
+        --------
+        >>> load("muscle", "dmsp_20").using(law="kerscher_2006").law
+        'kerscher_2006'
+        """
+        for kind, name, known in (
+            ("law", law, [*self.laws]),
+            ("friction", friction, [*self.frictions, "none"]),
+        ):
+            if name is not None and name not in known:
+                raise InputError(
+                    "the muscle has no parameters for it",
+                    field=kind,
+                    value=name,
+                    allowed=", ".join(known),
+                    nearest=nearest_name(name, known),
+                )
+        return self.with_values(law=law or self.law, friction=friction or self.friction)
 
     @property
     def coefficients(self) -> tuple[float, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar, overload
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
@@ -91,6 +92,14 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
     InputError
         What is wrong, with its file, field, value and what is allowed. The error is the first; `others`
         holds the rest.
+
+    Examples
+    --------
+    >>> seated = load("scenario", "seated", {"supply.pressure": "3 bar"})
+    >>> seated.supply.pressure  # [Pa]
+    300000.0
+    >>> load("muscle", "dmsp_20").law
+    'sarosi_2012'
     """
     return read(kind, source, sets).description
 
@@ -107,7 +116,7 @@ def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
     tree = Tree(kind, file, root)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
-        tree.set(key, (sets or {})[key])
+        tree.set(key, _plain((sets or {})[key]))
     tree.follow_all()
     try:
         description = SPECS[kind].model_validate(tree.root)
@@ -132,11 +141,10 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
         As `load`.
     """
     kind = next(name for name, spec in SPECS.items() if spec is type(description))
-    plain = {
-        key: value.model_dump(mode="json") if isinstance(value, BaseModel) else value
-        for key, value in sets.items()
-    }
-    found: D = read(kind, description.model_dump(mode="json"), plain).description
+    table = description.model_dump(mode="json", exclude_none=True)
+    for key in sets:
+        _say_who_set(table, *split_key(key)[0])
+    found: D = read(kind, table, sets).description
     return found
 
 
@@ -222,3 +230,26 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     if nearest and nearest not in names:
         nearest = ".".join(nearest.split(".")[len(within) :])
     return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)
+
+
+def _say_who_set(table: Any, *path: str) -> None:
+    """Where a number that is about to be set names its source, name the user instead."""
+    for name in path[:-1]:
+        table = table.get(name) if isinstance(table, dict) else None
+    sources = table.get("provenance") if isinstance(table, dict) else None
+    if sources and path[-1] in sources:
+        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
+
+
+def _plain(value: Any) -> Any:
+    """Descriptions and NumPy's numbers as what TOML could hold."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+Scenario.with_keys = with_keys

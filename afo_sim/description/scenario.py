@@ -6,7 +6,8 @@ dorsiflexion positive, pressures gauge.
 
 import pathlib
 import re
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -132,7 +133,16 @@ class Timer(Described):
 
 
 class Scenario(Described):
-    """One simulation, whole."""
+    """One simulation, whole: leg, orthosis, patient, supply, valve times, duration; SI inside.
+
+    `load("scenario", …)` reads one, `set` changes it, `run` simulates it.
+
+    Examples
+    --------
+    >>> seated = load("scenario", "seated")
+    >>> seated.duration, list(seated.orthosis.muscle)
+    (16.0, ['dorsiflexor', 'plantarflexor'])
+    """
 
     name: str = ""
     """Name of the run's folder; the file's by default."""
@@ -166,6 +176,34 @@ class Scenario(Described):
     """Patient: a shipped name, or the path of a patient's TOML file or folder. Walking only."""
     ground: Ground | None = None
     """How the ground acts on the foot. Walking only."""
+
+    # filled by `reader`, which follows names; a description reads no files
+    with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]
+
+    def set(self, sets: Mapping[str, Any]) -> "Scenario":
+        """A copy with dotted keys set, checked like a file.
+
+        Parameters
+        ----------
+        sets : keys as `--set` takes them ("supply.pressure", "phases.dorsiflexor.inlet[0][1]") and their
+            values: text with a unit, a bare number where there is none, a name, or a description such as
+            a Muscle
+
+        Raises
+        ------
+        InputError
+            There is no such key, or the value is out of range, has no unit or another dimension.
+
+        Examples
+        --------
+        >>> walk = load("scenario", "walk-dropfoot-afo")
+        >>> walk.set({"supply.pressure": "3 bar"}).supply.pressure
+        300000.0
+        >>> muscle = load("muscle", "s1_215mm")
+        >>> walk.set({"orthosis.muscle.dorsiflexor.type": muscle}).orthosis.muscle["dorsiflexor"].type.name
+        's1_215mm'
+        """
+        return type(self).with_keys(self, sets)
 
     @property
     def walking(self) -> bool:

@@ -1,90 +1,191 @@
-"""Numbers that a designer asks of a recording."""
+"""A number with its unit, and the registry of what such numbers are called and mean."""
 
-import math
-from collections.abc import Mapping
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NoReturn, Self, TypeVar
 
-import numpy as np
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import in_unit, parse_quantity
+
+CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
+NEED, TORQUE, WORK = "Torque needed", "Torque of the orthosis", "Work of the orthosis"
+AIR, TIME, OTHER = "Air and pressure", "Walking", "Further"
+GROUPS = (TIME, CLEARANCE, CONTACT, ANKLE, NEED, TORQUE, WORK, AIR, OTHER)  # in the order of a report
+
+
+class Metric(float):
+    """A number that keeps its unit: a float in all arithmetic, comparable with texts such as "10 mm".
+
+    Arithmetic gives plain floats, since the unit of the result is not followed. A comparison with a plain
+    number takes that number in the metric's own unit; a text or another metric is converted first.
+
+    Parameters
+    ----------
+    value : in `unit`
+    unit : as pint reads it; "" for a bare number
+
+    Raises
+    ------
+    InputError
+        An order is asked for between different dimensions; `==` is then false.
+
+    Examples
+    --------
+    >>> clearance = Metric(12.5, "mm")
+    >>> print(clearance)
+    12.5 mm
+    >>> clearance > 10, clearance > "1 cm", 2 * clearance, f"{clearance:.2f}"
+    (True, True, 25.0, '12.50')
+    """
+
+    __slots__ = ("_unit",)
+    _unit: str
+
+    def __new__(cls, value: float, unit: str = "") -> Self:
+        """A float; the unit comes with it."""
+        made = super().__new__(cls, value)
+        object.__setattr__(made, "_unit", unit)
+        return made
+
+    @property
+    def value(self) -> float:
+        """The plain number [unit]."""
+        return float(self)
+
+    @property
+    def unit(self) -> str:
+        """The unit of the number."""
+        return self._unit
+
+    def to(self, unit: str) -> "Metric":
+        """The same in another unit of its dimension; InputError where there is none such."""
+        try:
+            return Metric(in_unit(float(self), _spelled(self.unit), _spelled(unit)), unit)
+        except Exception as error:  # what pint makes of a unit, or of another dimension
+            raise InputError(f"does not convert to {unit}: {error}", value=str(self)) from None
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a metric is fixed: {name} cannot be set")
+
+    def __reduce__(self) -> tuple[type["Metric"], tuple[float, str]]:  # of pickle and copy
+        return Metric, (float(self), self.unit)
+
+    def __str__(self) -> str:
+        return f"{float(self):.4g} {self.unit}".rstrip()
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+    def __format__(self, spec: str) -> str:
+        return format(float(self), spec) if spec else str(self)
+
+    __hash__ = float.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        try:
+            return float(self) == self._other(other)
+        except InputError:
+            return False
+
+    def __ne__(self, other: object) -> bool:
+        try:
+            return float(self) != self._other(other)
+        except InputError:
+            return True
+
+    def __lt__(self, other: Any) -> bool:
+        return float(self) < self._other(other)
+
+    def __le__(self, other: Any) -> bool:
+        return float(self) <= self._other(other)
+
+    def __gt__(self, other: Any) -> bool:
+        return float(self) > self._other(other)
+
+    def __ge__(self, other: Any) -> bool:
+        return float(self) >= self._other(other)
+
+    def _other(self, other: Any) -> Any:
+        """What stands on the other side of a comparison, in this unit."""
+        if isinstance(other, Metric):
+            return float(other) if other.unit == self.unit else float(other.to(self.unit))
+        if not isinstance(other, str):
+            return other
+        try:
+            return parse_quantity(_spelled(other), _spelled(self.unit))
+        except ValueError as error:
+            raise InputError(f"does not compare with {self}: it {error}", value=other) from None
+
+
+def _spelled(text: str) -> str:
+    """A quantity or unit as people write it, as pint reads it."""
+    return text.replace("%", "percent").replace("·", "*").replace("°", "deg")
 
 
 @dataclass(frozen=True)
-class Metric:
-    """A number and the unit it is told in."""
+class Entry:
+    """A metric's row in the registry.
 
-    value: float
+    `name` may hold {}, which stands for a chamber or a direction and is filled into `label`.
+    """
+
+    group: str
+    name: str
     unit: str
+    label: str
+    meaning: str = ""
 
-    def __str__(self) -> str:
-        return f"{self.value:.4g} {self.unit}"
-
-
-def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
-    """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak.
-
-    Parameters
-    ----------
-    time : [s] (n,)
-    signal : (n,)
-
-    Returns
-    -------
-    float [s]; NaN when the signal never rises
-    """
-    peak = int(np.argmax(signal))
-    start, height = signal[0], signal[peak] - signal[0]
-    if height <= 0.0:
-        return float("nan")
-    rising = (signal[: peak + 1] - start) / height
-    low, high = (_crossing(time, rising, level) for level in (0.1, 0.9))
-    return high - low
+    def fill(self, name: str) -> "Entry | None":
+        """This row for a metric of that name; None where the name is another."""
+        if name == self.name:
+            return self
+        before, hole, after = self.name.partition("{}")
+        if not hole or not (name.startswith(before) and name.endswith(after)):
+            return None
+        middle = name[len(before) : len(name) - len(after)]
+        if len(before) + len(after) >= len(name):
+            return None
+        if self.label.startswith("{}"):
+            middle = middle.replace("_", " ").capitalize()
+        return Entry(self.group, name, self.unit, self.label.format(middle), self.meaning)
 
 
-def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
-    k = int(np.argmax(rising >= level))
-    if k == 0:
-        return float(time[0])
-    share = (level - rising[k - 1]) / (rising[k] - rising[k - 1])
-    return float(time[k - 1] + share * (time[k] - time[k - 1]))
+METRICS: dict[str, Entry] = {}
+Tells = TypeVar("Tells", bound=Callable[..., Any])
 
 
-def ankle_metrics(
-    columns: Mapping[str, np.ndarray],
-    timestep: float,
-    period: float,
-    directions: tuple[str, str] = ("dorsiflexion", "plantarflexion"),
-) -> dict[str, Metric]:
-    """Angle, torque, pressure and air of a run.
+def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
+    """Register what the decorated function tells.
 
     Parameters
     ----------
-    columns : of a recording at the full step rate, SI
-    timestep : [s]
-    period : the timer's cycle [s]
-    directions : what positive and negative angles are called
-
-    Returns
-    -------
-    dict of Metric by name. Air used is what the inlet valves take from the supply, per cycle begun.
+    group : heading that the metrics stand under
+    rows : (name, unit, label) or (name, unit, label, meaning), one for each metric
     """
-    time, angle = columns["time"], np.degrees(columns["ankle/angle"])
-    torque = columns["ankle/moment/orthosis"]
-    first_cycle = time < max(period, time[0] + timestep)  # of a later stretch, its first row
-    found = {
-        f"peak_{directions[0]}_angle": Metric(float(angle.max()), "deg"),
-        f"peak_{directions[1]}_angle": Metric(float(angle.min()), "deg"),
-        "range_of_motion": Metric(float(np.ptp(angle)), "deg"),
-        f"peak_{directions[0]}_torque": Metric(max(float(torque.max()), 0.0), "N*m"),
-        f"peak_{directions[1]}_torque": Metric(max(0.0, 0.0 - float(torque.min())), "N*m"),
-        "rise_time": Metric(rise_time(time[first_cycle], angle[first_cycle]), "s"),
-    }
-    cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
-    total = 0.0
-    for name in [c.split("/")[1] for c in columns if c.startswith("chamber/") and c.endswith("/mass")]:
-        pressure = columns[f"chamber/{name}/pressure"]
-        found[f"peak_pressure_{name}"] = Metric(float(pressure.max()) * 1e-5, "bar")
-        flow = columns[f"valve/{name}_inlet/mass_flow"]
-        air = float(np.sum(np.maximum(flow, 0.0))) * timestep * 1e3 / cycles
-        found[f"air_per_cycle_{name}"] = Metric(air, "g")
-        total += air
-    found["air_per_cycle"] = Metric(total, "g")
-    return found
+
+    def register(function: Tells) -> Tells:
+        for row in rows:
+            entry = Entry(group, *row)
+            assert entry.name not in METRICS, f"{entry.name} is registered twice"
+            METRICS[entry.name] = entry
+        return function
+
+    return register
+
+
+@functools.cache
+def entry(name: str) -> Entry:
+    """The registered row of a metric; KeyError where no function tells it."""
+    if name in METRICS:
+        return METRICS[name]
+    for row in METRICS.values():
+        filled = row.fill(name)
+        if filled is not None:
+            return filled
+    raise KeyError(f"no function registers the metric {name}")
+
+
+def measured(name: str, value: float) -> Metric:
+    """A value with the unit that the registry has for its name."""
+    return Metric(value, entry(name).unit)

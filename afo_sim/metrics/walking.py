@@ -15,21 +15,43 @@ import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.ankle import chambers
+from afo_sim.metrics.dip import dip
+from afo_sim.metrics.metric import (
+    AIR,
+    ANKLE,
+    CLEARANCE,
+    CONTACT,
+    NEED,
+    TIME,
+    TORQUE,
+    WORK,
+    Metric,
+    measured,
+    tells,
+)
 from afo_sim.metrics.strides import Stride, settled, strides
 
 ROUNDING = 1e-9  # of torques, powers and works
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
-RIPPLE = 1e-3  # depth from which a dip of the clearance is one [m]
-MID_SWING = (0.25, 0.75)  # of the swing, where no dip is found [-]
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
 LOADING = 0.12  # end of the loading response [-]
 GVS_POINTS = 51  # of a stride, both heel strikes among them
 ORTHOSIS = "ankle/moment/orthosis"
 SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
 
-Found = Iterator[tuple[str, float, str]]  # name, value, unit
+Found = Iterator[tuple[str, float]]  # name, value in the registry's unit
+COUNTED = "the first ones are left out: the start, and until the air has settled"
+DIP = (
+    "least height in swing: the minimum between two peaks, else the lowest of mid-swing; below zero is a trip"
+)
+SLAP = "highest plantarflexion velocity as the foot comes down after heel strike"
+NEEDED = "healthy ankle's active moment less what the patient gives"
+HEALTHY = "of the recorded healthy ankle's"
+NORMAL = "at 1 bar, 20 °C, 65 % humidity (ISO 8778)"
+TO_RECORDED = "the same foot with the recorded ankle angle"
+SHARE = "of the recorded healthy ankle's whole internal moment, each at its peak"
 
 
 @dataclass(frozen=True)
@@ -41,6 +63,12 @@ class WalkMetrics:
     warnings: tuple[str, ...]
 
 
+@tells(TIME, ("strides_counted", "", "Strides counted", COUNTED))
+@tells(
+    CLEARANCE,
+    ("lowest_toe_clearance", "mm", "Toe clearance, lowest stride"),
+    ("lowest_ball_clearance", "mm", "Ball clearance, lowest stride"),
+)
 def walk_metrics(
     columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, *, transient: bool = True
 ) -> WalkMetrics:
@@ -64,19 +92,19 @@ def walk_metrics(
     if not counted:
         told = "no whole stride follows the first, which is the start's transient: no gait metrics"
         return WalkMetrics({}, each, (f"{told}; a longer duration would give some",))
-    totals = {"strides_counted": Metric(float(len(counted)), "")}
+    totals = {"strides_counted": measured("strides_counted", float(len(counted)))}
     warnings = []
     for name in dict.fromkeys(name for stride in counted for name in all_of[stride.number]):
         found = [each[stride.number][name] for stride in counted if name in each[stride.number]]
         if found:
-            totals[name] = Metric(float(np.mean([metric.value for metric in found])), found[0].unit)
+            totals[name] = measured(name, float(np.mean([metric.value for metric in found])))
         if len(found) < len(counted):
             told = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
             warnings.append(f"{name} is undefined {told}")
     for name in ("toe_clearance", "ball_clearance"):
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
-            totals[f"lowest_{name}"] = Metric(lowest, "mm")
+            totals[f"lowest_{name}"] = measured(f"lowest_{name}", lowest)
     warnings += [*_too_few(columns, whole), *_unsettled(counted, each), *_without_dip(totals)]
     return WalkMetrics(totals, each, tuple(warnings))
 
@@ -89,7 +117,7 @@ def _without_dip(totals: dict[str, Metric]) -> Iterator[str]:
     """Where a clearance is not what the literature calls so."""
     for point in ("toe", "ball"):
         share = totals.get(f"swings_without_{point}_dip")
-        if share and share.value > 0.0:
+        if share is not None and share.value > 0.0:
             yield (
                 f"{point}_clearance: {share.value:.0f} % of the swings have no minimum between two peaks; "
                 "there it is the lowest of the middle half of the swing"
@@ -110,7 +138,7 @@ def _unsettled(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> Ite
     if len(counted) < 2 or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
         return
     before, last = (each[stride.number].get("toe_clearance") for stride in counted[-2:])
-    if before and last and abs(last.value - before.value) > UNSETTLED:
+    if before is not None and last is not None and abs(last.value - before.value) > UNSETTLED:
         yield (
             f"the strides do not repeat: the last one's toe clearance is {last.value - before.value:+.1f} mm "
             "off the one's before (air still settling, or a timer that drifts); totals are means over them"
@@ -131,7 +159,7 @@ def stride_metrics(stride: Stride) -> dict[str, Metric]:
     parts: list[Callable[[Stride], Found]] = [_timing, _clearance, _contact, _ankle, _need]
     if has_orthosis(stride.columns):
         parts += [_torque, _work, _air]
-    return {name: Metric(value, unit) for part in parts for name, value, unit in part(stride)}
+    return {name: measured(name, value) for part in parts for name, value in part(stride)}
 
 
 def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
@@ -139,58 +167,32 @@ def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
     return any(name.startswith("muscle/") for name in columns)
 
 
-def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
-    """Names of a recording's chambers."""
-    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
-
-
+@tells(
+    TIME,
+    ("stride_time", "s", "Stride time", "heel strike to the same foot's next"),
+    ("stance", "percent", "Stance", "heel strike to toe-off, of the stride"),
+)
 def _timing(stride: Stride) -> Found:
-    """stride_time [s]; stance [percent]: heel strike to toe-off, of the stride."""
-    yield "stride_time", stride.duration, "s"
-    yield "stance", 100.0 * stride.toe_off, "percent"
+    """Durations of the stride and of its stance."""
+    yield "stride_time", stride.duration
+    yield "stance", 100.0 * stride.toe_off
 
 
-def dip(height: np.ndarray) -> tuple[int, bool]:
-    """Where the clearance of a swing is least, and whether that is a minimum between two peaks.
-
-    Parameters
-    ----------
-    height : of a point of the sole above the floor, toe-off to heel strike [m] (n,)
-
-    Returns
-    -------
-    (row, True) of the lowest minimum between two peaks, at least 1 mm deep; without one (row, False) of the
-    lowest in the middle half of the swing, since at both its ends the foot is on the floor
-
-    Source
-    ------
-    Minimum toe clearance as a local minimum in mid-swing: Winter 1991; Schulz 2011 (which also counts the
-    swings that have none).
-    """
-    inner = height[1:-1]
-    turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:])) + 1
-    dips = [int(k) for k in turns if min(_rise(height[k::-1]), _rise(height[k:])) >= RIPPLE]
-    if dips:
-        return min(dips, key=lambda k: height[k]), True
-    start, end = (round(share * (len(height) - 1)) for share in MID_SWING)
-    return start + int(np.argmin(height[start : end + 1])), False
-
-
-def _rise(height: np.ndarray) -> float:
-    """How far a height climbs above its first value before it falls below it [m]."""
-    below = height < height[0]
-    end = int(np.argmax(below)) if below.any() else len(height)
-    return float(height[:end].max() - height[0])
-
-
+@tells(
+    CLEARANCE,
+    ("toe_clearance", "mm", "Toe clearance", DIP),
+    ("toe_clearance_phase", "percent", "Toe clearance, when", "of the gait cycle"),
+    ("toe_clearance_to_recorded", "mm", "Toe clearance less the healthy trial's", TO_RECORDED),
+    ("swings_with_toe_contact", "percent", "Swings in which the toe touches", "clearance below zero"),
+    ("swings_without_toe_dip", "percent", "Swings without a minimum of the toe", "between two peaks"),
+    ("ball_clearance", "mm", "Ball clearance", "of the ball of the foot, likewise"),
+    ("ball_clearance_phase", "percent", "Ball clearance, when", "of the gait cycle"),
+    ("ball_clearance_to_recorded", "mm", "Ball clearance less the healthy trial's", TO_RECORDED),
+    ("swings_with_ball_contact", "percent", "Swings in which the ball touches", "clearance below zero"),
+    ("swings_without_ball_dip", "percent", "Swings without a minimum of the ball", "between two peaks"),
+)
 def _clearance(stride: Stride) -> Found:
-    """Of the sole's points toe and ball, in swing:
-
-    <point>_clearance [mm] : least height above the floor, as `dip`
-    <point>_clearance_phase [percent] : of the stride, where that is
-    <point>_clearance_to_recorded [mm] : the same less that of this foot with the recorded ankle angle
-    swings_with_<point>_contact [percent] : share of swings with a clearance below zero
-    swings_without_<point>_dip [percent] : share of swings without a minimum between two peaks
+    """Clearances of the sole's points toe and ball in swing, as `dip` finds them.
 
     Heights are those of the foot's own sole. A plate worn under it counts as a shoe's sole, and the other
     shoe's as just as thick: the body stands that much higher, and the clearance is that of the plate's
@@ -200,55 +202,64 @@ def _clearance(stride: Stride) -> Found:
     for point in ("toe", "ball"):
         height, recorded = stride[f"{point}/height"][swing], stride[f"gait/{point}_height"][swing]
         if len(height) < 3 or not np.isfinite(height).all():
-            yield f"{point}_clearance", math.nan, "mm"
+            yield f"{point}_clearance", math.nan
             continue
         at, is_dip = dip(height)
-        yield f"{point}_clearance", 1e3 * float(height[at]), "mm"
-        yield f"{point}_clearance_phase", 100.0 * float(stride.phase[swing][at]), "percent"
-        yield f"{point}_clearance_to_recorded", 1e3 * float(height[at] - recorded[dip(recorded)[0]]), "mm"
-        yield f"swings_with_{point}_contact", 100.0 * (height[at] < 0.0), "percent"
-        yield f"swings_without_{point}_dip", 100.0 * (not is_dip), "percent"
+        yield f"{point}_clearance", 1e3 * float(height[at])
+        yield f"{point}_clearance_phase", 100.0 * float(stride.phase[swing][at])
+        yield f"{point}_clearance_to_recorded", 1e3 * float(height[at] - recorded[dip(recorded)[0]])
+        yield f"swings_with_{point}_contact", 100.0 * (height[at] < 0.0)
+        yield f"swings_without_{point}_dip", 100.0 * (not is_dip)
 
 
+@tells(
+    CONTACT,
+    ("foot_pitch_at_contact", "deg", "Foot pitch at initial contact", "sole to floor, toe up positive"),
+    ("contacts_with_heel", "percent", "Strides that begin with the heel", "pitch above 8°"),
+    ("contacts_with_flat", "percent", "Strides that begin flat", "pitch from −1.6° to 8°"),
+    ("contacts_with_forefoot", "percent", "Strides that begin with the forefoot", "pitch below −1.6°"),
+    ("foot_slap_velocity", "deg/s", "Foot slap", SLAP),
+)
 def _contact(stride: Stride) -> Found:
-    """At and after the heel strike that begins the stride:
+    """Pitch at the heel strike that begins the stride, and the slap after it.
 
-    foot_pitch_at_contact [deg] : of the sole to the floor, toe up
-    contacts_with_<heel|flat|forefoot> [percent] : share of strides that begin with a pitch above 8°, between,
-        below −1.6° (Altman & Davis 2012: runners' foot-strike angle, from memory)
-    foot_slap_velocity [deg/s] : highest plantarflexion velocity in the loading response (0 to 12 %), until
-        the ankle is at its most plantarflexed there
+    The bounds of heel, flat and forefoot are runners' foot-strike angles (Altman & Davis 2012, from memory).
+    The slap is looked for in the loading response (0 to 12 %), until the ankle is at its most plantarflexed.
     """
     angle, shank = (math.degrees(stride.at(name, 0.0)) for name in ("ankle/angle", "shank/angle"))
     pitch = angle - shank
-    yield "foot_pitch_at_contact", pitch, "deg"
+    yield "foot_pitch_at_contact", pitch
     if math.isfinite(pitch):
-        yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH), "percent"
-        yield "contacts_with_flat", 100.0 * (FOREFOOT_PITCH <= pitch <= HEEL_PITCH), "percent"
-        yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH), "percent"
+        yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH)
+        yield "contacts_with_flat", 100.0 * (FOREFOOT_PITCH <= pitch <= HEEL_PITCH)
+        yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH)
     loading = np.count_nonzero(stride.phase <= LOADING)
     lowest = int(np.argmin(stride["ankle/angle"][:loading]))
-    yield "foot_slap_velocity", math.degrees(_highest(-stride["ankle/velocity"][: lowest + 1])), "deg/s"
+    yield "foot_slap_velocity", math.degrees(_highest(-stride["ankle/velocity"][: lowest + 1]))
 
 
+@tells(
+    ANKLE,
+    ("peak_swing_dorsiflexion", "deg", "Peak dorsiflexion in swing", "dorsiflexion positive"),
+    ("mid_swing_angle", "deg", "Ankle angle at mid-swing", "half-way from toe-off to heel strike"),
+    ("ankle_range", "deg", "Ankle range", "highest less lowest angle of the stride"),
+    ("angle_error_recorded", "deg", "Distance from the healthy trial (RMSE)", "over the whole stride"),
+    ("angle_error_norm", "deg", "Distance from the norm (RMSE)", "adults' published mean"),
+    ("gvs_recorded", "deg", "Gait variable score against the healthy trial", "RMS over 51 points"),
+    ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
+)
 def _ankle(stride: Stride) -> Found:
-    """The ankle's angle:
+    """Ankle angle of the stride, and its distance from the recorded healthy walker and from the norm.
 
-    peak_swing_dorsiflexion [deg] : highest in swing
-    mid_swing_angle [deg] : half-way between toe-off and heel strike
-    ankle_range [deg] : highest less lowest of the stride
-    angle_error_<recorded|norm> [deg] : RMS over all rows of the angle less the recorded healthy walker's, or
-        less the published mean
-    gvs_<recorded|norm> [deg] : gait variable score, the same over 51 points of the stride, 0, 2, … 100 %
-        (Baker et al. 2009)
+    The gait variable score is the distance over 51 points of the stride, 0, 2, … 100 % (Baker et al. 2009).
     """
     angle = np.degrees(stride["ankle/angle"])
     swing = stride.swing
     if swing.any():
-        yield "peak_swing_dorsiflexion", float(angle[swing].max()), "deg"
+        yield "peak_swing_dorsiflexion", float(angle[swing].max())
         middle = stride.at("ankle/angle", 0.5 * (1.0 + stride.toe_off))
-        yield "mid_swing_angle", math.degrees(middle), "deg"
-    yield "ankle_range", float(np.ptp(angle)), "deg"
+        yield "mid_swing_angle", math.degrees(middle)
+    yield "ankle_range", float(np.ptp(angle))
     points = np.linspace(0.0, 1.0, GVS_POINTS)
     norm = gait_norm.read()
     here = np.degrees(stride.at("ankle/angle", points))
@@ -256,86 +267,97 @@ def _ankle(stride: Stride) -> Found:
         ("recorded", stride["gait/ankle_angle"], stride.at("gait/ankle_angle", points)),
         ("norm", norm.at("ankle_angle", stride.phase), norm.at("ankle_angle", points)),
     ):
-        yield f"angle_error_{name}", _rms(angle - np.degrees(rows)), "deg"
-        yield f"gvs_{name}", _rms(here - np.degrees(score)), "deg"
+        yield f"angle_error_{name}", _rms(angle - np.degrees(rows))
+        yield f"gvs_{name}", _rms(here - np.degrees(score))
 
 
+@tells(
+    NEED,
+    ("needed_dorsiflexion_torque", "N*m", "Dorsiflexion torque needed, peak", NEEDED),
+    ("needed_plantarflexion_torque", "N*m", "Plantarflexion torque needed, peak", "likewise"),
+    ("needed_swing_torque", "N*m", "Dorsiflexion torque needed in swing, peak", "likewise"),
+)
 def _need(stride: Stride) -> Found:
-    """What the patient lacks: the healthy ankle's active moment less what the patient gives in that motion.
-
-    needed_<dorsiflexion|plantarflexion>_torque [N*m] : highest each way
-    needed_swing_torque [N*m] : highest dorsiflexion in swing
-    """
+    """Torque that the patient lacks in the healthy ankle's motion."""
     needed = stride["gait/needed_moment"]
     for side, sign in SIDES.items():
-        yield f"needed_{side}_torque", _highest(sign * needed), "N*m"
-    yield "needed_swing_torque", _highest(needed[stride.swing]), "N*m"
+        yield f"needed_{side}_torque", _highest(sign * needed)
+    yield "needed_swing_torque", _highest(needed[stride.swing])
 
 
+@tells(
+    TORQUE,
+    ("orthosis_peak_dorsiflexion_torque", "N*m", "Dorsiflexion torque, peak"),
+    ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
+    ("orthosis_peak_plantarflexion_torque", "N*m", "Plantarflexion torque, peak"),
+    ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
+    ("share_of_dorsiflexion_moment", "percent", "Share of the biological dorsiflexion moment", SHARE),
+    ("share_of_plantarflexion_moment", "percent", "Share of the biological plantarflexion moment", SHARE),
+    ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
+    ("torque_missing", "N*m", "Torque missing, peak", "need that the orthosis leaves open"),
+    ("torque_unneeded", "N*m", "Torque not needed, peak", "beyond the need or against it"),
+)
 def _torque(stride: Stride) -> Found:
-    """The orthosis' torque about the ankle:
-
-    orthosis_<peak|mean>_<dorsiflexion|plantarflexion>_torque [N*m] : highest, and mean over the stride
-    share_of_<dorsiflexion|plantarflexion>_moment [percent] : the peak, of the recorded healthy ankle's peak
-    torque_covered [percent] : of the needed torque's integral over the stride, what the orthosis gives
-    torque_missing [N*m] : highest need that the orthosis leaves open
-    torque_unneeded [N*m] : highest torque beyond the need, or against it
-    """
+    """Torque of the orthosis about the ankle, and how much of the need it covers."""
     torque, healthy = stride[ORTHOSIS], stride["gait/ankle_moment"]
     for side, sign in SIDES.items():
         peak = _highest(sign * torque)
-        yield f"orthosis_peak_{side}_torque", peak, "N*m"
-        yield f"orthosis_mean_{side}_torque", _clean(float(np.maximum(sign * torque, 0.0).mean())), "N*m"
-        yield f"share_of_{side}_moment", _share(peak, _highest(sign * healthy)), "percent"
+        yield f"orthosis_peak_{side}_torque", peak
+        yield f"orthosis_mean_{side}_torque", _clean(float(np.maximum(sign * torque, 0.0).mean()))
+        yield f"share_of_{side}_moment", _share(peak, _highest(sign * healthy))
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.clip(way * torque, 0.0, np.abs(needed))
     if _highest(np.abs(needed)) > 0.0:
-        yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum())), "percent"
-    yield "torque_missing", _highest(np.abs(needed) - given), "N*m"
-    yield "torque_unneeded", _highest(np.abs(torque - way * given)), "N*m"
+        yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
+    yield "torque_missing", _highest(np.abs(needed) - given)
+    yield "torque_unneeded", _highest(np.abs(torque - way * given))
 
 
+@tells(
+    WORK,
+    ("orthosis_positive_work", "J/kg", "Positive work", "given to the ankle per stride and body mass"),
+    ("orthosis_negative_work", "J/kg", "Negative work", "taken from the ankle per stride and body mass"),
+    ("orthosis_peak_power", "W/kg", "Peak power given"),
+    ("orthosis_peak_absorption", "W/kg", "Peak power taken"),
+    ("share_of_positive_work", "percent", "Share of biological positive work", HEALTHY),
+)
 def _work(stride: Stride) -> Found:
-    """The orthosis' work on the ankle, torque times ankle velocity:
-
-    orthosis_positive_work, orthosis_negative_work [J/kg] : per stride and body mass
-    orthosis_peak_power [W/kg] : highest given
-    orthosis_peak_absorption [W/kg] : highest taken, as a positive number
-    share_of_positive_work [percent] : of the recorded healthy ankle's positive work
-    """
+    """Work of the orthosis on the ankle, torque times ankle velocity; taken power is positive."""
     power = stride[ORTHOSIS] * stride["ankle/velocity"] / stride.body_mass
     velocity = np.gradient(stride["gait/ankle_angle"], stride.timestep)
     healthy = stride["gait/ankle_moment"] * velocity / stride.body_mass
     given, taken, own = (
         _clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
     )
-    yield "orthosis_positive_work", given, "J/kg"
-    yield "orthosis_negative_work", 0.0 - taken, "J/kg"
-    yield "orthosis_peak_power", _highest(power), "W/kg"
-    yield "orthosis_peak_absorption", _highest(-power), "W/kg"
-    yield "share_of_positive_work", _share(given, own), "percent"
+    yield "orthosis_positive_work", given
+    yield "orthosis_negative_work", 0.0 - taken
+    yield "orthosis_peak_power", _highest(power)
+    yield "orthosis_peak_absorption", _highest(-power)
+    yield "share_of_positive_work", _share(given, own)
 
 
+@tells(
+    AIR,
+    ("air_per_stride_{}", "g", "Air per stride, {}"),
+    ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
+    ("air_per_stride", "g", "Air per stride", "taken from the supply"),
+    ("free_air_per_stride", "l", "Normal litres per stride", NORMAL),
+)
 def _air(stride: Stride) -> Found:
-    """Air and pressure:
-
-    air_per_stride, air_per_stride_<chamber> [g] : what the inlet valves take from the supply
-    free_air_per_stride [l] : the same at the reference atmosphere of ISO 8778 ("normal litres")
-    <peak|lowest>_pressure_<chamber> [bar] : gauge
-    """
+    """Air that the inlet valves take from the supply, and the chambers' highest and lowest pressures."""
     total = 0.0
     pressures = []
     for name in chambers(stride.columns):
         inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
         air = 1e3 * float(inlet.sum()) * stride.timestep
         total += air
-        yield f"air_per_stride_{name}", air, "g"
+        yield f"air_per_stride_{name}", air
         pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
-        pressures += [(f"peak_pressure_{name}", float(pressure.max()), "bar")]
-        pressures += [(f"lowest_pressure_{name}", float(pressure.min()), "bar")]
-    yield "air_per_stride", total, "g"
-    yield "free_air_per_stride", total / STANDARD_DENSITY, "l"  # 1 g/l = 1 kg/m³
+        pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
+        pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
+    yield "air_per_stride", total
+    yield "free_air_per_stride", total / STANDARD_DENSITY  # 1 g/l = 1 kg/m³
     yield from pressures
 
 

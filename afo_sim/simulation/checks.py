@@ -14,7 +14,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import in_unit, parse_quantity
-from afo_sim.metrics.metric import rise_time
+from afo_sim.metrics.ankle import rise_time
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.recording import Recording
 
@@ -248,6 +248,17 @@ def expect(run: Recording, column: str | Sequence[str]) -> Expectation:
     ------
     InputError
         There is no such column, or the columns have different units.
+
+    Returns
+    -------
+    Expectation: chain its checks (`between`, `above`, `peak_between`, `settles_to`, …) and windows (`after`,
+    `during`, `per_cycle`); its truth value tells whether all hold, `verify` raises AssertionError.
+
+    Examples
+    --------
+    >>> seated = run("seated", {"duration": "1 s"})
+    >>> bool(expect(seated, "ankle/angle").between("-20 deg", "30 deg").after("0.5 s"))
+    True
     """
     field, columns = ("column", (column,)) if isinstance(column, str) else ("sum", tuple(column))
     if not columns:

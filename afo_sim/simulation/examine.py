@@ -4,7 +4,7 @@ import numpy as np
 
 from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric import ankle_metrics
+from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.simulation.columns import columns_of

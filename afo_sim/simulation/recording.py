@@ -10,18 +10,38 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.metrics.metric import Metric
+from afo_sim.simulation.columns import describe
+from afo_sim.simulation.exchange import dataset, frame
 from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
 from afo_sim.simulation.shown import shown
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
 
 @dataclass(frozen=True, repr=False)
 class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
 
-    `strides` holds the metrics of each whole stride of walking, by the stride's number.
+    Angles are dorsiflexion positive, pressures gauge. `metrics` are numbers that know their unit; `strides`
+    holds those of each whole stride of walking, by the stride's number. `status` is "ok" or says why the
+    simulation stopped; `warnings` tell what to mind. A notebook shows a recording with figures.
+
+    Raises
+    ------
+    InputError
+        There is no such column.
+
+    Examples
+    --------
+    >>> seated = run("seated", {"duration": "1 s"})
+    >>> seated["time"].shape, seated["ankle/angle"].shape
+    ((1000,), (1000,))
+    >>> seated.metrics["range_of_motion"].unit
+    'deg'
+    >>> seated.to_xarray()["ankle/angle"].attrs["units"]
+    'rad'
     """
 
     columns: dict[str, np.ndarray]
@@ -36,8 +56,16 @@ class Recording:
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        rows = len(self.columns.get("time", ()))
-        return f"<Recording of {self.scenario['name']!r}: {self.status}, {rows} rows>"
+        rows, told = len(self.columns.get("time", ())), len(self.warnings)
+        counted = f"{rows} rows × {len(self.columns)} columns, {len(self.metrics)} metrics"
+        more = f", {told} warning{'s' if told > 1 else ''}" if told else ""
+        return f"<Recording of {self.scenario['name']!r}: {self.status}, {counted}{more}>"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:  # of run["…
+        return list(self.columns)
 
     def __getitem__(self, column: str) -> np.ndarray:
         try:
@@ -56,10 +84,17 @@ class Recording:
         return self.status == "ok"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The columns as a pandas DataFrame (needs pandas)."""
-        import pandas
+        """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
+        return frame(self.columns, describe)
 
-        return pandas.DataFrame(self.columns)
+    def to_xarray(self) -> "xarray.Dataset":
+        """The columns [SI] as an xarray Dataset over `time` (needs xarray).
+
+        Each variable's `attrs` hold its `units` and `sign`; those of the Dataset the scenario's name, the
+        status, and the metrics as texts with their units.
+        """
+        facts = {"scenario": self.scenario["name"], "status": self.status}
+        return dataset(self.columns, describe, facts | {n: str(m) for n, m in self.metrics.items()})
 
     def save(
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
@@ -115,6 +150,12 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
     ------
     InputError
         No run is there, or the file is damaged.
+
+    Examples
+    --------
+    >>> folder = run("seated", {"duration": "1 s"}).save("runs/short", rrd=False)
+    >>> read_recording(folder).status
+    'ok'
     """
     return Recording(**read_run(folder))
 

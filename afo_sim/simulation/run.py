@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
@@ -43,11 +42,18 @@ def run(
         The description is wrong.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
+
+    Examples
+    --------
+    >>> low = run("seated", {"supply.pressure": "2 bar", "duration": "1 s"})
+    >>> low.ok, low["ankle/angle"].shape
+    (True, (1000,))
+    >>> high = run(load("scenario", "seated"), {"duration": "1 s"})
+    >>> high.metrics["peak_dorsiflexion_angle"] > low.metrics["peak_dorsiflexion_angle"]
+    True
     """
     if isinstance(scenario, Scenario):
-        if sets:
-            raise InputError("overrides need a scenario by name, path or dict", field=next(iter(sets)))
-        description = scenario
+        description = scenario.set(sets) if sets else scenario
     else:
         description = load("scenario", scenario, sets)
     return run_built(build(description), policy=policy, progress=progress)

@@ -9,7 +9,7 @@ import math
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -205,7 +205,7 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
 
 def _finite(metric: Metric) -> Metric:
     """The same, or NaN, of which there are many on a machine and one in a row."""
-    return metric if math.isfinite(metric.value) else replace(metric, value=math.nan)
+    return metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
 
 
 def _gone(file: object) -> bool:

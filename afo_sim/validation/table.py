@@ -30,7 +30,14 @@ def validate(report: Callable[[int, int], None] | None = None) -> list[Row]:
 
     Returns
     -------
-    rows, one per published number or curve; the cells of S1's tables are rows too, marked `cell`.
+    rows, one per published number or curve; the cells of S1's tables are rows too, marked `cell`. Each names
+    its source, quantity, unit, what was published and simulated, the tolerance and the `outcome`;
+    `pandas.DataFrame(rows)` makes a table of them.
+
+    Examples
+    --------
+    >>> [row.quantity for row in validate() if row.outcome == "FAILED"]  # doctest: +SKIP
+    []
     """
     found: list[Row] = []
     for done, part in enumerate(PARTS, 1):

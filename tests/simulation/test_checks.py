@@ -669,7 +669,7 @@ afo_sim.run = counted
 """
 TESTS = """
 import pytest
-from afo_sim.simulation.checks import expect
+from afo_sim import expect
 
 short = pytest.mark.afo_scenario("seated", {"duration": "0.2 s", "supply.pressure": "3 bar"})
 

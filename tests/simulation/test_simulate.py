@@ -129,11 +129,12 @@ def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> N
     assert len(run["time"]) == 0
 
 
-def test_run_takes_a_dict_and_refuses_sets_on_a_finished_scenario() -> None:
+def test_run_takes_a_dict_and_checks_sets_on_a_finished_scenario() -> None:
     description = load("scenario", "seated", {"duration": "1 ms"})
     assert afo_sim.run(description.resolved()).ok
-    with pytest.raises(InputError):
-        afo_sim.run(description, {"duration": "2 s"})
+    assert len(afo_sim.run(description, {"duration": "3 ms"})["time"]) == 3
+    with pytest.raises(InputError, match="out of range"):
+        afo_sim.run(description, {"duration": "-2 s"})
 
 
 def test_air_is_counted_per_cycle_begun(seated: Recording) -> None:

@@ -1,0 +1,208 @@
+"""Curves of a muscle at rest: force, contraction, pressure and volume, over arrays."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
+from afo_sim.physics.at_rest import AtRest
+from afo_sim.physics.law import Braid
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.pneumatics import muscle_volume
+
+Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text such as "3 bar", or an array of them
+Found = Any  # a float of plain numbers, an array of arrays
+
+
+class _Muscle(Protocol):
+    """What the curves take of a muscle."""
+
+    @property
+    def law(self) -> str: ...
+    @property
+    def braid_stiffness(self) -> float: ...
+    @property
+    def dead_volume(self) -> float: ...
+    @property
+    def limits(self) -> Any: ...
+    @property
+    def law_set(self) -> Any: ...
+    @property
+    def coefficients(self) -> tuple[float, ...]: ...
+    @property
+    def braid(self) -> Braid: ...
+    @property
+    def nominal_length(self) -> float: ...
+
+
+class RestCurves:
+    """Curves of a muscle at rest and without friction, by the law in use.
+
+    Arguments are SI numbers, texts with a unit ("3 bar"), or arrays of either, which broadcast as in NumPy:
+    plain numbers give a float, arrays an array. Contraction ratios are (L0 − L)/L0, shorter is positive;
+    pressures are gauge. A law holds within `law_set.pressure_range` and `law_set.contraction_range`; beyond
+    them it is extrapolated. Below zero contraction the braid's stiffness carries.
+    """
+
+    def force(
+        self: _Muscle, pressure: Amount, *, contraction: Amount | None = None, length: Amount | None = None
+    ) -> Found:
+        """Tension at rest, as the simulated muscle pulls when nothing moves or rubs.
+
+        Parameters
+        ----------
+        pressure : gauge [Pa]
+        contraction : ratio [-]; this or `length`
+        length : of the active braid [m]
+
+        Returns
+        -------
+        force [N], ≥ 0, of the broadcast shape
+
+        Raises
+        ------
+        InputError
+            A quantity has no unit or another dimension; contraction and length are both given, or neither.
+
+        Examples
+        --------
+        >>> muscle = load("muscle", "dmsp_20")
+        >>> muscle.force("3 bar", contraction=[0, 0.05, 0.10]).round()
+        array([757., 463., 295.])
+        >>> muscle.force([2e5, 3e5], length="28.5 cm").round()
+        array([241., 463.])
+        """
+        kappa = _contraction(self, contraction, length)
+        return _over(_at_rest(self).force, kappa, _si("pressure", pressure, "Pa"))
+
+    def contraction(self: _Muscle, pressure: Amount, *, force: Amount) -> Found:
+        """Contraction ratio at which a force is carried: where a hung weight comes to rest.
+
+        Parameters
+        ----------
+        pressure : gauge [Pa]
+        force : [N]; 0 gives the contraction at which the muscle goes slack
+
+        Returns
+        -------
+        contraction [-], between the braid's lock and 0.7; NaN where no contraction carries the force
+
+        Raises
+        ------
+        InputError
+            A quantity has no unit or another dimension.
+
+        Examples
+        --------
+        >>> round(load("muscle", "dmsp_20").contraction("3 bar", force="100 N"), 3)
+        0.174
+        """
+        lock = 1.0 - 1.0 / math.cos(self.braid.braid_angle)
+        bare = _at_rest(self)
+        return _over(
+            lambda gauge, pull: bare.contraction(gauge, pull, lock),
+            _si("pressure", pressure, "Pa"),
+            _si("force", force, "N"),
+        )
+
+    def pressure(
+        self: _Muscle, force: Amount, *, contraction: Amount | None = None, length: Amount | None = None
+    ) -> Found:
+        """Lowest pressure that carries a force.
+
+        Parameters
+        ----------
+        force : [N]
+        contraction : ratio [-]; this or `length`
+        length : of the active braid [m]
+
+        Returns
+        -------
+        gauge pressure [Pa], from 0 to `limits.pressure`; NaN where that is too little
+
+        Raises
+        ------
+        InputError
+            As for `force`.
+
+        Examples
+        --------
+        >>> round(load("muscle", "dmsp_20").pressure("100 N", contraction=0.174) / 1e5, 1)
+        3.0
+        """
+        bare, highest = _at_rest(self), self.limits.pressure
+        return _over(
+            lambda pull, kappa: bare.pressure(pull, kappa, highest),
+            _si("force", force, "N"),
+            _contraction(self, contraction, length),
+        )
+
+    def volume(self: _Muscle, *, contraction: Amount | None = None, length: Amount | None = None) -> Found:
+        """Volume of air in the muscle: the ideal braid's, never less than the dead volume.
+
+        Parameters
+        ----------
+        contraction : ratio [-]; this or `length`
+        length : of the active braid [m]
+
+        Returns
+        -------
+        volume [m³]
+
+        Raises
+        ------
+        InputError
+            As for `force`.
+
+        Source
+        ------
+        Chou & Hannaford 1996: V = π r0² L0 (1 − κ) [1 − cos²α0 (1 − κ)²]/sin²α0.
+
+        Examples
+        --------
+        >>> (1e6 * load("muscle", "dmsp_20").volume(contraction=[0, 0.1])).round()  # ml
+        array([ 96., 157.])
+        """
+        braid, dead = self.braid, self.dead_volume
+        return _over(
+            lambda kappa: muscle_volume(kappa, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0],
+            _contraction(self, contraction, length),
+        )
+
+
+def _at_rest(muscle: _Muscle) -> AtRest:
+    lowest = muscle.law_set.pressure_range[0]
+    return AtRest(float(LAWS[muscle.law].native_id), muscle.coefficients, lowest, muscle.braid_stiffness)
+
+
+def _over(function: Callable[..., float], *arguments: np.ndarray) -> Found:
+    """A scalar function over broadcast arrays; of plain numbers a float."""
+    together = np.broadcast_arrays(*arguments)
+    flat = [function(*map(float, each)) for each in zip(*(a.flat for a in together), strict=True)]
+    return np.array(flat).reshape(together[0].shape) if together[0].ndim else flat[0]
+
+
+def _contraction(muscle: _Muscle, contraction: Amount | None, length: Amount | None) -> np.ndarray:
+    if (contraction is None) == (length is None):
+        given = "neither is given" if length is None else "both are given"
+        raise InputError(given, field="contraction, length", allowed="one of them")
+    if contraction is not None:
+        return _si("contraction", contraction, "")
+    nominal = muscle.nominal_length
+    return (nominal - _si("length", length, "m")) / nominal
+
+
+def _si(name: str, amount: Any, unit: str) -> np.ndarray:
+    """Numbers in SI of numbers, texts, numbers that know their unit, or arrays of them."""
+    if isinstance(amount, list | tuple):
+        return np.array([_si(name, item, unit) for item in amount])
+    own = getattr(amount, "unit", None)
+    text = f"{float(amount)!r} {own}" if isinstance(own, str) and own else amount
+    try:
+        return np.asarray(parse_quantity(text, unit) if isinstance(text, str) else text, dtype=float)
+    except (TypeError, ValueError) as error:
+        problem = str(error) if isinstance(text, str) else "is no number"
+        raise InputError(problem, field=name, value=amount) from None

@@ -1,0 +1,97 @@
+"""Angle, torque, pressure and air of a run, whoever or whatever turns the joint."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
+
+
+def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
+    """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak.
+
+    Parameters
+    ----------
+    time : [s] (n,)
+    signal : (n,)
+
+    Returns
+    -------
+    float [s]; NaN when the signal never rises
+    """
+    peak = int(np.argmax(signal))
+    start, height = signal[0], signal[peak] - signal[0]
+    if height <= 0.0:
+        return float("nan")
+    rising = (signal[: peak + 1] - start) / height
+    low, high = (_crossing(time, rising, level) for level in (0.1, 0.9))
+    return high - low
+
+
+def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
+    k = int(np.argmax(rising >= level))
+    if k == 0:
+        return float(time[0])
+    share = (level - rising[k - 1]) / (rising[k] - rising[k - 1])
+    return float(time[k - 1] + share * (time[k] - time[k - 1]))
+
+
+def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
+    """Names of a recording's chambers."""
+    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
+
+
+@tells(
+    AIR,
+    ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
+    ("air_per_cycle_{}", "g", "Air per cycle, {}"),
+    ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
+)
+@tells(TORQUE, ("peak_{}_torque", "N*m", "{} torque, peak"))
+@tells(
+    ANKLE,
+    ("peak_{}_angle", "deg", "{} angle, peak"),
+    ("range_of_motion", "deg", "Range of motion"),
+    ("rise_time", "s", "Rise time", "from 10 % to 90 % of the way up"),
+)
+def ankle_metrics(
+    columns: Mapping[str, np.ndarray],
+    timestep: float,
+    period: float,
+    directions: tuple[str, str] = ("dorsiflexion", "plantarflexion"),
+) -> dict[str, Metric]:
+    """Angle, torque, pressure and air of a run.
+
+    Parameters
+    ----------
+    columns : of a recording at the full step rate, SI
+    timestep : [s]
+    period : the timer's cycle [s]
+    directions : what positive and negative angles are called
+
+    Returns
+    -------
+    dict of Metric by name. Air used is what the inlet valves take from the supply, per cycle begun.
+    """
+    time, angle = columns["time"], np.degrees(columns["ankle/angle"])
+    torque = columns["ankle/moment/orthosis"]
+    first_cycle = time < max(period, time[0] + timestep)  # of a later stretch, its first row
+    found = {
+        f"peak_{directions[0]}_angle": float(angle.max()),
+        f"peak_{directions[1]}_angle": float(angle.min()),
+        "range_of_motion": float(np.ptp(angle)),
+        f"peak_{directions[0]}_torque": max(float(torque.max()), 0.0),
+        f"peak_{directions[1]}_torque": max(0.0, 0.0 - float(torque.min())),
+        "rise_time": rise_time(time[first_cycle], angle[first_cycle]),
+    }
+    cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
+    total = 0.0
+    for name in chambers(columns):
+        found[f"peak_pressure_{name}"] = float(columns[f"chamber/{name}/pressure"].max()) * 1e-5
+        flow = columns[f"valve/{name}_inlet/mass_flow"]
+        air = float(np.sum(np.maximum(flow, 0.0))) * timestep * 1e3 / cycles
+        found[f"air_per_cycle_{name}"] = air
+        total += air
+    found["air_per_cycle"] = total
+    return {name: measured(name, value) for name, value in found.items()}

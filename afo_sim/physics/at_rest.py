@@ -1,0 +1,59 @@
+"""A muscle at rest and without friction: its force, and what inverts it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from afo_sim.physics.hill import hill_force
+from afo_sim.physics.static_force import muscle_static_force
+
+MOST_CONTRACTED = 0.7  # contraction ratio up to which anything is looked for
+HALVINGS = 60  # of a bisection: down to the last digits
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """Force law, braid stiffness and clamp to tension, exactly as the compiled muscle computes them.
+
+    `law` is the native id, whose `coefficients` follow; `lowest_pressure` [Pa] is that of the law's range,
+    `braid_stiffness` [N] acts when the braid is stretched.
+    """
+
+    law: float
+    coefficients: Sequence[float]
+    lowest_pressure: float
+    braid_stiffness: float
+
+    def force(self, contraction: float, pressure: float) -> float:
+        """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
+        spring = muscle_static_force(
+            self.law, contraction, pressure, self.lowest_pressure, self.coefficients, 0
+        )
+        return hill_force(spring, contraction, 0.0, 0.0, 0.0, 0.0, 0.0, self.braid_stiffness)[0]
+
+    def contraction(self, pressure: float, force: float, most_stretched: float) -> float:
+        """Contraction ratio [-] at which a force [N] is carried at a gauge pressure [Pa].
+
+        Between `most_stretched` and 0.7; of no force, where the muscle goes slack; NaN when none carries it.
+        """
+        if not (0.0 <= force <= self.force(most_stretched, pressure)):
+            return float("nan")
+        return crossing(lambda kappa: self.force(kappa, pressure) - force, most_stretched, MOST_CONTRACTED)
+
+    def pressure(self, force: float, contraction: float, highest: float) -> float:
+        """Lowest gauge pressure [Pa], up to `highest`, that carries a force [N]; NaN when none does."""
+        if not (0.0 <= force <= self.force(contraction, highest)):
+            return float("nan")
+        if self.force(contraction, 0.0) >= force:
+            return 0.0
+        return crossing(lambda gauge: force - self.force(contraction, gauge), 0.0, highest)
+
+
+def crossing(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Argument between low and high at which a falling function changes its sign, by bisection."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if falling(middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)

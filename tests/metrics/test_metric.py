@@ -1,0 +1,122 @@
+"""A metric is a number with a unit, and each one is registered once, beside the function that tells it."""
+
+import copy
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
+from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, tells
+from afo_sim.metrics.walking import walk_metrics
+from afo_sim.metrics.words import WORDS, words
+
+clearance = Metric(12.5, "mm")
+
+
+def test_a_metric_computes_as_a_float() -> None:
+    assert float(clearance) == clearance.value == 12.5
+    for made in (clearance + 1, 2.0 * clearance, -clearance, clearance / 5, abs(clearance), clearance**2):
+        assert type(made) is float
+    assert sum([clearance, clearance]) == 25.0
+    assert clearance - Metric(2.5, "mm") == 10.0
+    assert round(clearance) == 12 and math.floor(clearance) == 12
+    assert json.loads(json.dumps({"clearance": clearance})) == {"clearance": 12.5}
+
+
+def test_numpy_takes_metrics_for_numbers() -> None:
+    array = np.array([clearance, Metric(math.nan, "mm")])
+    assert array.dtype == np.float64 and array[0] == 12.5
+    assert np.isnan(Metric(math.nan, "mm")) and not np.isnan(clearance)
+    assert np.array_equal(np.array([1.0, 20.0]) > clearance, [False, True])
+    assert np.array_equal(np.array([12.5, 20.0]) == clearance, [True, False])
+    assert np.float64(20.0) > clearance and not np.float64(10.0) > clearance
+
+
+def test_it_compares_with_numbers_texts_and_metrics() -> None:
+    assert clearance > 10 and not clearance > 20 and clearance <= 12.5 and not clearance < 12.5
+    assert clearance > "10 mm" and clearance >= "1.25 cm" and clearance < "1 m"
+    assert clearance == "12.5 mm" and clearance != "12 mm"
+    assert Metric(1.25, "cm") == clearance and Metric(2.0, "cm") > clearance
+    assert Metric(60.0, "percent") > "50 %" and Metric(60.0, "%") > "50 percent"
+    assert Metric(5.0, "N*m") > "4 N·m" and Metric(5.0, "deg") < "0.1 rad" and Metric(3.0, "") > "2"
+    assert max(clearance, Metric(2.0, "cm")).unit == "cm"
+
+
+@pytest.mark.parametrize("other", ["10 deg", "10", "ten mm", Metric(1.0, "N")])
+def test_an_order_between_dimensions_is_refused_and_equality_is_false(other: object) -> None:
+    with pytest.raises(InputError, match="mm"):
+        clearance > other  # noqa: B015
+    assert clearance != other and other != clearance
+
+
+def test_it_is_written_with_its_unit_and_formatted_as_a_number() -> None:
+    assert (str(clearance), f"{clearance}", repr(clearance)) == ("12.5 mm", "12.5 mm", "<12.5 mm>")
+    assert (f"{clearance:.2f}", format(clearance, "6.1f")) == ("12.50", "  12.5")
+    assert str(Metric(3.0, "")) == "3"
+    assert str(clearance.to("cm")) == "1.25 cm"
+    with pytest.raises(InputError, match="deg"):
+        clearance.to("deg")
+
+
+def test_it_is_fixed_copied_and_hashed() -> None:
+    with pytest.raises(AttributeError, match="fixed"):
+        clearance.unit = "m"  # type: ignore[misc]
+    for twin in (copy.deepcopy(clearance), pickle.loads(pickle.dumps(clearance))):
+        assert (type(twin), twin, twin.unit) == (Metric, clearance, "mm")
+    assert len({clearance, Metric(12.5, "mm"), 12.5}) == 1
+    nothing = Metric(math.nan, "s")
+    assert nothing != nothing and not nothing > 0
+
+
+def test_matplotlib_draws_metrics() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    (line,) = axes.plot([1, 2], [clearance, Metric(20.0, "mm")])
+    assert list(line.get_ydata()) == [12.5, 20.0]
+
+
+# --- the registry
+
+
+def told() -> dict[str, Metric]:
+    """Everything that walking and a fixed shank tell."""
+    plain = walk_columns(4.2)
+    columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
+    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0)}
+
+
+def test_every_registered_metric_is_told_by_its_function() -> None:
+    rows = {name for name, row in METRICS.items() if not any(row.fill(one) for one in told())}
+    assert rows == set()
+
+
+def test_every_metric_told_has_its_row_and_unit() -> None:
+    for name, metric in told().items():
+        assert words(name).group in GROUPS and words(name).group != OTHER
+        assert metric.unit == entry(name).unit
+        if metric.unit not in ("", "percent"):
+            parse_quantity(f"1 {metric.unit}", metric.unit)
+
+
+def test_names_with_a_chamber_or_a_direction_are_filled_in() -> None:
+    assert entry("air_per_stride_front").label == "Air per stride, front"
+    assert entry("air_per_stride").label == "Air per stride"
+    assert entry("peak_push_off_torque").label == "Push off torque, peak"
+    assert entry("lowest_pressure_front").meaning == "gauge"
+    assert "air_per_stride" in WORDS and not any("{" in name for name in WORDS)
+    assert words("something_new") == words("something_new")
+    assert words("something_new").group == OTHER
+
+
+def test_a_metric_without_a_row_is_refused_and_a_row_stands_once() -> None:
+    with pytest.raises(KeyError, match="something_new"):
+        measured("something_new", 1.0)
+    with pytest.raises(AssertionError, match="twice"):
+        tells(OTHER, ("rise_time", "s", "Rise time"))(lambda: None)

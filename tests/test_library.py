@@ -1,0 +1,230 @@
+"""The library as a notebook's user meets it: names, examples, what a recording and a report take and show."""
+
+import base64
+import doctest
+import functools
+import importlib
+import inspect
+import pathlib
+import re
+import subprocess
+import sys
+import types
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim as afo
+from afo_sim.simulation.recording import Recording
+
+METHODS = {
+    "Muscle": ("force", "contraction", "pressure", "volume", "using"),
+    "Scenario": ("set",),
+    "Recording": ("to_pandas", "to_xarray", "save", "view"),
+}
+
+
+@pytest.fixture(scope="module")
+def short() -> Recording:
+    return afo.run("seated", {"duration": "1 s"})
+
+
+@pytest.fixture(scope="module")
+def walked() -> Recording:
+    return afo.run("walk-dropfoot", {"duration": "2.6 s"})
+
+
+# --- names
+
+
+def test_dir_lists_what_there_is_and_nothing_else() -> None:
+    names = {name for name in dir(afo) if not name.startswith("_")}
+    assert names == set(afo.__all__)
+    assert len(afo.__all__) == len(set(afo.__all__))
+    for name in names:
+        assert callable(getattr(afo, name))
+
+
+def test_listing_names_imports_nothing_heavy() -> None:
+    heavy = ("mujoco", "numba", "pint", "matplotlib")
+    code = f"import afo_sim, sys; dir(afo_sim); print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_names_for_types_are_the_names_at_run_time() -> None:
+    """A type checker reads the block under TYPE_CHECKING."""
+    text = pathlib.Path(afo.__file__).read_text(encoding="utf-8")
+    typed = {name: module for module, name in re.findall(r"^    from (\S+) import \w+ as (\w+)$", text, re.M)}
+    assert set(typed) == set(afo.__all__)
+    for name, module in typed.items():
+        assert getattr(importlib.import_module(module), name) is getattr(afo, name)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="simulate"):
+        afo.simulate  # noqa: B018
+
+
+# --- documentation
+
+
+DOCUMENTED = [*afo.__all__, *(f"{name}.{method}" for name in METHODS for method in METHODS[name])]
+
+
+def found(name: str) -> Any:
+    return functools.reduce(getattr, name.split("."), afo)
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_examples_run(name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names = {each: getattr(afo, each) for each in afo.__all__} | {"np": np}
+    text = inspect.getdoc(found(name)) or ""
+    example = doctest.DocTestParser().get_doctest(text, names, name, None, None)
+    said: list[str] = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        doctest.DocTestRunner(verbose=False).run(example, out=said.append)
+    assert not said, "".join(said)
+    assert example.examples or "." in name, f"{name} has no example"
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_parameters_are_all_documented(name: str) -> None:
+    thing = found(name)
+    text = inspect.getdoc(thing) or ""
+    assert text
+    if not isinstance(thing, types.FunctionType):
+        return
+    for parameter in inspect.signature(thing).parameters:
+        assert parameter == "self" or re.search(rf"\b{parameter}\b", text), (
+            f"{name} says nothing of {parameter}"
+        )
+
+
+# --- a recording
+
+
+def test_the_terminal_shows_status_size_and_warnings(short: Recording) -> None:
+    text = repr(short)
+    assert "'seated': ok, 1000 rows" in text and f"{len(short.warnings)} warning" in text
+
+
+def test_columns_complete_and_a_wrong_one_is_told(short: Recording) -> None:
+    assert short._ipython_key_completions_() == list(short.columns)
+    with pytest.raises(afo.InputError, match="did you mean 'ankle/angle'"):
+        short["ankle/angel"]
+
+
+def test_pandas_and_xarray_carry_units(short: Recording) -> None:
+    frame, dataset = short.to_pandas(), short.to_xarray()
+    assert list(frame.columns) == list(short.columns) and len(frame) == 1000
+    assert frame.attrs["units"]["muscle/dorsiflexor_1/force"] == "N"
+    assert set(dataset.data_vars) | {"time"} == set(short.columns)
+    assert np.array_equal(dataset["time"], short["time"])
+    angle = dataset["ankle/angle"]
+    assert angle.dims == ("time",) and np.array_equal(angle, short["ankle/angle"])
+    assert (angle.attrs["units"], angle.attrs["sign"]) == ("rad", "dorsiflexion positive")
+    assert dataset.attrs["status"] == "ok"
+    assert dataset.attrs["range_of_motion"] == str(short.metrics["range_of_motion"])
+    assert np.isclose(dataset.sel(time=0.5, method="nearest")["ankle/angle"], short["ankle/angle"][500])
+
+
+def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, walked: Recording) -> None:
+    for run in (short, walked):
+        page = run._repr_html_()
+        assert run.scenario["name"] in page and f"{len(run['time'])} rows" in page
+        assert page.count("⚠") == len(run.warnings)
+        for name in run.metrics:
+            assert f"<code>{name}</code>" in page
+        pictures = [base64.b64decode(data) for data in re.findall(r'base64,([^"]+)"', page)]
+        assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
+        assert len(page) < 400_000 and "http" not in page
+    assert "In swing the toe" in walked._repr_html_()
+    assert "<details open>" in short._repr_html_() and "<details>" in walked._repr_html_()
+
+
+def test_a_run_that_never_began_is_shown_too(short: Recording) -> None:
+    import dataclasses
+
+    nothing = {name: values[:0] for name, values in short.columns.items()}
+    failed = dataclasses.replace(short, columns=nothing, metrics={}, status="failed: <why>")
+    assert "failed: &lt;why&gt;, 0 rows" in failed._repr_html_() and "<img" not in failed._repr_html_()
+
+
+# --- pictures
+
+
+def test_a_report_takes_recordings_folders_lists_and_names(
+    short: Recording, walked: Recording, tmp_path: pathlib.Path
+) -> None:
+    kept = short.save(tmp_path / "kept", rrd=False)
+    for runs, names in (
+        (short, ["seated"]),
+        (kept, ["kept"]),
+        ([short, short, str(kept)], ["seated", "seated 2", "kept"]),
+        ({3: short, "two/3": kept}, ["3", "two_3"]),
+    ):
+        path = afo.report(runs, tmp_path / "report.html")
+        text = path.read_text(encoding="utf-8")
+        title = re.search("<title>(.*?)</title>", text)
+        assert title is not None
+        assert re.split(" compared with |, ", title[1]) == names
+    assert {path.name for path in tmp_path.iterdir()} == {"kept", "report.html"}
+
+
+@pytest.mark.parametrize("runs", [[], {}, 3, [3], {"a": None}])
+def test_what_is_no_run_is_refused(runs: Any, tmp_path: pathlib.Path) -> None:
+    with pytest.raises(afo.InputError, match=r"is no run|holds no run"):
+        afo.report(runs, tmp_path / "report.html")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_a_figure_is_written_and_shown(short: Recording, suffix: str, tmp_path: pathlib.Path) -> None:
+    picture = afo.figure(short, tmp_path / "new" / f"angle.{suffix}", kind="angle")
+    assert (tmp_path / "new" / f"angle.{suffix}").stat().st_size > 2000
+    assert picture._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda run: afo.figure(run, kind="anlge"), "did you mean 'angle'"),
+        (lambda run: afo.figure(run, kind="clearance"), "nothing that this run can show"),
+        (lambda run: afo.figure(run, "angle.gif"), "gif"),
+        (lambda run: afo.figure("nowhere"), "there is no run here"),
+        (lambda run: afo.view(run), "no display"),
+    ],
+)
+def test_a_wrong_picture_is_refused(
+    short: Recording,
+    make: Callable[[Recording], Any],
+    says: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Any,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(afo.InputError, match=says):
+        make(short)
+    assert not list(tmp_path.iterdir())
+
+
+def test_view_opens_one_file_of_all_runs(short: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    from afo_sim.show import rerun
+    from afo_sim.show.rerun import viewer
+
+    opened: list[int] = []
+    monkeypatch.setattr(viewer, "require_display", lambda: None)
+    monkeypatch.setattr(
+        rerun, "open_recordings", lambda paths: opened.extend(p.stat().st_size for p in paths)
+    )
+    afo.view(short)
+    afo.view({"a": short, "b": short})
+    assert len(opened) == 2 and min(opened) > 10_000
