@@ -5,13 +5,12 @@ import json
 import math
 import os
 import pathlib
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import check_writable, settle, together, write_json, write_text
 from afo_sim.metrics.metric import Metric
 from afo_sim.simulation.recording import Recording, describe
 
@@ -22,7 +21,7 @@ ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
 def save(
     recording: Recording, folder: pathlib.Path, *, rrd: bool = True, rate: float | None = None
 ) -> pathlib.Path:
-    """Write the files of a run; each appears whole or not at all.
+    """Write the files of a run, all together or none.
 
     Parameters
     ----------
@@ -36,24 +35,14 @@ def save(
     the folder
     """
     check_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    writers: dict[str, Callable[[pathlib.Path], object]] = {
-        PARQUET: lambda path: write_parquet(recording, path),
-        MODEL: lambda path: path.write_text(recording.model_xml, encoding="utf-8"),
-        SUMMARY: lambda path: path.write_text(
-            json.dumps(_json_numbers(recording.summary()), indent=2, ensure_ascii=False) + "\n",
-            encoding="utf-8",
-        ),
-    }
-    if rrd and len(recording["time"]):
-        from afo_sim.show.rerun import write_rrd
+    with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
+        write_parquet(recording, scratch / PARQUET)
+        write_text(scratch / MODEL, recording.model_xml)
+        write_json(scratch / SUMMARY, recording.summary())
+        if rrd and len(recording["time"]):
+            from afo_sim.show.rerun import write_rrd
 
-        writers[RERUN] = lambda path: write_rrd(recording, path, rate=rate)
-    else:
-        (folder / RERUN).unlink(missing_ok=True)  # not another run's
-    for name, write in writers.items():
-        with replacing(folder / name) as path:
-            write(path)
+            write_rrd(recording, scratch / RERUN, rate=rate)
     return folder
 
 
@@ -93,7 +82,9 @@ def open_parquet(folder: str | os.PathLike[str]) -> Any:
     import pyarrow.parquet as pq
 
     path = pathlib.Path(folder)
-    path = path / PARQUET if path.is_dir() else path
+    if path.is_dir():
+        settle(path)
+        path = path / PARQUET
     if not path.is_file():
         raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
     try:
