@@ -11,10 +11,11 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.leaves import fields_of, leaves, nearest_key, table_at
+from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
+from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.tree import Path, Tree, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
@@ -209,10 +210,15 @@ def _place(tree: Tree, path: Path) -> dict[str, Any]:
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
+    told = facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")
+    table = table_at(SPECS[tree.kind], path[:-1])
+    if entry["type"] == "missing" and table and not told:
+        info = fields_of(table)[name]
+        told = f"{allowed(marked(info))} ({(info.description or '').rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")),
+        allowed=str(told),
         nearest=facts.get("nearest") or None,
     )
 

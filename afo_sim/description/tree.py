@@ -169,7 +169,7 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
 
 
 def value_at(node: Any, path: Path) -> Any:
-    """What is written at a path, None where nothing is; of { value = …, source = … } the value."""
+    """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
     for key in path:
         if isinstance(node, Mapping):
             node = node.get(key)
