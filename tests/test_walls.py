@@ -44,8 +44,6 @@ UPWARD: set[tuple[str, str]] = {
     ("afo_sim.simulation.compare", "afo_sim.show.rerun"),
     ("afo_sim.simulation.files", "afo_sim.show.rerun"),
     ("afo_sim.simulation.recording", "afo_sim.show.rerun"),
-    ("afo_sim.study.search.runner", "afo_sim.show.search_figure"),
-    ("afo_sim.study.words", "afo_sim.show.report_figure"),
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),

@@ -398,7 +398,7 @@ LIMIT = '[[limits]]\nmetric = "toe_clearance"\nat_least = "-1.5 cm"\nshare = 0.5
 STRENGTH = '[patients.parameters.strength]\nkey = "patient.dorsiflexor_strength"\nfrom = 0.0\nto = 0.5\n'
 PATIENT_TABLE = f'[patients]\ndesign = "latin-hypercube"\ncases = 2\n{STRENGTH}'
 HEAD = (
-    'scenario = "walk-dropfoot-afo"\ngenerations = 2\npopulation = 4\nconstraints = ["fill_start < 0.8"]\n'
+    'scenario = "walk-dropfoot-afo"\ngenerations = 1\nstarts = 2\npopulation = 4\nconstraints = ["fill_start < 0.8"]\n'
     '[set]\nduration = "3.6 s"\ntimestep = "1 ms"\n'
 )
 SMALL = HEAD + PARAMETERS + OBJECTIVE_TABLE + LIMIT + PATIENT_TABLE
@@ -471,7 +471,7 @@ REFUSED = {
     "unknown limit": ("toe_clearance", "toe_clearanc", r"limits.*did you mean 'toe_clearance'"),
     "goal": ('"lowest"', '"least"', r"objective\.goal = 'least'.*'lowest' or 'highest'"),
     "no goal": ('goal = "lowest"', "", r"objective\.goal: is missing"),
-    "generations": ("generations = 2", "generations = 0", r"generations = 0.*greater than or equal to 1"),
+    "generations": ("generations = 1", "generations = 0", r"generations = 0.*greater than or equal to 1"),
     "population": ("population = 4", "population = 2", r"population = 2.*greater than or equal to 4"),
     "empty range": ('to = "4 bar"', 'to = "1 bar"', r"parameters\.pressure\.from.*the range is empty"),
     "values": ("from = 0.45\nto = 0.85", "values = [0.5, 0.6]", r"fill_start\.values.*allowed: from and to"),

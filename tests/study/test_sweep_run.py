@@ -21,11 +21,12 @@ from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, opened, swept, table
 import afo_sim
 import afo_sim.study
 from afo_sim.cli.sweep import reporter
+from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.study import engine, plan, replay, runner, sobol, store
+from afo_sim.study import engine, folder, plan, replay, runner, sobol, store
 from afo_sim.study.engine import Outcome
 from afo_sim.study.runner import Progress
 from afo_sim.study.store import Store
@@ -208,9 +209,9 @@ def test_whatever_a_case_raises_is_its_row(
 def test_a_file_that_is_gone_for_a_while_is_no_case_s_row(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any
 ) -> None:
-    leg = afo_sim.assets.find("leg", "adult_75kg")
+    leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, tmp_path / "leg")
-    seated = afo_sim.assets.find("scenario", "seated").read_text()
+    seated = assets.find("scenario", "seated").read_text()
     (tmp_path / "mine.toml").write_text(seated.replace("adult_75kg", "leg/leg.toml"))
     file, out = written(tmp_path, SEATED.replace('"seated"', '"mine.toml"')), tmp_path / "out"
     store = opened(file, out)
@@ -461,8 +462,8 @@ def test_chunks_of_another_size_or_sweep_are_not_mixed_in(tmp_path: pathlib.Path
     runner.run(large, part=(2, 3))
     mine = opened(written(tmp_path, SEATED), tmp_path / "out")
     (tmp_path / "out" / "chunks").mkdir()
-    for folder, chunk in (("b", "0000000"), ("c", "0000001")):
-        shutil.copy(tmp_path / folder / "out" / "chunks" / f"{chunk}.parquet", tmp_path / "out" / "chunks")
+    for at, chunk in (("b", "0000000"), ("c", "0000001")):
+        shutil.copy(tmp_path / at / "out" / "chunks" / f"{chunk}.parquet", tmp_path / "out" / "chunks")
     with pytest.raises(InputError, match=r"2 of 3 chunks are damaged or of another sweep"):
         runner.run(mine)
     runner.run(mine)
@@ -602,7 +603,7 @@ def test_other_code_is_refused_until_told(
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
-    monkeypatch.setattr(store, "_code", lambda: "0" * 64)
+    monkeypatch.setattr(folder, "code_fingerprint", lambda: "0" * 64)
     code, _, complained = call(capsys, "sweep", file, "--out", out)
     assert code == 2 and "computed by other code" in complained and "continue" in complained
     code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")
@@ -658,9 +659,9 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
 ) -> None:
     before = tmp_path / "before"
     written(before, SEATED.replace('"seated"', '"mine.toml"'))
-    seated = afo_sim.assets.find("scenario", "seated")
+    seated = assets.find("scenario", "seated")
     (before / "mine.toml").write_text(seated.read_text().replace("adult_75kg", "leg/leg.toml"))
-    leg = afo_sim.assets.find("leg", "adult_75kg")
+    leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, before / "leg")
     monkeypatch.chdir(before)
     assert call(capsys, "sweep", "sweep.toml", "--out", "../out", "--part", "1/3")[0] == 0

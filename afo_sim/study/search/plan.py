@@ -1,8 +1,5 @@
 """A design search as its TOML file describes it: parameters, objective, limits, patients."""
 
-import hashlib
-import importlib.metadata
-import json
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
@@ -20,16 +17,28 @@ from afo_sim.description.quantity import refusal
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study import plan as sweep_plan
 from afo_sim.study.design import Cases, case_seeds, cases_of
+from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.parameter_table import Told
 from afo_sim.study.plan import Plan
 from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
-from afo_sim.study.store import fingerprint
+from afo_sim.study.search.loop import Problem
 
 GENERATIONS = 40
+STARTS = 3
 FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
 JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
-FIXED_COLUMNS = ("generation", "design", "outside", "lacking", OBJECTIVE, "feasible", "violation", "reason")
+FIXED_COLUMNS = (
+    "generation",
+    "start",
+    "design",
+    "outside",
+    "lacking",
+    OBJECTIVE,
+    "feasible",
+    "violation",
+    "reason",
+)
 
 
 @dataclass(frozen=True)
@@ -70,6 +79,12 @@ class Search:
     limits: tuple[ToldLimit, ...]
     generations: int
     population: int | None
+    starts: int = STARTS
+
+    def problem(self, aim: Aim) -> Problem:
+        """What the optimiser searches."""
+        plan = self.designs
+        return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
 
     def aim(self, units: Mapping[str, str]) -> Aim:
         """Objective and limits, by the units that the scenario's metrics have.
@@ -134,12 +149,9 @@ class Search:
             "objective": repr(self.objective),
             "limits": repr(self.limits),
             "population": self.population,
+            "starts": self.starts,
         }
-        found = fingerprint(self.designs)
-        del found["sweep"]
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-        versions = found["versions"] | {"cma": _version("cma")}
-        return found | {"search": digest, "versions": versions}
+        return fingerprint("search", told, "cma")
 
 
 class _ToldObjective(Told):
@@ -196,6 +208,7 @@ class _ToldSearch(Told):
     seed: StrictInt = Option(default=0, ge=0)
     generations: StrictInt = Option(default=GENERATIONS, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
+    starts: StrictInt = Option(default=STARTS, ge=1, le=100)
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
     parameters: dict[str, Any] = Option(min_length=1)
@@ -246,6 +259,7 @@ def read(path: str | os.PathLike[str]) -> Search:
         limits=limits,
         generations=told.generations,
         population=told.population,
+        starts=told.starts,
     )
 
 
@@ -301,10 +315,3 @@ def _of_patients(error: InputError) -> InputError:
     facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
     field = f"patients.{error.field}"
     return InputError(error.problem, file=error.file, field=field, **facts)  # type: ignore[arg-type]
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
