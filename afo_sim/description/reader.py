@@ -215,14 +215,7 @@ def load(
     InputError
         The first thing that is wrong, with its file, field, value and what is allowed.
     """
-    if isinstance(source, Mapping):
-        file, root = None, copy.deepcopy(dict(source))
-    elif isinstance(source, str | os.PathLike):
-        file = assets.find(kind, os.fspath(source))
-        root = read_table(kind, file)
-    else:
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
-    tree = _Tree(kind, file, root)
+    tree = _tree(kind, source)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
         tree.set(key, (sets or {})[key])
@@ -233,12 +226,21 @@ def load(
         raise _input_error(tree, error, set(sets or {})) from None
 
 
-def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+def expand(kind: str, source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
-    file = assets.find(kind, os.fspath(source))
-    tree = _Tree(kind, file, read_table(kind, file))
+    tree = _tree(kind, source)
     tree.follow_all()
     return tree.root
+
+
+def _tree(kind: str, source: Any) -> _Tree:
+    """A description as it is written."""
+    if isinstance(source, Mapping):
+        return _Tree(kind, None, copy.deepcopy(dict(source)))
+    if not isinstance(source, str | os.PathLike):
+        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+    file = assets.find(kind, os.fspath(source))
+    return _Tree(kind, file, read_table(kind, file))
 
 
 def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputError:

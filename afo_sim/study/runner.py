@@ -12,11 +12,12 @@ from typing import Any
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.study import engine
-from afo_sim.study.design import Cases
+from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.folder import Changed
 from afo_sim.study.plan import Plan
 from afo_sim.study.pool import Evaluate, pool
+from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
@@ -88,6 +89,39 @@ def open_store(
 
     told = SWEEP.open(folder, known, changed, first)
     return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"], bool(told.get("mixed")))
+
+
+def sweep(
+    plan: Plan,
+    folder: pathlib.Path,
+    *,
+    changed: Changed = "refuse",
+    threads: int = 0,
+    workers: int = 0,
+    scheduler: str = "",
+    report: Callable[[Progress], None] | None = None,
+) -> Results:
+    """Compute a whole sweep, or what is left of it.
+
+    Parameters
+    ----------
+    plan : from `plan.read` or `plan.plan_of`
+    folder, changed : as `open_store` takes them
+    threads : as many as processors if 0
+    workers, scheduler, report : as `run` takes them
+
+    Returns
+    -------
+    Results
+
+    Raises
+    ------
+    InputError
+        As `cases_of`, `open_store` and `run`.
+    """
+    store = open_store(plan, cases_of(plan), folder, changed)
+    run(store, threads=threads, workers=workers, scheduler=scheduler, report=report)
+    return read(folder)
 
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:

@@ -127,7 +127,7 @@ class Store:
             fields.append(pa.field(name, pa.string(), metadata={"role": "case"}))
         sweep = {
             "design": plan.design,
-            "scenario": plan.scenario,
+            "scenario": plan.scenario_name,
             "fingerprint": self.sweep,
             "seed": plan.seed,
             "cases": len(self.cases),

@@ -14,7 +14,7 @@ from afo_sim.description.portable import portable
 from afo_sim.description.reader import expand, load
 from afo_sim.study.design import Cases
 from afo_sim.study.folder import Changed, write_json, write_text
-from afo_sim.study.pool import Pool
+from afo_sim.study.pool import Pool, pool
 from afo_sim.study.runner import probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
@@ -82,7 +82,7 @@ def open_search(search: Search, folder: pathlib.Path, changed: Changed = "refuse
         return {"metrics": units, "seconds_per_case": seconds}
 
     told = store.SEARCH.open(folder, known, changed, first)
-    aim = search.aim(told["metrics"])
+    aim = search.aim(told["metrics"], sampled=True)
     return Opened(
         search=search,
         folder=folder,
@@ -96,8 +96,23 @@ def open_search(search: Search, folder: pathlib.Path, changed: Changed = "refuse
     )
 
 
+def optimise(
+    search: Search,
+    folder: pathlib.Path,
+    *,
+    changed: Changed = "refuse",
+    threads: int = 0,
+    workers: int = 0,
+    scheduler: str = "",
+    report: Callable[[Progress], None] | None = None,
+) -> dict[str, Any]:
+    """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
+    with pool(threads, workers, scheduler) as who:
+        return run(open_search(search, folder, changed), who, report)
+
+
 def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
-    """Search to the end, or on to it; what was done before is not done again.
+    """Search to the end; what was done before is not done again.
 
     Parameters
     ----------
@@ -131,7 +146,9 @@ def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = N
     again = None
     if fresh is not None and best[OUTSIDE][0] == 0.0:
         found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
-        again = problem.aim.judge(found.metrics) | {"reason": np.array(found.reasons, dtype=object)}
+        again = search.aim(opened.units).judge(found.metrics) | {
+            "reason": np.array(found.reasons, dtype=object)
+        }
     told = _told(opened, columns, best, settled) | {"fresh_patients": _fresh(problem.aim, fresh, again)}
     _write(opened, columns, told)
     return told
@@ -153,7 +170,7 @@ def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dic
     sets = opened.search.as_cases({p.name: best[p.name] for p in problem.parameters}).sets(0)
     found: dict[str, Any] = {
         "search": opened.search.file.stem,
-        "scenario": opened.search.designs.scenario,
+        "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
         "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
         "settled": settled,
