@@ -104,7 +104,7 @@ def test_nineteen_of_twenty() -> None:
     assert limit.short(limit.level(values)) == 1.0
 
 
-@pytest.mark.parametrize(("count", "share"), [(20, 0.95), (39, 0.95), (20, 0.5), (7, 0.8)])
+@pytest.mark.parametrize(("count", "share"), [(20, 0.95), (40, 0.95), (20, 0.5), (7, 0.8)])
 def test_of_a_sample_the_share_of_the_population_keeps_the_level(count: int, share: float) -> None:
     """In the mean over 4000 samples; without the correction too few do."""
     random = np.random.default_rng(count).random((4000, count))  # uniform: the share above x is 1 − x
