@@ -43,8 +43,6 @@ UPWARD: set[tuple[str, str]] = {
     ("afo_sim.gait.readers.importing", "afo_sim.show.gait_figure"),
     ("afo_sim.simulation.compare", "afo_sim.show.figure"),
     ("afo_sim.simulation.compare", "afo_sim.show.rerun"),
-    ("afo_sim.study.search.runner", "afo_sim.show.search_figure"),
-    ("afo_sim.study.words", "afo_sim.show.report_figure"),
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),

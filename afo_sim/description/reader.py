@@ -107,14 +107,7 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
 
 def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
-    if isinstance(source, Mapping):
-        file, root = None, copy.deepcopy(dict(source))
-    elif isinstance(source, str | os.PathLike):
-        file = assets.find(kind, os.fspath(source))
-        root = read_table(kind, file)
-    else:
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
-    tree = Tree(kind, file, root)
+    tree = _tree(kind, source)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
         tree.set(key, _plain((sets or {})[key]))
@@ -149,14 +142,23 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     return found
 
 
-def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+def expand(kind: str, source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
-    file = assets.find(kind, os.fspath(source))
-    tree = Tree(kind, file, read_table(kind, file))
+    tree = _tree(kind, source)
     tree.follow_all()
     if tree.unfound:
         raise _first(list(tree.unfound.values()))
     return tree.root
+
+
+def _tree(kind: str, source: Any) -> Tree:
+    """A description as it is written."""
+    if isinstance(source, Mapping):
+        return Tree(kind, None, copy.deepcopy(dict(source)))
+    if not isinstance(source, str | os.PathLike):
+        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+    file = assets.find(kind, os.fspath(source))
+    return Tree(kind, file, read_table(kind, file))
 
 
 def _first(problems: list[InputError]) -> InputError:

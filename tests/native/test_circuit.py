@@ -3,13 +3,13 @@
 import mujoco
 import numpy as np
 import pytest
-from afo_sim.physics.frictions import FRICTIONS
 from rig import BRAID, LAW, hanging_mass
 
 from afo_sim import native
 from afo_sim.common.errors import CallbackError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.native import state
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
 
