@@ -3,12 +3,46 @@
 import json
 import pathlib
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Sets, print_table, progress, read_sets
+from afo_sim.common.errors import InputError
+
+# Arguments of the library's functions → the options that hold them.
+OPTIONS = {
+    "law": "--law",
+    "hold_out": "--hold-out",
+    "free": "--free",
+    "fixed": "--fix",
+    "told": "--tell",
+    "loss": "--loss",
+    "like": "--like",
+    "noise": "--noise",
+    "names": "--fit",
+}
+
+
+@contextmanager
+def naming_options() -> Iterator[None]:
+    """What is wrong with an argument, said of the option that it came from."""
+    try:
+        yield
+    except InputError as error:
+        argument, _, key = error.field.partition(".")
+        if error.file is not None or argument not in OPTIONS:
+            raise
+        raise InputError(
+            error.problem,
+            field=f"{OPTIONS[argument]} {key}".strip(),
+            value=error.value,
+            allowed=error.allowed,
+            nearest=error.nearest,
+        ) from None
 
 
 @app.command("fit-run")
@@ -35,18 +69,29 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.fitting import run_files as fit_run_files
-        from afo_sim.fitting import run_fit as fit_run
+        from afo_sim.fitting import run_scenario
+        from afo_sim.fitting.run_fit import fit_run
+        from afo_sim.show.log_figure import write_log_figure
 
         check_writable(out)
-        problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
-        found = fit_run.fit_run(problem, report=lambda text: report(0, 0, text))
-        fit_run_files.write_fit_run(found, out)
-    for title, header, rows in fit_run_files.tables(found):
+        with naming_options():
+            found = fit_run(
+                scenario,
+                log,
+                names,
+                sets=values,
+                noise=told,
+                hold_out=hold_out,
+                report=lambda text: report(0, 0, text),
+            )
+        run_scenario.write(found, out)
+        write_log_figure(found, out)
+    for title, header, rows in run_scenario.tables(found):
         print_table(title, header, rows)
-    for line in fit_run_files.remarks(found):
+    for line in run_scenario.remarks(found):
         print(line)
-    hint = f"; run it with: afo-sim run {out / fit_run_files.SCENARIO}" if names else ""
+    runnable = bool(names) and found.converged
+    hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
     print(f"written to {out}{hint}")
 
 
@@ -75,25 +120,28 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.fitting import command as fit_command
+        from afo_sim.fitting import law_report, law_result
+        from afo_sim.show.fit_figure import write_fit_figure
 
         check_writable(out)
-        asked = fit_command.Request(
-            tuple(files),
-            tuple(test or ()),
-            law,
-            hold_out,
-            tuple(free or ()),
-            read_sets(fix, "--fix", "k=1"),
-            read_sets(tell, "--tell", 'bore="20 mm"'),
-            loss,
-            like,
-        )
-        answer = fit_command.answer(asked, report=lambda text: report(0, 0, text))
-        fit_command.write(answer, out, like)
-    for title, header, rows in fit_command.tables(answer):
+        with naming_options():
+            found = law_result.fit(
+                files,
+                law=law,
+                hold_out=hold_out,
+                test=test or (),
+                free=free or (),
+                fixed=read_sets(fix, "--fix", "k=1"),
+                told=read_sets(tell, "--tell", 'bore="20 mm"'),
+                loss=loss,
+                like=like,
+                report=lambda text: report(0, 0, text),
+            )
+        law_report.write(found, out)
+        write_fit_figure(found, out)
+    for title, header, rows in law_report.tables(found):
         print_table(title, header, rows)
-    for line in fit_command.remarks(answer):
+    for line in law_report.remarks(found):
         print(line)
     print(f"written to {out}")
 

@@ -80,6 +80,39 @@ def read_table(file: pathlib.Path, example: str) -> Table:
     return Table(file, titles, tuple(rows), facts)
 
 
+def table_of(columns: Any, name: str) -> Table:
+    """Columns that are in memory already, as the text that a file of them would hold.
+
+    Parameters
+    ----------
+    columns : {title with unit: numbers}, or a pandas DataFrame of such titles; a title whose value is a
+        text, and the DataFrame's `attrs`, are header lines
+    name : stands for the file in messages
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    InputError
+        There is no column, or the columns are of different lengths.
+    """
+    facts = {str(key).lower(): str(value) for key, value in getattr(columns, "attrs", {}).items()}
+    values = {}
+    for title in columns:
+        if isinstance(columns[title], str):
+            facts[str(title).lower()] = columns[title]
+        else:
+            values[str(title)] = [x if isinstance(x, str) else repr(float(x)) for x in columns[title]]
+    lengths = {title: len(column) for title, column in values.items()}
+    if len(set(lengths.values())) != 1:
+        problem = "has columns of different lengths" if values else "holds no columns"
+        raise InputError(problem, file=name, value=lengths or None)
+    rows = tuple(enumerate(zip(*values.values(), strict=True), 1))
+    return Table(pathlib.Path(name), tuple(values), rows, facts)
+
+
 def split_title(title: str) -> tuple[str, str]:
     """Name and unit of a title such as "pressure [bar]"; the unit is "" where there is none."""
     found = _TITLE.match(title)

@@ -32,6 +32,11 @@ class Estimate:
     counted: str = "points"
 
 
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:
     """Half-widths of the 95 % intervals, and correlations, of linearised least squares.
 

@@ -21,6 +21,7 @@ GEOMETRY = {
     ),
     "end_length": LawParameter("end_length", "d", "m", 0.0, 0.5, "not contracting", (0.0, 0.06), 0.0),
 }
+SLACK = 1e-3  # of the largest force: a gauge that reads less than this reads zero
 NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
 
 
@@ -47,12 +48,17 @@ class Problem:
 def select(data: Measured) -> tuple[Measured, int]:
     """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
 
-    Stretched, the braid carries; slack, nothing does; without air there is no muscle.
+    Stretched, the braid carries; without air there is no muscle. A force gauge cannot read less than zero
+    on a slack muscle, while a law goes on below it: readings of zero are marked as `slack`. A load of zero
+    that was hung on the muscle is none of them: its contraction is measured.
     """
     shortening = data.contraction if data.contraction is not None else data.change
     assert shortening is not None
-    keep = (data.pressure > 0.0) & (data.force >= 0.0) & (shortening >= 0.0)
-    return take(data, keep), int(np.sum(~keep))
+    slack = np.zeros(len(data), dtype=bool)
+    if not data.loaded and len(data):
+        slack = np.abs(data.force) <= SLACK * max(float(data.force.max()), 0.0)
+    keep = (data.pressure > 0.0) & ((data.force >= 0.0) | slack) & (shortening >= 0.0)
+    return take(replace(data, slack=slack), keep), int(np.sum(~keep))
 
 
 def take(data: Measured, keep: np.ndarray) -> Measured:
@@ -64,6 +70,7 @@ def take(data: Measured, keep: np.ndarray) -> Measured:
         curve=data.curve[keep],
         contraction=None if data.contraction is None else data.contraction[keep],
         change=None if data.change is None else data.change[keep],
+        slack=None if data.slack is None else data.slack[keep],
     )
 
 
@@ -93,7 +100,7 @@ def pose(
     if law_name not in LAWS:
         raise InputError(
             "is an unknown law",
-            field="--law",
+            field="law",
             value=law_name,
             allowed=", ".join([*LAWS, "all"]),
             nearest=nearest_name(law_name, [*LAWS, "all"]),
@@ -104,7 +111,7 @@ def pose(
         if name not in known:
             raise InputError(
                 f"is no parameter of {law_name}",
-                field="--free" if name in free else "--fix",
+                field="free" if name in free else "fixed",
                 value=name,
                 allowed=", ".join(known),
                 nearest=nearest_name(name, known),
@@ -119,7 +126,7 @@ def pose(
     if not changes and "end_length" in (*free, *given):
         raise InputError(
             "has no effect where contraction ratios were measured",
-            field="--free" if "end_length" in free else "--fix",
+            field="free" if "end_length" in free else "fixed",
             value="end_length",
         )
     _require_possible(law, given)
@@ -144,7 +151,7 @@ def _require_possible(law: Law, given: Mapping[str, float]) -> None:
         if not parameter.lower <= value <= parameter.upper:
             raise InputError(
                 "is out of range",
-                field=f"--fix {name}",
+                field=f"fixed.{name}",
                 value=f"{value:g} {parameter.unit}".strip(),
                 allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
             )
@@ -161,7 +168,7 @@ def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
             raise InputError(
                 "is stated differently in the files, which are fitted with one value",
                 field=name,
-                allowed=f"the same in all files, or --free {name}",
+                allowed=f"the same in all files, or free: {name}",
             )
         found[name] = values.pop()
     return found
@@ -178,9 +185,8 @@ def _settled(
         if parameter.default is None:
             raise InputError(
                 f"is neither free nor fixed in {law.name}",
-                field="--free",
-                value=name,
-                allowed=f'--free {name}, or --fix {name}="…"',
+                field=name,
+                allowed="a value to hold, or one of the parameters to fit as well",
             )
         settled[name] = parameter.default
     for d in data:
@@ -198,8 +204,13 @@ def _settled(
     return settled
 
 
+def telling(data: Sequence[Measured]) -> int:
+    """Readings of a muscle that pulls: a slack one tells next to nothing."""
+    return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in data)
+
+
 def _require_enough(problem: Problem) -> None:
-    points = sum(len(d) for d in problem.data)
+    points = telling(problem.data)
     file = problem.data[0].file
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
@@ -214,7 +225,7 @@ def _require_enough(problem: Problem) -> None:
         raise InputError(
             f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
             file=file,
-            allowed="more points than parameters; or a law with fewer, or --fix NAME=VALUE",
+            allowed="more points than parameters; or a law with fewer, or some of them held",
         )
 
 
@@ -254,17 +265,37 @@ def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np
     return forces(problem.law.native_id, coefficients, kappa, data.pressure)
 
 
+def measurements(data: Sequence[Measured]) -> np.ndarray:
+    """What was measured, end to end: forces [N], or changes of length [m]."""
+    return np.concatenate([_measurement(d) for d in data])
+
+
 def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
-    """Prediction less measurement over several data sets [N or m]."""
+    """Prediction less measurement over several data sets [N or m].
+
+    A slack muscle is predicted as the gauge reads it, max(F, 0).
+    """
     parts = []
     for d in data:
-        measured = d.force if not d.loaded else (d.change if d.contraction is None else d.contraction)
-        parts.append(predict(problem, values, d) - measured)
+        found = predict(problem, values, d)
+        if d.slack is not None:
+            found = np.where(d.slack & (found < 0.0), 0.0, found)
+        parts.append(found - _measurement(d))
     return np.concatenate(parts)
 
 
-def measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
-    """What was measured, end to end: forces [N], or changes of length [m]."""
-    return np.concatenate(
-        [d.force if not d.loaded else (d.change if d.contraction is None else d.contraction) for d in data]
-    )
+def agreed_slack(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Readings of a slack muscle that the law, too, says is slack: they tell nothing of its parameters."""
+    parts = [
+        np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)
+        for d in data
+    ]
+    return np.concatenate(parts)
+
+
+def _measurement(data: Measured) -> np.ndarray:
+    if not data.loaded:
+        return data.force
+    found = data.change if data.contraction is None else data.contraction
+    assert found is not None
+    return found

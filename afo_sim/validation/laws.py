@@ -10,8 +10,8 @@ from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
-from afo_sim.fitting import law_fit as fit
-from afo_sim.fitting import law_problem as fit_problem
+from afo_sim.fitting.law_fit import fit_law, held_out
+from afo_sim.fitting.law_problem import pose, select
 from afo_sim.physics.curves import forces
 from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid
@@ -161,11 +161,11 @@ def _chart_corner() -> list[Row]:
 
 def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) -> Row:
     """A shipped law on the maker's curve that it was fitted to, and what it misses of unseen pressures."""
-    data, _ = fit_problem.select(characteristic(bore))
+    data, _ = select(characteristic(bore))
     muscle = reader.load("muscle", FLUIDIC[bore])
     assert data.contraction is not None
     errors = law_force(muscle, law, data.contraction, data.pressure) - data.force
-    unseen = fit.held_out(fit.fit(fit_problem.pose(law, [data]), starts=4)).held_out_rms("pressure")
+    unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out_rms("pressure")
     return curve(
         f"S2 {equation}",
         f"`{law}` on the {bore} mm curve, RMS",
@@ -179,7 +179,7 @@ def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) ->
 
 
 def _s3() -> list[Row]:
-    data, _ = fit_problem.select(characteristic(10))
+    data, _ = select(characteristic(10))
     found = []
     for bar, n in S3_N.items():
         ours = s3_fit(data, bar)
@@ -254,7 +254,7 @@ def _sarosi() -> list[Row]:
         )
     ]
     for name, bore in (("DMSP-20-200N", 20), ("DMSP-20-400N", 20), ("10 mm muscle", 10)):
-        data, _ = fit_problem.select(characteristic(bore))
+        data, _ = select(characteristic(bore))
         law = LAWS["sarosi_2012"]
         errors = forces(law.native_id, sets[name], data.contraction, data.pressure) - data.force  # type: ignore[arg-type]
         found.append(_against_maker("Sárosi 2012", f"{name}'s coefficients", bore, errors, SECOND_HAND))
@@ -381,7 +381,7 @@ def _martens() -> list[Row]:
 def _others(source: str, law: str, sourcing: str) -> list[Row]:
     found = []
     for bore, name in FLUIDIC.items():
-        data, _ = fit_problem.select(characteristic(bore))
+        data, _ = select(characteristic(bore))
         assert data.contraction is not None
         errors = law_force(reader.load("muscle", name), law, data.contraction, data.pressure) - data.force
         found.append(_against_maker(source, "coefficients", bore, errors, sourcing))

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.fitting.law_fit import rms
+from afo_sim.fitting.identifiability import rms
 
 Outcome = Literal["good", "FAILED", "erratum", "disagrees", "compared", "lost"]
 NOT_RECOVERABLE = "not recoverable"
