@@ -26,8 +26,8 @@ OTHERWISE = "a part that the scenario does not have"
 
 @dataclass(frozen=True)
 class Errors:
-    """RMS errors of one channel [SI]: over the whole log, with the start values and with the fitted ones; over
-    the part held out, with the start values and with those fitted to the rest.
+    """RMS errors of one channel [SI]: over the whole log, with the start values and with the fitted ones;
+    over the part held out, with the start values and with those fitted to the rest.
 
     `noise` is the channel's own, and `samples` and `samples_held_out` are how many there are.
     """

@@ -233,12 +233,10 @@ def test_a_leak_is_told_by_its_channel(leaking: pathlib.Path) -> None:
     (line,) = (w for w in found.warnings if w.startswith("pressure dorsiflexor"))
     assert "times its noise" in line
     assert "a leak" in line
-    errors = found.errors["pressure dorsiflexor"]
-    assert errors.chi_squared == pytest.approx(
-        (errors.after / found.problem.noise["pressure dorsiflexor"]) ** 2
-    )
+    errors, noise = found.errors["pressure dorsiflexor"], found.problem.noise["pressure dorsiflexor"]
+    assert errors.chi_squared == pytest.approx((errors.after / noise) ** 2)
     assert errors.chi_squared > 1.5
-    assert line in remarks(found)[-1] or any(line in remark for remark in remarks(found))
+    assert any(line in remark for remark in remarks(found))
 
 
 def test_a_run_that_explains_the_log_is_not_doubted(found: FitRun) -> None:
@@ -255,14 +253,14 @@ def test_channels_are_judged_one_by_one() -> None:
     noise = {"angle": 0.1, "pressure flexor": 2.0, "force flexor": 5.0}
     good = {title: spread * random.standard_normal(1000) for title, spread in noise.items()}
     last = good | {"force flexor": 2.0 * good["force flexor"]}
-    unseen = last | {"pressure flexor": np.where(rest, 6.0, 1.0) * good["pressure flexor"]}
+    unseen = last | {"pressure flexor": np.where(rest, 6.5, 1.0) * good["pressure flexor"]}
     columns = {
         "angle": "ankle/angle",
         "pressure flexor": "chamber/flexor/pressure",
         "force flexor": "muscle/flexor_1/force",
     }
     pressure, force = doubts(channel_errors(noise, good, last, unseen, rest), columns)
-    assert pressure.startswith("pressure flexor: its errors are 6")
+    assert pressure.startswith("pressure flexor: its errors are 6.")
     assert "held out" in pressure
     assert "after the fit" not in pressure
     assert "a leak" in pressure
