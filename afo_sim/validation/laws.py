@@ -16,6 +16,7 @@ from afo_sim.physics.curves import forces
 from afo_sim.physics.hill import braid_force, three_element_damping
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
+from afo_sim.simulation.rollout import run
 from afo_sim.validation.row import Row, compared, curve, implied, lost, number
 
 BAR, KPA = 1e5, 1e3  # [Pa]
@@ -105,7 +106,29 @@ def _s2() -> list[Row]:
         for bore, bound in zip(FLUIDIC, bounds, strict=True):
             found.append(_on_makers_curve(law, equation, bore, bound))
     why = "the paper names Matlab's Curve Fitting Toolbox and prints no value"
+    found += _short_period()
     return [*found, lost("S2", "coefficients of eq. 3–11; damping R; the bracket of eq. 8", why)]
+
+
+def _short_period() -> list[Row]:
+    """The angles between which the arm swings at the short period, beside the axis of S2's figure 6."""
+    angle = np.degrees(run("arm-short")["ankle/angle"])
+    why = (
+        "S2 prints neither filling times nor pulley nor inertia; those of `arm-short` are assumed here, so its "
+        "angle is not S2's, and only the differences between laws can be compared"
+    )
+    return [
+        compared(
+            "S2 figure 6",
+            f"arm at a short period: {end} angle",
+            axis,
+            float(swung),
+            "deg",
+            sourcing="printed, end of the axis; times assumed here",
+            why=why,
+        )
+        for end, axis, swung in (("least", -5.0, angle.min()), ("largest", 35.0, angle.max()))
+    ]
 
 
 def _chart_corner() -> list[Row]:
