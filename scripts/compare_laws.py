@@ -1,4 +1,4 @@
-"""Which law you choose: the same muscle, the same orthosis, every law that is known for it.
+"""The choice of the law: the same muscle, the same orthosis, every law that is known for it.
 
 Prints each law's error on the maker's characteristic of a 10 mm fluidic muscle, and what the foot does with
 it on the orthosis; draws the curves and the angles into runs/compare_laws.png.

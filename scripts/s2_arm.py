@@ -8,7 +8,7 @@ stretched and slack muscle included. Says in numbers what of their finding comes
 import math
 import pathlib
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -113,10 +113,11 @@ def fit_signed(law: str, points: Measured) -> tuple[dict[str, float], float]:
         area = math.pi * (muscle.bore / 2.0) ** 2
         return mu * area * points.pressure * (a * (1.0 - epsilon * kappa) ** 2 - b)
 
-    equation, starts = {
+    nonlinear: dict[str, tuple[Callable[..., np.ndarray], list[tuple[float, ...]]]] = {
         EXPONENTIAL: (exponential, [(-10.0, 250.0, s, -8.0, 260.0, -280.0) for s in (-0.1, -0.26, -0.5)]),
         ANALYTIC: (analytic, [(9.0, -1.3, 0.1, -1.0, s) for s in (5.0, 20.0, 60.0)]),
-    }[law]
+    }
+    equation, starts = nonlinear[law]
     found = [least_squares(lambda x: equation(*x) - force, s, x_scale="jac") for s in starts]
     best = min(found, key=lambda f: f.cost)
     return dict(zip(NONLINEAR[law], best.x.tolist(), strict=True)), rms(best.fun)
@@ -146,7 +147,7 @@ def _report(title: str, runs: Mapping[str, Recording]) -> Apart:
 def judge(
     shipped: Mapping[str, Apart], refitted: Mapping[str, Apart], swing: Mapping[str, float]
 ) -> list[str]:
-    """What S2 found, point by point, with the numbers and whether they bear it out."""
+    """S2's findings, point by point, with the numbers that bear them out or do not."""
     analytic = _of(shipped, ANALYTIC, EXPONENTIAL)
     maximum, free = _of(shipped, MAXIMUM, EXPONENTIAL), _of(shipped, EXPONENTIAL, FREE)
     share = {name: 100.0 * analytic[name] / swing[name] for name in swing}

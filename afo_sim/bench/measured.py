@@ -1,6 +1,5 @@
 """Measured characteristics of a muscle: a CSV of pressure, contraction or length, and force or load."""
 
-import os
 import pathlib
 import re
 from collections.abc import Mapping
@@ -9,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import number, read_facts, read_table, scale_of, split_title, table_of
+from afo_sim.common.csv_table import number, read_facts, scale_of, split_title, table_of
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
 
@@ -108,8 +107,7 @@ def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measure
     InputError
         A column or unit is missing or unknown, a value is no finite number, or too few points.
     """
-    on_disk = isinstance(data, str | os.PathLike)
-    table = read_table(pathlib.Path(data), EXAMPLE) if on_disk else table_of(data, "data")
+    table = table_of(data, EXAMPLE, "data")
     file = table.file
     facts = dict(told or {}) | read_facts(table, HEADER)
     check_facts(file, facts)

@@ -29,7 +29,7 @@ OPTIONS = {
 
 @contextmanager
 def naming_options() -> Iterator[None]:
-    """What is wrong with an argument, said of the option that it came from."""
+    """Rename the argument in a complaint to the option that it came from."""
     try:
         yield
     except InputError as error:

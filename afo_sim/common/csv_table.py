@@ -3,6 +3,7 @@
 import csv
 import difflib
 import math
+import os
 import pathlib
 import re
 from dataclasses import dataclass
@@ -80,14 +81,15 @@ def read_table(file: pathlib.Path, example: str) -> Table:
     return Table(file, titles, tuple(rows), facts)
 
 
-def table_of(columns: Any, name: str) -> Table:
-    """Columns that are in memory already, as the text that a file of them would hold.
+def table_of(data: Any, example: str, name: str) -> Table:
+    """A table from a file, or from columns in memory.
 
     Parameters
     ----------
-    columns : {title with unit: numbers}, or a pandas DataFrame of such titles; a title whose value is a
-        text, and the DataFrame's `attrs`, are header lines
-    name : stands for the file in messages
+    data : path to a CSV; {title with unit: numbers}, or a pandas DataFrame of such titles, in which a title
+        whose value is a text, and the DataFrame's `attrs`, are header lines
+    example : titles as they could be, for messages
+    name : stands in messages for the file of columns in memory
 
     Returns
     -------
@@ -96,19 +98,21 @@ def table_of(columns: Any, name: str) -> Table:
     Raises
     ------
     InputError
-        There is no column, or the columns are of different lengths.
+        As `read_table`; or there is no column, or the columns are of different lengths.
     """
-    facts = {str(key).lower(): str(value) for key, value in getattr(columns, "attrs", {}).items()}
+    if isinstance(data, str | os.PathLike):
+        return read_table(pathlib.Path(data), example)
+    facts = {str(key).lower(): str(value) for key, value in getattr(data, "attrs", {}).items()}
     values = {}
-    for title in columns:
-        if isinstance(columns[title], str):
-            facts[str(title).lower()] = columns[title]
+    for title in data:
+        if isinstance(data[title], str):
+            facts[str(title).lower()] = data[title]
         else:
-            values[str(title)] = [x if isinstance(x, str) else repr(float(x)) for x in columns[title]]
+            values[str(title)] = [x if isinstance(x, str) else repr(float(x)) for x in data[title]]
     lengths = {title: len(column) for title, column in values.items()}
     if len(set(lengths.values())) != 1:
         problem = "has columns of different lengths" if values else "holds no columns"
-        raise InputError(problem, file=name, value=lengths or None)
+        raise InputError(problem, file=name, value=lengths or None, allowed=example)
     rows = tuple(enumerate(zip(*values.values(), strict=True), 1))
     return Table(pathlib.Path(name), tuple(values), rows, facts)
 

@@ -15,8 +15,8 @@ from scipy.stats import qmc
 from afo_sim.bench.measured import Measured
 from afo_sim.fitting.identifiability import AT_BOUND, Estimate, intervals, refused, rms, verdict
 from afo_sim.fitting.law_problem import (
+    LawProblem,
     Loss,
-    Problem,
     agreed_slack,
     errors,
     measurements,
@@ -41,7 +41,7 @@ class LawFit:
     are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
     """
 
-    problem: Problem
+    problem: LawProblem
     values: dict[str, float]
     half_width: dict[str, float]
     correlation: np.ndarray
@@ -74,11 +74,11 @@ class LawFit:
 
     @property
     def identifiable(self) -> bool:
-        """Whether the data tell every parameter."""
+        """True where the data tell every parameter."""
         return not self.verdict
 
 
-def fit_law(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
+def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
     """Fit a law from several starts.
 
     Parameters
@@ -116,17 +116,17 @@ def fit_law(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
 
 
 def _agreeing(found: Sequence[OptimizeResult]) -> int:
-    """How many starts end where the best does, having settled."""
+    """The number of starts that end where the best does, having settled."""
     best = min(f.cost for f in found)
     return sum(bool(f.cost <= best * 1.001 + 1e-300 and f.status > 0) for f in found)
 
 
-def _scales(problem: Problem) -> np.ndarray:
+def _scales(problem: LawProblem) -> np.ndarray:
     """The size of each free parameter, so that the search sees numbers near one."""
     return np.array([max(map(abs, problem.describe(n).start)) or 1.0 for n in problem.free])
 
 
-def _bounds(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(problem: LawProblem) -> tuple[np.ndarray, np.ndarray]:
     described = [problem.describe(name) for name in problem.free]
     lower, upper = np.array([p.lower for p in described]), np.array([p.upper for p in described])
     if "end_length" in problem.free:
@@ -135,14 +135,14 @@ def _bounds(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def _starts(problem: Problem, count: int, seed: int) -> np.ndarray:
+def _starts(problem: LawProblem, count: int, seed: int) -> np.ndarray:
     described = [problem.describe(name) for name in problem.free]
     low, high = np.array([p.start for p in described]).T
     return low + (high - low) * qmc.LatinHypercube(len(described), seed=seed).random(count)
 
 
 def _search(
-    problem: Problem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
+    problem: LawProblem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
 ) -> list[OptimizeResult]:
     """The optimiser's results from each start."""
     scale, (lower, upper) = _scales(problem), _bounds(problem)
@@ -158,7 +158,7 @@ def _search(
 def _least_squares(
     residuals: Callable[[np.ndarray], np.ndarray],
     z: np.ndarray,
-    problem: Problem,
+    problem: LawProblem,
     loss: Loss,
     outlying: float,
     evaluations: int,
@@ -182,7 +182,7 @@ def _least_squares(
 
 
 def _believe(
-    problem: Problem, best: OptimizeResult, outlying: float
+    problem: LawProblem, best: OptimizeResult, outlying: float
 ) -> tuple[dict[str, float], np.ndarray, list[str]]:
     """95 % half-widths, correlations, and what the data cannot tell."""
     scale = _scales(problem)
@@ -262,8 +262,8 @@ def held_out(
     return replace(result, held_out=found)
 
 
-def _groups(problem: Problem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
-    """What can be left out: by kind, each group's name and its masks, one per data set."""
+def _groups(problem: LawProblem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
+    """Groups of points that can be left out: by kind, each group's name and its masks, one per data set."""
     data = problem.data
     by_kind = {"pressure": pressure_levels(data)}
     if any(d.curve.dtype.kind != "f" for d in data):

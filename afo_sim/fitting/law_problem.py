@@ -1,4 +1,4 @@
-"""What is fitted to what: a law, its free and held parameters, the data, and its predictions of them."""
+"""A static fit as it is posed: law, free and held parameters, data, and the law's predictions of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,8 +26,8 @@ NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws t
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What is fitted to what: a law, its free parameters, the values of the others, the data."""
+class LawProblem:
+    """A law, its free parameters, the values of the others, and the data that they are fitted to."""
 
     law: Law
     data: tuple[Measured, ...]
@@ -36,7 +36,7 @@ class Problem:
     loss: Loss = "linear"
 
     def describe(self, name: str) -> LawParameter:
-        """What a free or fixed parameter is."""
+        """The description of a free or fixed parameter."""
         return _describe(self.law, name)
 
     @property
@@ -81,7 +81,7 @@ def pose(
     free: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
     loss: Loss = "linear",
-) -> Problem:
+) -> LawProblem:
     """Decide what of a law is free, from the data and from what the caller says.
 
     Parameters
@@ -106,11 +106,28 @@ def pose(
             nearest=nearest_name(law_name, [*LAWS, "all"]),
         )
     law, given = LAWS[law_name], dict(fixed or {})
+    changes = data[0].contraction is None
+    _require_sensible(law, data, free, given)
+    _require_possible(law, given)
+    given = _stated(data, [*free, *given]) | given
+    wanted = [*law.fitted, *free]
+    if changes and "braid_angle" in law.fitted:
+        wanted.append("end_length")
+    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
+    problem = LawProblem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
+    _require_enough(problem)
+    return problem
+
+
+def _require_sensible(
+    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
+) -> None:
+    """Refuse parameters that the law does not have, or that have no effect on these data."""
     known = [*(p.name for p in law.parameters), *GEOMETRY]
     for name in (*free, *given):
         if name not in known:
             raise InputError(
-                f"is no parameter of {law_name}",
+                f"is no parameter of {law.name}",
                 field="free" if name in free else "fixed",
                 value=name,
                 allowed=", ".join(known),
@@ -122,22 +139,12 @@ def pose(
             field="force",
             allowed="forces in all files, or loads in all files",
         )
-    changes = data[0].contraction is None
-    if not changes and "end_length" in (*free, *given):
+    if data[0].contraction is not None and "end_length" in (*free, *given):
         raise InputError(
             "has no effect where contraction ratios were measured",
             field="free" if "end_length" in free else "fixed",
             value="end_length",
         )
-    _require_possible(law, given)
-    given = _stated(data, [*free, *given]) | given
-    wanted = [*law.fitted, *free]
-    if changes and "braid_angle" in law.fitted:
-        wanted.append("end_length")
-    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
-    problem = Problem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
-    _require_enough(problem)
-    return problem
 
 
 def _describe(law: Law, name: str) -> LawParameter:
@@ -158,7 +165,7 @@ def _require_possible(law: Law, given: Mapping[str, float]) -> None:
 
 
 def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
-    """What the headers state of the braid: it is held, unless it is asked to be free."""
+    """The braid's numbers that headers state: they are held, unless they are asked to be free."""
     found: dict[str, float] = {}
     for name in GEOMETRY:
         values = {d.facts[name] for d in data if name in d.facts}
@@ -209,7 +216,7 @@ def telling(data: Sequence[Measured]) -> int:
     return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in data)
 
 
-def _require_enough(problem: Problem) -> None:
+def _require_enough(problem: LawProblem) -> None:
     points = telling(problem.data)
     file = problem.data[0].file
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
@@ -251,8 +258,8 @@ def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
     return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
 
 
-def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np.ndarray:
-    """What the law says where the data were measured: force [N], or change of length [m]."""
+def predict(problem: LawProblem, values: Mapping[str, float], data: Measured) -> np.ndarray:
+    """The law's force [N], or change of length [m], where the data were measured."""
     everything = {**problem.fixed, **values}
     total = data.facts.get("total_length", NOMINAL_LENGTH)
     active = total - (everything["end_length"] if data.contraction is None else 0.0)
@@ -266,11 +273,11 @@ def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np
 
 
 def measurements(data: Sequence[Measured]) -> np.ndarray:
-    """What was measured, end to end: forces [N], or changes of length [m]."""
+    """The measured forces [N], or changes of length [m], of all data end to end."""
     return np.concatenate([_measurement(d) for d in data])
 
 
-def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
     """Prediction less measurement over several data sets [N or m].
 
     A slack muscle is predicted as the gauge reads it, max(F, 0).
@@ -284,7 +291,7 @@ def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measure
     return np.concatenate(parts)
 
 
-def agreed_slack(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+def agreed_slack(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
     """Readings of a slack muscle that the law, too, says is slack: they tell nothing of its parameters."""
     parts = [
         np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)

@@ -1,6 +1,5 @@
 """A builder's own log of a device: a CSV of time, angle, pressures, forces, as columns of a recording."""
 
-import os
 import pathlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import Table, number, read_facts, read_table, scale_of, split_title, table_of
+from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
 from afo_sim.description.scenario import Scenario
@@ -65,7 +64,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Log:
-    """What was measured on a device, on its own clock [s]."""
+    """Measurements on a device, on its own clock [s]."""
 
     file: pathlib.Path
     time: np.ndarray
@@ -108,8 +107,7 @@ def read_log(data: Any, scenario: Scenario) -> Log:
         A column or unit is missing or unknown, a value is no finite number, times do not increase or lie
         outside the scenario, or there are too few samples.
     """
-    on_disk = isinstance(data, str | os.PathLike)
-    table = read_table(pathlib.Path(data), EXAMPLE) if on_disk else table_of(data, "log")
+    table = table_of(data, EXAMPLE, "log")
     file = table.file
     titles = [_meaning(table, title, scenario) for title in table.titles]
     _require(table, titles)
@@ -131,7 +129,7 @@ Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and
 
 
 def _meaning(table: Table, title: str, scenario: Scenario) -> Meaning:
-    """What a title stands for."""
+    """The columns that a title stands for, and its unit."""
     name = " ".join(split_title(title)[0].split())
     known = dict(_names(scenario))
     if name not in known:

@@ -21,7 +21,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.fitting.identifiability import Estimate, intervals, refused, rms, verdict
 from afo_sim.fitting.run_misfit import Errors, channel_errors, doubts
 from afo_sim.fitting.run_parameter import Parameter
-from afo_sim.fitting.run_problem import HELD_OUT, Problem, differences, pose, run_at
+from afo_sim.fitting.run_problem import HELD_OUT, RunProblem, differences, pose, run_at
 from afo_sim.fitting.run_search import AT_BOUND, Progress, Search
 from afo_sim.simulation.recording import Recording
 
@@ -35,7 +35,7 @@ class FitRun:
     `forecast` is the fit to the part of the log that was seen when the rest was held out: values and run.
     """
 
-    problem: Problem
+    problem: RunProblem
     values: dict[str, float]
     interval: dict[str, tuple[float, float] | None]
     correlation: np.ndarray
@@ -50,7 +50,7 @@ class FitRun:
 
     @property
     def identifiable(self) -> bool:
-        """Whether the log tells every parameter."""
+        """True where the log tells every parameter."""
         return not self.verdict
 
     @functools.cached_property
@@ -140,7 +140,7 @@ def fit_run(
     return solve(pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out), report)
 
 
-def solve(problem: Problem, report: Progress = lambda text: None) -> FitRun:
+def solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
     """The fit of a posed problem, see `fit_run`."""
     before = run_at(problem, problem.starts)
     search = Search(problem, report)
@@ -172,7 +172,7 @@ def solve(problem: Problem, report: Progress = lambda text: None) -> FitRun:
     )
 
 
-def _overlay(problem: Problem, run: Recording) -> FitRun:
+def _overlay(problem: RunProblem, run: Recording) -> FitRun:
     """Nothing fitted: the log over the run."""
     found = differences(problem, {}, run)
     scaled = np.concatenate([found[title] / problem.noise[title] for title in found])
@@ -182,7 +182,7 @@ def _overlay(problem: Problem, run: Recording) -> FitRun:
     )
 
 
-def _memory(problem: Problem, errors: np.ndarray) -> float:
+def _memory(problem: RunProblem, errors: np.ndarray) -> float:
     """Correlation of neighbouring errors over all channels [-]."""
     by_channel = errors.reshape(len(problem.log.channels), -1)
     square = float(np.sum(by_channel**2))
@@ -193,7 +193,7 @@ COUNTED = "independent errors (they hang together in time)"
 
 
 def _believe(
-    problem: Problem, search: Search, best: Any
+    problem: RunProblem, search: Search, best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[str, ...], float, float]:
     """95 % intervals, correlations, what the log cannot tell, memory and size of the errors.
 

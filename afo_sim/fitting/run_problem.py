@@ -1,4 +1,4 @@
-"""What is fitted to what: a scenario, its free parameters, a log; the run at given values, and its errors."""
+"""A dynamic fit as it is posed: scenario, free parameters, log; the run at given values, and its errors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ HELD_OUT = 0.3  # share of the log's time, from its end
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What is fitted to what: a scenario as plain data, its free parameters, the log and its noise [SI]."""
+class RunProblem:
+    """A scenario as plain data, its free parameters, and the log that they are fitted to; SI."""
 
     scenario: dict[str, Any]
     parameters: tuple[Parameter, ...]
@@ -31,12 +31,12 @@ class Problem:
 
     @property
     def starts(self) -> dict[str, float]:
-        """What each parameter is before the fit [SI]."""
+        """Each parameter's value before the fit [SI]."""
         return {p.name: p.start for p in self.parameters}
 
     @property
     def seen(self) -> np.ndarray:
-        """Which samples the held-out error is fitted on."""
+        """Mask of the samples that are fitted when the rest is held out."""
         first, last = self.log.time[[0, -1]]
         return self.log.time <= last - self.hold_out * (last - first)
 
@@ -54,7 +54,7 @@ def pose(
     sets: Mapping[str, Any] | None = None,
     noise: Mapping[str, Any] | None = None,
     hold_out: float = HELD_OUT,
-) -> Problem:
+) -> RunProblem:
     """Read a log against a scenario, and find what is to be fitted.
 
     Parameters
@@ -76,7 +76,7 @@ def pose(
     scenario = load("scenario", source, sets)
     log = read_log(data, scenario)
     parameters = find_parameters(names, scenario)
-    problem = Problem(scenario.resolved(), parameters, log, read_noise(log, dict(noise or {})), hold_out)
+    problem = RunProblem(scenario.resolved(), parameters, log, read_noise(log, dict(noise or {})), hold_out)
     samples = int(problem.seen.sum()) * len(log.channels)
     if samples <= len(names):
         raise InputError(
@@ -87,7 +87,7 @@ def pose(
     return problem
 
 
-def run_at(problem: Problem, values: Values) -> Recording:
+def run_at(problem: RunProblem, values: Values) -> Recording:
     """The run with other values, at every step, as far as the log goes.
 
     Raises
@@ -111,7 +111,7 @@ def run_at(problem: Problem, values: Values) -> Recording:
     return make_recording(built, control, rollout)
 
 
-def differences(problem: Problem, values: Values, recording: Recording) -> dict[str, np.ndarray]:
+def differences(problem: RunProblem, values: Values, recording: Recording) -> dict[str, np.ndarray]:
     """Run less log at the log's times, by channel [SI]."""
     time = problem.log.time - values.get("time_offset", 0.0)
     return {c.title: c.simulated(recording, time) - c.values for c in problem.log.channels}

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.fitting.identifiability import rms
-from afo_sim.fitting.run_problem import Problem, differences, run_at
+from afo_sim.fitting.run_problem import RunProblem, differences, run_at
 
 Progress = Callable[[str], None]
 # Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
@@ -28,7 +28,7 @@ MOST_RUNS = 40  # beside those of the finite differences
 class Search:
     """Least squares over runs; counts them, and remembers what a search cannot return."""
 
-    def __init__(self, problem: Problem, report: Progress):
+    def __init__(self, problem: RunProblem, report: Progress):
         self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
         self.reach = np.array([1.0 if p.kind.logarithmic else LINEAR for p in problem.parameters])
         kinds = [p.kind for p in problem.parameters]
@@ -98,7 +98,7 @@ class Search:
         return long, np.linalg.norm(long - short, axis=0) > ROUGH * sizes
 
     def settled(self, best: Any) -> bool:
-        """Whether a further step would explain next to nothing; at a bound there is none to take."""
+        """True where a further step would explain next to nothing; at a bound there is none to take."""
         away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
         if not away.any():
             return True

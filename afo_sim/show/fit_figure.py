@@ -54,7 +54,7 @@ def _figure(fits: Sequence[LawFit]) -> Any:
     return figure
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A user's text without what Matplotlib would read as mathematics."""
     return text.replace("$", r"\$")
 
@@ -81,7 +81,7 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
             slack = np.zeros(len(points), dtype=bool) if points.slack is None else points.slack
             axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
             axis.plot(x[slack], points.force[slack], "o", ms=4, mfc="none", color=colour)  # type: ignore[index]
-    axis.set_title(_plain(data.name))
+    axis.set_title(plain(data.name))
     axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
     axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
     if data.loaded and data.contraction is not None:

@@ -8,6 +8,7 @@ from afo_sim.fitting.log import Channel
 from afo_sim.fitting.run_fit import FitRun
 from afo_sim.fitting.run_problem import differences
 from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.fit_figure import plain
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 SPARSE = 150  # samples: fewer are drawn one by one
@@ -49,11 +50,6 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
     return written
 
 
-def _plain(text: str) -> str:
-    """A user's text without what Matplotlib would read as mathematics."""
-    return text.replace("$", r"\$")
-
-
 def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     time = fit.problem.log.time
     look: dict[str, Any] = (
@@ -63,7 +59,7 @@ def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     for label, run, values, look in _runs(fit):
         simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
         axis.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
-    axis.set_ylabel(f"{_plain(channel.title)}\n[{_plain(channel.unit)}]")
+    axis.set_ylabel(f"{plain(channel.title)}\n[{plain(channel.unit)}]")
 
 
 def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
@@ -78,7 +74,7 @@ def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
         missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
         label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"
         axis.plot(time[~seen], missed, color=FORECAST, lw=0.8, label=label, zorder=3)
-    axis.set_ylabel(f"[{_plain(channel.unit)}]")
+    axis.set_ylabel(f"[{plain(channel.unit)}]")
 
 
 def _runs(fit: FitRun) -> list[tuple[str, Any, dict[str, float], dict[str, Any]]]:

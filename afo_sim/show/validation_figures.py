@@ -41,7 +41,7 @@ def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
-    check_writable(folder, "--figures")
+    check_writable(folder, "folder")
     written = []
     with matplotlib.rc_context(STYLE):
         for name, (size, fill) in FIGURES.items():

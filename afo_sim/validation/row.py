@@ -138,7 +138,7 @@ def contradicted(
 
 
 def lost(source: str, quantity: str, why: str) -> Row:
-    """What the paper once said and its text no longer holds. Nothing stands in for it."""
+    """A number that the paper printed and its text no longer holds. Nothing stands in for it."""
     return Row(source, quantity, None, None, None, None, "", NOT_RECOVERABLE, True, "lost", why)
 
 

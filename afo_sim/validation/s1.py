@@ -1,4 +1,4 @@
-"""What Keerthana et al. (S1) printed: bench and simulation tables, two models, and 37 %."""
+"""Keerthana et al. (S1): bench and simulation tables, two models, and 37 %."""
 
 import math
 
