@@ -34,21 +34,14 @@ PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "t
 FACES = {"__init__.py", "__main__.py", "pytest_plugin.py"}  # of the package: they may open any room
 # Arrows that still run upward, and circles that are still closed.
 UPWARD: set[tuple[str, str]] = {
-    ("afo_sim.bench.command", "afo_sim.show.stand_files"),
-    ("afo_sim.bench.static_load", "afo_sim.show.figure"),
-    ("afo_sim.bench.static_load", "afo_sim.show.stand_figure"),
     ("afo_sim.fitting.law_files", "afo_sim.show.figure"),
     ("afo_sim.fitting.run_files", "afo_sim.show.log_figure"),
-    ("afo_sim.gait.readers.importing", "afo_sim.show.gait_figure"),
-    ("afo_sim.simulation.compare", "afo_sim.show.figure"),
-    ("afo_sim.simulation.compare", "afo_sim.show.rerun"),
     ("afo_sim.simulation.files", "afo_sim.show.rerun"),
     ("afo_sim.simulation.recording", "afo_sim.show.rerun"),
     ("afo_sim.study.search.runner", "afo_sim.show.search_figure"),
     ("afo_sim.study.words", "afo_sim.show.report_figure"),
 }
 CIRCLES: set[frozenset[str]] = {
-    frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),
     frozenset({"afo_sim.gait.checks", "afo_sim.gait.cycle"}),
     frozenset({f"afo_sim.simulation.{name}" for name in ("files", "recording", "rollout")}),
 }

@@ -68,13 +68,14 @@ def compare(
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
+        from afo_sim.show.compare import write
         from afo_sim.simulation import compare as comparing
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
         check_writable(folder)
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
-        comparing.write(runs, folder, rrd=rrd)
+        write(runs, folder, rrd=rrd)
     for title, header, rows in comparing.tables(runs):
         print_table(title, header, rows)
     for name, recording in runs.items():
@@ -118,6 +119,7 @@ def torque_map_command(
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
+        from afo_sim.show.torque_map import draw
 
         built = build(load("scenario", scenario, values))
         check_writable(out)
@@ -130,8 +132,7 @@ def torque_map_command(
         with replacing(out / "torque_map.csv") as path:
             tm.write_csv(maps, path)
         for suffix in ("png", "pdf"):
-            with replacing(out / f"torque_map.{suffix}") as path:
-                tm.draw(maps, path, title, suffix)
+            draw(maps, out / f"torque_map.{suffix}", title)
         answers = tm.answer(maps, supply)
     _print_torque_maps(maps, answers, supply, out)
     for warning in warnings:

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
-from afo_sim.show.rerun import curves, events, scene, texts, walk_scene
+import afo_sim.show.rerun.curves as curves
+import afo_sim.show.rerun.events as events
+import afo_sim.show.rerun.scene as scene
+import afo_sim.show.rerun.texts as texts
+import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.show.rerun.clock import GAIT
 from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recording, require_rows
