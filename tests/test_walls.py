@@ -34,12 +34,12 @@ PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "t
 FACES = {"__init__.py", "__main__.py", "pytest_plugin.py"}  # of the package: they may open any room
 # Arrows that still run upward, and circles that are still closed.
 UPWARD: set[tuple[str, str]] = {
-    ("afo_sim.fitting.law_files", "afo_sim.show.figure"),
+    ("afo_sim.fitting.law_files", "afo_sim.show.style"),
     ("afo_sim.fitting.run_files", "afo_sim.show.log_figure"),
     ("afo_sim.simulation.files", "afo_sim.show.rerun"),
     ("afo_sim.simulation.recording", "afo_sim.show.rerun"),
     ("afo_sim.study.search.runner", "afo_sim.show.search_figure"),
-    ("afo_sim.study.words", "afo_sim.show.report_figure"),
+    ("afo_sim.study.words", "afo_sim.show.style"),
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.gait.checks", "afo_sim.gait.cycle"}),
@@ -133,9 +133,9 @@ def test_table_of_rooms_runs_downward() -> None:
 
 
 def test_walls_tell_a_broken_rule() -> None:
-    graph = {"afo_sim.physics.law": {"afo_sim.show.figure"}, "afo_sim.show.figure": {"afo_sim.physics.law"}}
-    MODULES.setdefault("afo_sim.show.figure", PACKAGE / "show" / "figure.py")
-    assert upward(graph) == {("afo_sim.physics.law", "afo_sim.show.figure")}
+    graph = {"afo_sim.physics.law": {"afo_sim.show.style"}, "afo_sim.show.style": {"afo_sim.physics.law"}}
+    MODULES.setdefault("afo_sim.show.style", PACKAGE / "show" / "style.py")
+    assert upward(graph) == {("afo_sim.physics.law", "afo_sim.show.style")}
     assert circles(graph) == {frozenset(graph)}
 
 

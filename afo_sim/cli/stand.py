@@ -85,8 +85,10 @@ def stand_command(
 
 # Options are named after the arguments of `stand`, but for these.
 OPTIONS = {"sets": "--set", "test": "TEST", "muscle": "MUSCLE"}
-ARGUMENTS = ("test", "muscle", "law", "friction", "pressure", "load", "contraction", "length", "valve")
-ARGUMENTS += ("supply", "time", "static", "compare", "sets", "out")
+ARGUMENTS = frozenset(OPTIONS) | set(
+    ["law", "friction", "pressure", "load", "contraction", "length", "valve"]
+)
+ARGUMENTS |= set(["supply", "time", "static", "compare", "out"])
 
 
 @contextmanager

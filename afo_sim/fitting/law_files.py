@@ -17,7 +17,7 @@ from afo_sim.common.writing import replacing
 from afo_sim.description import reader
 from afo_sim.fitting.law_fit import Fit, rms
 from afo_sim.fitting.law_problem import NOMINAL_LENGTH, predict, pressure_levels, take
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE
 
 LIKE = "s1_215mm"  # whose damping, masses and stiffness a fitted muscle takes over, unless told
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from afo_sim.fitting.log import Channel
 from afo_sim.fitting.run_fit import FitRun, differences
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 SPARSE = 150  # samples: fewer are drawn one by one

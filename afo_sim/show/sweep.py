@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.show import sweep_figures as figures
-from afo_sim.show.figure import RESOLUTION, STYLE
+from afo_sim.show.style import RESOLUTION, STYLE
 from afo_sim.study import analysis, pareto, sobol
 from afo_sim.study.analysis import Effect
 from afo_sim.study.results import Results

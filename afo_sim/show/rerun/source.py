@@ -57,6 +57,13 @@ class Source:
         """Whether recorded walking drives the run."""
         return "gait/phase" in self.columns
 
+    @property
+    def body_mass(self) -> float:
+        """Of the patient, or else of the leg's body [kg]."""
+        patient = self.scenario.patient
+        told = None if patient is None else patient.body_mass
+        return float(self.scenario.leg.body_mass if told is None else told)
+
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""
         parts = (c.split("/") for c in self.columns)

@@ -16,12 +16,11 @@ import rerun as rr
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import cycle as gait
-from afo_sim.metrics.strides import stance_force
+from afo_sim.metrics.strides import loaded, stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.rerun.clock import GAIT, send, strides
-from afo_sim.show.rerun.events import STANCE_FORCE
 from afo_sim.show.rerun.scene import Stage, log_body, replay
 from afo_sim.show.rerun.source import Columns, Source
 from afo_sim.show.sole import sole_thickness
@@ -172,9 +171,9 @@ class Walker:
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The ground's force at the centre of pressure; nothing in swing."""
-        stands = block["ground/force/z"] >= STANCE_FORCE
+        stands = loaded(block["ground/force/z"], self.source.body_mass)
         force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
-        vectors = force * (ARROW / weight(self.source))
+        vectors = force * (ARROW / (GRAVITY * self.source.body_mass))
         level = np.full((len(force), 2), (SIDE, self._ground))
         origins = np.column_stack([block["ground/position/x"], level])
         arrow = rr.Arrows3D.columns(
@@ -199,7 +198,7 @@ class Walker:
 
         The viewer shows those of the last stride.
         """
-        swings = block[stance_force(self.source.columns)] < STANCE_FORCE
+        swings = ~loaded(block[stance_force(self.source.columns)], self.source.body_mass)
         for entity in self.trails:
             name = entity.rsplit("/", 1)[1]
             x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
@@ -227,10 +226,3 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
     arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[ARROW_COLOUR])
     stream.log(f"{root}/ground_force", arrow, static=True)
-
-
-def weight(source: Source) -> float:
-    """Body weight that the ground force of a run is scaled with [N]."""
-    patient, leg = source.scenario.patient, source.scenario.leg
-    told = None if patient is None else patient.body_mass
-    return GRAVITY * (leg.body_mass if told is None else told)
