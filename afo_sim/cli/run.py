@@ -140,7 +140,9 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items()]
+    from afo_sim.show.numbers import printed
+
+    rows = [[name, printed(name, m), m.unit] for name, m in recording.metrics.items()]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
     for warning in recording.warnings:
         print(f"warning: {warning}")

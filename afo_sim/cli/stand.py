@@ -85,10 +85,8 @@ def stand_command(
 
 # Options are named after the arguments of `stand`, but for these.
 OPTIONS = {"sets": "--set", "test": "TEST", "muscle": "MUSCLE"}
-ARGUMENTS = frozenset(OPTIONS) | set(
-    ["law", "friction", "pressure", "load", "contraction", "length", "valve"]
-)
-ARGUMENTS |= set(["supply", "time", "static", "compare", "out"])
+ARGUMENTS = frozenset(OPTIONS) | {"law", "friction", "pressure", "load", "contraction", "length"}
+ARGUMENTS |= {"valve", "supply", "time", "static", "compare", "out"}
 
 
 @contextmanager

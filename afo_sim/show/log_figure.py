@@ -5,7 +5,7 @@ from typing import Any
 
 from afo_sim.fitting.log import Channel
 from afo_sim.fitting.run_fit import FitRun, differences
-from afo_sim.show.style import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 SPARSE = 150  # samples: fewer are drawn one by one
@@ -50,7 +50,7 @@ def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     for label, run, values, look in _runs(fit):
         simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
         axis.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
-    axis.set_ylabel(f"{channel.title}\n[{channel.unit}]")
+    axis.set_ylabel(f"{plain(channel.title)}\n[{channel.unit}]")
 
 
 def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
