@@ -117,24 +117,17 @@ def stand(
     """
     given = {"pressure": pressure, "load": load, "contraction": contraction, "length": length}
     amounts = {name: _several(value) for name, value in given.items()}
-    kinds = _kinds(test, [*(name for name, values in amounts.items() if values), *(["valve"] * bool(valve))])
+    kinds = _kinds(test, [name for name, values in {**amounts, "valve": valve}.items() if values])
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
     muscles = list(_muscles(muscle, _several(law), _several(friction), sets or {}))
-    told = _Told(test, amounts, _laboratory(supply, valve), _amount("time", time), data)
-    trials = []
-    for kind in kinds:
-        for number, one in enumerate(muscles, 1):
-            what = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}"
-            progress = None if report is None else functools.partial(_forward, report, what)
-            if progress is not None:
-                progress(0, 0)
-            trials.append(_trial(told, kind, one, static, progress))
+    conditions = _Conditions(test, amounts, _laboratory(supply, valve), _amount("time", time), data)
+    trials = tuple(_trials(conditions, kinds, muscles, static, report))
     compared = tuple(compare_trial(trial, data) for trial in trials) if data is not None else ()
-    return Stand(tuple(trials), compared)
+    return Stand(trials, compared)
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Conditions:
     """The conditions of all trials of one call."""
 
     test: str
@@ -142,6 +135,22 @@ class _Told:
     laboratory: Laboratory
     duration: float | None  # [s]
     data: Measured | None
+
+
+def _trials(
+    conditions: _Conditions,
+    kinds: Sequence[str],
+    muscles: Sequence[Muscle],
+    static: bool,
+    report: Callable[[int, int, str], None] | None,
+) -> Iterator[Trial]:
+    for kind in kinds:
+        for number, muscle in enumerate(muscles, 1):
+            what = f"{kind} {number} of {len(muscles)}: {muscle.name}, {muscle.law}"
+            progress = None if report is None else functools.partial(_forward, report, what)
+            if progress is not None:
+                progress(0, 0)
+            yield _trial(conditions, kind, muscle, static, progress)
 
 
 def _several(value: Any) -> tuple[Any, ...]:
@@ -194,17 +203,23 @@ def _laboratory(supply: Amount | None, valve: str | None) -> Laboratory:
 
 
 def _trial(
-    told: _Told, kind: str, muscle: Muscle, static: bool, progress: Callable[[int, int], None] | None
+    conditions: _Conditions,
+    kind: str,
+    muscle: Muscle,
+    static: bool,
+    progress: Callable[[int, int], None] | None,
 ) -> Trial:
     try:
-        plan = stand_trial.PLANS[kind](muscle, laboratory=told.laboratory, **_arguments(told, kind, muscle))
+        plan = stand_trial.PLANS[kind](
+            muscle, laboratory=conditions.laboratory, **_arguments(conditions, kind, muscle)
+        )
         return stand_trial.static(plan) if static else stand_trial.run(plan, progress)
     except InputError as error:
         if error.field not in UNITS:
             raise
         field, value = error.field, error.value
-        if field == "contraction" and told.amounts["length"]:
-            field, value = "length", ", ".join(map(str, told.amounts["length"]))
+        if field == "contraction" and conditions.amounts["length"]:
+            field, value = "length", ", ".join(map(str, conditions.amounts["length"]))
         raise InputError(
             f"{error.problem} ({muscle.name}, {kind})",
             field=field,
@@ -214,24 +229,25 @@ def _trial(
         ) from None
 
 
-def _arguments(told: _Told, kind: str, muscle: Muscle) -> dict[str, Any]:
+def _arguments(conditions: _Conditions, kind: str, muscle: Muscle) -> dict[str, Any]:
     """The arguments of a kind's plan, from amounts and from measured points."""
     pressures, loads, contractions = (
-        [_number(name, value) for value in told.amounts[name]] for name in ("pressure", "load", "contraction")
+        [_number(name, value) for value in conditions.amounts[name]]
+        for name in ("pressure", "load", "contraction")
     )
-    lengths = [_number("length", value) for value in told.amounts["length"]]
+    lengths = [_number("length", value) for value in conditions.amounts["length"]]
     contractions += [1.0 - length / muscle.nominal_length for length in lengths]
-    found: dict[str, Any] = {} if told.duration is None else {"duration": told.duration}
+    found: dict[str, Any] = {} if conditions.duration is None else {"duration": conditions.duration}
     if kind in ("step", "release"):
         found |= {"pressures": pressures or None, "load": _one("load", loads)}
         held = _one("contraction", contractions)
         return found if held is None else found | {"contraction": held}
-    measured = points_of(kind, told.data, muscle) if told.data is not None else {}
+    measured = points_of(kind, conditions.data, muscle) if conditions.data is not None else {}
     name = POINTS[kind]
     points = {"pressure": pressures, "load": loads, "contraction": contractions}[name]
     found[f"{name}s"] = points or measured.get("points")
     if kind == "isobaric":
-        found["span"] = _span(contractions, 0.0) if told.test != "all" else None
+        found["span"] = _span(contractions, 0.0) if conditions.test != "all" else None
         if found["span"] is None and "span" in measured:
             found["span"] = (measured["span"][0], None)
     else:

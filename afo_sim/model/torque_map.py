@@ -76,7 +76,7 @@ def require_angles(built: Built, angles: np.ndarray) -> None:
 
 
 def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[str]:
-    """Where the map goes beyond what a muscle may be asked for."""
+    """Warnings of pressures beyond a muscle's limit."""
     found = []
     for entry in maps:
         for name, group in built.scenario.orthosis.muscles_of(entry.chamber).items():

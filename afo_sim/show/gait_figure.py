@@ -1,4 +1,4 @@
-"""A gait cycle on one page: what was understood, to be looked at before it is believed."""
+"""A gait cycle on one page, for a look before it is used."""
 
 import functools
 import itertools

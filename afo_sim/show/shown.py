@@ -41,7 +41,7 @@ class Shown:
 
     @property
     def walks(self) -> bool:
-        """Whether recorded walking drove this run."""
+        """True where recorded walking drove this run."""
         return "gait/phase" in self.recording.columns
 
     @property
@@ -70,7 +70,7 @@ class Shown:
 
     @property
     def has_orthosis(self) -> bool:
-        """Whether the run has muscles."""
+        """True where the run has muscles."""
         return has_orthosis(self.recording.columns)
 
     @property

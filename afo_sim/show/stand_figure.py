@@ -117,7 +117,7 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
 
 
 def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
-    """The curves, and what the line styles mean."""
+    """The curves and the meaning of the line styles."""
     from matplotlib.lines import Line2D
 
     handles, _ = axis.get_legend_handles_labels()

@@ -285,7 +285,7 @@ def _some(count: int) -> np.ndarray:
 
 
 def _dots(count: int) -> dict[str, Any]:
-    """How cases look: the fewer, the larger."""
+    """The look of a case's dot: the fewer cases, the larger."""
     return CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}
 
 

@@ -186,6 +186,17 @@ def test_every_metric_has_words_of_its_own(folders: dict[str, pathlib.Path]) -> 
     assert words("something_new").label == "something new"
 
 
+def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, pathlib.Path]) -> None:
+    (sitting,) = read_runs([folders["sitting"]])
+    never = sitting.recording.metrics | {"rise_time": Metric(float("nan"), "s")}
+    still = never | {"range_of_motion": Metric(3e-14, "deg")}
+    runs = [dataclasses.replace(sitting, recording=dataclasses.replace(sitting.recording, metrics=still))]
+    text = Reader(page([*runs, sitting])).text
+    assert "– (never rises)" in text
+    assert "– (does not move)" in text
+    assert "nan" not in text.lower().split()
+
+
 def test_every_stride_has_its_numbers(compared: str, folders: dict[str, pathlib.Path]) -> None:
     assert compared.count("<details>") == 2
     run = read_runs([folders["worn"]])[0].recording

@@ -1,4 +1,4 @@
-"""What happens when: lanes of valves, stance and strides, and the list of events."""
+"""Events over time: lanes of valves, stance and strides, and the list of events."""
 
 import numpy as np
 import rerun as rr
@@ -17,7 +17,7 @@ Change = tuple[float, str]  # time [s], the state from then on
 
 
 class EventFinder:
-    """Collects, block by block, what changes state, and the peaks of a run."""
+    """Collects the changes of state and the peaks of a run, block by block."""
 
     def __init__(self, source: Source):
         self.valves, self.walks = source.named("valve"), source.walks
@@ -31,7 +31,7 @@ class EventFinder:
 
     @property
     def columns(self) -> list[str]:
-        """The columns that `see` looks at."""
+        """The columns that `see` reads."""
         walking = (*GAIT, self._stance, "toe/height") if self.walks else ()
         valves = (f"valve/{valve}/opening" for valve in self.valves)
         return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking]

@@ -58,7 +58,7 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
 
 
 def _shown(source: Source) -> Shown:
-    """How a run is shown of which only the beginning is there."""
+    """The view of a run that has only begun."""
     view = scene.stage(source)
     walker = None
     if source.walks:

@@ -46,7 +46,7 @@ class Source:
 
     @property
     def cycle(self) -> float:
-        """What is played over and over: the timer's period, or the whole run in walking [s]."""
+        """Duration of the viewer's loop: the timer's period, or the whole run in walking [s]."""
         timer = self.scenario.timer
         if timer is None or self.walks:
             return float(self.scenario.duration)
@@ -54,7 +54,7 @@ class Source:
 
     @property
     def walks(self) -> bool:
-        """Whether recorded walking drives the run."""
+        """True where recorded walking drives the run."""
         return "gait/phase" in self.columns
 
     @property

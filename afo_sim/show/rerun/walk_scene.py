@@ -1,10 +1,9 @@
 """Walking in space: floor, ground force, trails of the sole, and the healthy foot as a ghost.
 
-The camera rides beside the walker on a carriage of even speed, so that the floor passes by and the leg
-swings to and fro in the picture, as a person who walks along sees it. All that walks keeps its true place
-on the floor; of several runs each is shown relative to its own carriage, so that they stay together
-whatever their cadence. What is worn under the foot is a shoe's sole, which lifts the whole body: the floor,
-and all that is drawn at it, lies lower by its thickness.
+The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
+fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
+relative to their own carriages and stay together at any cadence. Parts worn under the foot count as a shoe's
+sole, which lifts the whole body: the floor lies lower by its thickness.
 """
 
 from dataclasses import dataclass
@@ -118,7 +117,7 @@ class Walker:
 
     @property
     def floor_height(self) -> float:
-        """Where the floor is drawn [m]."""
+        """Height at which the floor is drawn [m]."""
         return self._ground if self.floor is None else self.floor
 
     @property
@@ -213,7 +212,7 @@ class Walker:
 
 
 def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
-    """What does not change over a walk, once."""
+    """Log once all that does not change over a walk."""
     root = walker.view.root
     for trail in walker.trails:
         stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
