@@ -14,7 +14,7 @@ from afo_sim.fitting.law_muscle import residual_unit
 from afo_sim.fitting.law_problem import predict, pressure_levels, take
 from afo_sim.fitting.law_ranking import kinds
 from afo_sim.fitting.law_result import StaticFit
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -52,11 +52,6 @@ def _figure(fits: Sequence[LawFit]) -> Any:
         _draw_ranking(axes[-1], fits)
     figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
     return figure
-
-
-def plain(text: str) -> str:
-    """A user's text without what Matplotlib would read as mathematics."""
-    return text.replace("$", r"\$")
 
 
 def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
