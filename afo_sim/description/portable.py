@@ -1,4 +1,4 @@
-"""A scenario that may move with its folder: its files lie beside it, shipped ones are told by shipped path."""
+"""A scenario that may move with its folder: own files lie beside it, shipped ones keep their shipped name."""
 
 import copy
 import pathlib
@@ -11,7 +11,7 @@ from afo_sim.common import assets
 from afo_sim.description.reader import SCENARIO_FILES
 
 BESIDE = "files"  # folder of what is copied
-DIRECTORIES = {
+ASSETS = {
     "mesh": ("meshdir", "assetdir"),
     "hfield": ("assetdir",),
     "texture": ("texturedir", "assetdir"),
@@ -71,7 +71,7 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
         named = node.get("file") or node.get("filename")
         if not named:
             continue
-        place = next((compiler[d] for d in DIRECTORIES.get(node.tag, ()) if d in compiler), "")
+        place = next((compiler[d] for d in ASSETS.get(node.tag, ()) if d in compiler), "")
         part = (file.parent / place / named).resolve()
         if not part.is_file() or not part.is_relative_to(file.parent):
             return None

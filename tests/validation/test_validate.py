@@ -127,7 +127,7 @@ def test_numbers_that_are_known_otherwise(rows: list[Row]) -> None:
 
 def test_readme_shows_this_table(rows: list[Row]) -> None:
     shown = README.partition(BEGIN)[2].partition(END)[0]
-    how = 'python -c "from afo_sim.validation.table import *; print(markdown(validate()))"'
+    how = 'python -c "from afo_sim.validate import *; print(markdown(validate()))"'
     assert shown.strip() == validate.markdown(rows).strip(), f"put what this prints into the README: {how}"
 
 
