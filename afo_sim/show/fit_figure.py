@@ -75,7 +75,8 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
             axis.plot(grid, predict(fit.problem, fit.values, line), color=colour)
             slack = np.zeros(len(points), dtype=bool) if points.slack is None else points.slack
             axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
-            axis.plot(x[slack], points.force[slack], "o", ms=4, mfc="none", color=colour)  # type: ignore[index]
+            hollow = {"mfc": "white", "color": colour, "clip_on": False, "zorder": 3}
+            axis.plot(x[slack], points.force[slack], "o", ms=4, **hollow)  # type: ignore[index]
     axis.set_title(plain(data.name))
     axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
     axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
