@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar, overload
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
@@ -16,6 +17,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
 from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.tree import SCENARIO_FILES as SCENARIO_FILES
 from afo_sim.description.tree import Path, Tree, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
 from afo_sim.description.walking import Patient
@@ -98,17 +100,10 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
 
 def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
-    if isinstance(source, Mapping):
-        file, root = None, copy.deepcopy(dict(source))
-    elif isinstance(source, str | os.PathLike):
-        file = assets.find(kind, os.fspath(source))
-        root = read_table(kind, file)
-    else:
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
-    tree = Tree(kind, file, root)
+    tree = _tree(kind, source)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
-        tree.set(key, (sets or {})[key])
+        tree.set(key, _plain((sets or {})[key]))
     tree.follow_all()
     try:
         description = SPECS[kind].model_validate(tree.root)
@@ -133,22 +128,50 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
         As `load`.
     """
     kind = next(name for name, spec in SPECS.items() if spec is type(description))
-    plain = {
-        key: value.model_dump(mode="json") if isinstance(value, BaseModel) else value
-        for key, value in sets.items()
-    }
-    found: D = read(kind, description.model_dump(mode="json"), plain).description
+    table = description.model_dump(mode="json", exclude_none=True)
+    for key in sets:
+        _say_who_set(table, *split_key(key)[0])
+    found: D = read(kind, table, sets).description
     return found
 
 
-def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+def _say_who_set(table: Any, *path: str) -> None:
+    """Name the user as the source of a number that is about to be set, where it has a source."""
+    for name in path[:-1]:
+        table = table.get(name) if isinstance(table, dict) else None
+    sources = table.get("provenance") if isinstance(table, dict) else None
+    if sources and path[-1] in sources:
+        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
+
+
+def _plain(value: Any) -> Any:
+    """Descriptions and NumPy's numbers as TOML could hold them."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+def expand(kind: str, source: Source) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
-    file = assets.find(kind, os.fspath(source))
-    tree = Tree(kind, file, read_table(kind, file))
+    tree = _tree(kind, source)
     tree.follow_all()
     if tree.unfound:
         raise _first(list(tree.unfound.values()))
     return tree.root
+
+
+def _tree(kind: str, source: Any) -> Tree:
+    """A description as it is written."""
+    if isinstance(source, Mapping):
+        return Tree(kind, None, copy.deepcopy(dict(source)))
+    if not isinstance(source, str | os.PathLike):
+        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+    file = assets.find(kind, os.fspath(source))
+    return Tree(kind, file, read_table(kind, file))
 
 
 def _first(problems: list[InputError]) -> InputError:
