@@ -30,20 +30,20 @@ if TYPE_CHECKING:
     from afo_sim.show.library import report as report
     from afo_sim.show.library import view as view
     from afo_sim.simulation.checks import expect as expect
-    from afo_sim.simulation.files import read_recording as read_recording
     from afo_sim.simulation.recording import Recording as Recording
-    from afo_sim.simulation.rollout import run as run
+    from afo_sim.simulation.recording import read_recording as read_recording
+    from afo_sim.simulation.run import run as run
     from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
-    "run": "simulation.rollout",
+    "run": "simulation.run",
     "load": "description.reader",
     "build": "model.described",
     "Scenario": "description.reader",  # which fills what `Scenario.set` asks
     "Muscle": "description.reader",
     "Recording": "simulation.recording",
     "Metric": "metrics.metric",
-    "read_recording": "simulation.files",
+    "read_recording": "simulation.recording",
     "validate": "validation.table",
     "view": "show.library",
     "report": "show.library",

@@ -1,6 +1,7 @@
 """Doctor for a user's files: what is it, is it right, what would it do."""
 
 import pathlib
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
@@ -8,25 +9,18 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
-from afo_sim.gait import cycle as gait
+from afo_sim.description.leaves import fields_of
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.reader import SPECS, load
+from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.walking import Patient
+from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build
 from afo_sim.model.mounting import lock_contraction, sweep_ankle
 from afo_sim.simulation.checks_file import read_checks
-
-# A TOML file is the kind of description whose tell-tale key it holds.
-TELLTALES = {
-    "timer": "scenario",
-    "duration": "scenario",
-    "chamber": "orthosis",
-    "muscle": "orthosis",
-    "law": "muscle",
-    "conductance": "valve",
-    "file": "leg",
-}
 
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -69,24 +63,34 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
         return _check_search(path)
     if "parameters" in table:
         return _check_sweep(path)
-    kind = next((TELLTALES[key] for key in TELLTALES if key in table), None)
-    if kind is None:
-        raise InputError(
-            "is not recognised as a description",
-            file=path,
-            allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file), a list of checks ([[check]]), a sweep ([parameters.NAME]) or a "
-            "search (with [objective])",
-        )
+    kind = _kind_of(path, table)
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]
     if kind in ("orthosis", "leg"):
         # neither runs alone: put it into the shipped scenario
         sets = {"orthosis": str(path.resolve())} if kind == "orthosis" else {"leg": str(path.resolve())}
-        if kind == "orthosis":
+        if isinstance(description, Orthosis):
             sets |= _timer_for(description)
         findings += _scenario(load("scenario", "seated", sets))
     return findings
+
+
+def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
+    """The kind of description that has most of a file's keys; of several, the file's namesake."""
+    shared = {
+        kind: len(table.keys() & fields_of(spec).keys() - {"name", "description"})
+        for kind, spec in SPECS.items()
+    }
+    kind = max(shared, key=lambda kind: (shared[kind], kind == path.stem))
+    if shared[kind] == 0:
+        raise InputError(
+            "is not recognised as a description",
+            file=path,
+            allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
+            "(conductance), leg (file), patient (dorsiflexor_strength), a list of checks ([[check]]), a "
+            "sweep ([parameters.NAME]) or a search (with [objective])",
+        )
+    return kind
 
 
 def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -163,6 +167,14 @@ def _valve(valve: Valve) -> list[tuple[str, str]]:
     return [("sonic conductance", f"{valve.conductance * 1e8:g} dm³/(s·bar)")]
 
 
+def _patient(patient: Patient) -> list[tuple[str, str]]:
+    sides = {
+        "dorsiflexors": patient.dorsiflexor_strength,
+        "plantarflexors": patient.plantarflexor_strength,
+    }
+    return [(f"strength of the {side}", f"{100 * share:g} %") for side, share in sides.items()]
+
+
 def _leg(leg: Leg) -> list[tuple[str, str]]:
     return _check_model(leg.file)
 
@@ -173,6 +185,7 @@ _FINDINGS: dict[type, Any] = {
     Muscle: _muscle,
     Valve: _valve,
     Leg: _leg,
+    Patient: _patient,
 }
 
 

@@ -32,7 +32,7 @@ from afo_sim.model.build import PASSIVE, Built, build
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.start import equilibrium
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run
+from afo_sim.simulation.run import run
 
 
 def motor_model(built: Built) -> mujoco.MjModel:

@@ -25,8 +25,9 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.model.start import walking_start
-from afo_sim.simulation.recording import Recording, make_recording
-from afo_sim.simulation.rollout import simulate
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.simulate import simulate
 from afo_sim.study import design, engine, plan, runner
 
 WALK = """
@@ -141,7 +142,7 @@ def recorded(integrator: str, step: str) -> Recording:
     built = build(load("scenario", "walk-dropfoot-afo", sets))
     built.model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
     control = schedule.controls(built)
-    return make_recording(built, control, simulate(built, control))
+    return make_recording(built, simulate(built, control))
 
 
 def accuracy(repeats: int) -> None:

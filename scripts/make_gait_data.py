@@ -21,8 +21,9 @@ import tempfile
 import numpy as np
 import scipy.io
 
-from afo_sim.gait import cycle as gait
 from afo_sim.gait.checks import examine, findings
+from afo_sim.gait.cycle import FLAT
+from afo_sim.gait.file import write
 from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.importing import Imported, cut_cycle
 from afo_sim.gait.readers.markers import Markers
@@ -92,7 +93,7 @@ def belt_speed(trial: Trial, strides: Imported) -> float:
     assert trial.markers is not None
     speeds = []
     for stride in strides.strides:
-        start, end = stride.window(gait.FLAT)
+        start, end = stride.window(FLAT)
         inside = (trial.markers.time >= start) & (trial.markers.time <= end)
         for name in ("RHEE", "RMT5"):
             x = trial.markers.positions[name][:, 0]
@@ -141,7 +142,7 @@ def main() -> None:
         )
         examine(cycle)
         path = given.out / f"gatk_stride{number}.csv"
-        gait.write(path, cycle)
+        write(path, cycle)
         print(f"\n{path}")
         for what, found in findings(cycle):
             print(f"  {what}: {found}")

@@ -11,7 +11,7 @@ import sys
 
 from afo_sim.bench import trial as stand
 from afo_sim.bench.static_load import draw_study, static_load
-from afo_sim.simulation.files import replacing
+from afo_sim.common.writing import replacing
 
 MUSCLES = ("reynolds_2003", "serres_2009")
 

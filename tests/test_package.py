@@ -6,12 +6,13 @@ import pathlib
 import re
 import subprocess
 import sys
+import textwrap
 import zipfile
 
 import pytest
+from documents import PAGES, README, TEXT
 
 ROOT = pathlib.Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def run(command: list[str], folder: pathlib.Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -22,17 +23,22 @@ def run(command: list[str], folder: pathlib.Path, **environment: str) -> subproc
     return done
 
 
-def test_readmes_python_runs(tmp_path: pathlib.Path) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", README, flags=re.S)
-    assert blocks
-    for block in blocks:
-        done = run([sys.executable, "-c", block], tmp_path)
-        assert done.stdout.startswith("ok"), done.stdout
-    assert (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
+PYTHON = [
+    pytest.param(textwrap.dedent(block), id=f"{page}-{number}")
+    for page, text in {"README": README, **PAGES}.items()
+    for number, block in enumerate(re.findall(r"^ *```python\n(.*?)```", text, flags=re.S | re.M))
+]
 
 
-def test_readmes_commands_run(tmp_path: pathlib.Path) -> None:
-    lines = re.findall(r"^    \.venv/bin/(afo-sim run .*)$", README, flags=re.M)
+@pytest.mark.parametrize("block", PYTHON)
+def test_documents_python_runs(block: str, tmp_path: pathlib.Path) -> None:
+    done = run([sys.executable, "-c", block], tmp_path)
+    assert done.stdout.startswith("ok"), done.stdout
+    assert "three-bar" not in block or (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
+
+
+def test_documents_runs_run(tmp_path: pathlib.Path) -> None:
+    lines = list(dict.fromkeys(re.findall(r"^ +\.venv/bin/(afo-sim run .*)$", TEXT, flags=re.M)))
     assert lines
     for line in lines:
         command = line.replace("afo-sim", f'"{sys.executable}" -m afo_sim', 1)
@@ -40,15 +46,15 @@ def test_readmes_commands_run(tmp_path: pathlib.Path) -> None:
     assert (tmp_path / "runs" / "slack" / "summary.json").is_file()
 
 
-def test_readme_names_every_command_and_law() -> None:
+def test_documents_name_every_command_and_law() -> None:
     from afo_sim.cli import app
     from afo_sim.physics.laws import LAWS
 
     for command in app.registered_commands:
         name = command.name or command.callback.__name__  # type: ignore[union-attr]
-        assert f"`afo-sim {name}" in README
+        assert f"`afo-sim {name}" in PAGES["commands"]
     for law in LAWS:
-        assert f"`{law}`" in README
+        assert f"`{law}`" in PAGES["physics"]
 
 
 def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
@@ -92,7 +98,7 @@ def test_the_reports_picture_is_made(tmp_path: pathlib.Path) -> None:
     script = str(ROOT / "scripts" / "report_picture.py")
     run([sys.executable, script, "--duration", "2.5 s", "--out", str(out)], tmp_path)
     assert 20_000 < out.stat().st_size < 200_000
-    assert f"]({(ROOT / 'models/scenarios/pictures/report.png').relative_to(ROOT)})" in README
+    assert "](../models/scenarios/pictures/report.png)" in PAGES["walking"]
 
 
 def test_the_sweeps_picture_is_made(tmp_path: pathlib.Path) -> None:
@@ -103,7 +109,7 @@ def test_the_sweeps_picture_is_made(tmp_path: pathlib.Path) -> None:
     out, script = tmp_path / "sweep.png", str(ROOT / "scripts" / "sweep_picture.py")
     run([sys.executable, script, "--sweep", "few.toml", "--runs", "few", "--out", str(out)], tmp_path)
     assert out.stat().st_size > 20_000
-    assert f"]({(ROOT / 'models/scenarios/pictures/sweep.png').relative_to(ROOT)})" in README
+    assert "](../models/scenarios/pictures/sweep.png)" in PAGES["sweeps"]
 
 
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
@@ -126,3 +132,20 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
 @pytest.mark.parametrize("path", sorted((ROOT / "afo_sim").rglob("*.py")), ids=lambda p: p.stem)
 def test_files_stay_small(path: pathlib.Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 520
+
+
+LINKS = [
+    pytest.param(folder, link, id=f"{page}-{link}")
+    for page, folder, text in (("README", ROOT, README), *((p, ROOT / "docs", t) for p, t in PAGES.items()))
+    for link in re.findall(r"\]\(([^)\s#]+)", text)
+    if not link.startswith("http")
+]
+
+
+@pytest.mark.parametrize(("folder", "link"), LINKS)
+def test_documents_links_lead_somewhere(folder: pathlib.Path, link: str) -> None:
+    assert (folder / link).exists()
+
+
+def test_readme_leads_to_every_page() -> None:
+    assert all(f"(docs/{page}.md)" in README for page in PAGES)

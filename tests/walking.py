@@ -8,7 +8,8 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle, read
+from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.gait.file import read
 
 THIGH, SHANK = 0.41, 0.40
 HEEL, TOE = (-0.05, -0.06), (0.12, -0.08)  # markers from the ankle, in the foot's frame [m]

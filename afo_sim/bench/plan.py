@@ -20,9 +20,9 @@ from afo_sim.bench.rest import damping, force_at, hanging, lifting, lock, slack
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Valve
 from afo_sim.description.reader import load as load_description
-from afo_sim.description.scenario import Valve
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import muscle_volume
 
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]

@@ -1,12 +1,12 @@
 """What a muscle does at rest: its force by the formula, and the loads, lengths and pressures it allows."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import Muscle
+from afo_sim.physics.curves import crossing
 
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
 
@@ -36,7 +36,7 @@ def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
 
 def lock(muscle: Muscle) -> float:
     """The (negative) contraction ratio at which the braid's threads lie along each other [-]."""
-    return 1.0 - 1.0 / math.cos(muscle.braid_angle)
+    return muscle.braid.lock
 
 
 def slack(muscle: Muscle, pressure: float) -> float:
@@ -66,10 +66,4 @@ def damping(muscle: Muscle, pressure: float) -> float:
 
 def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
     """Where a function that falls from low to high changes its sign, by bisection."""
-    for _ in range(52):
-        middle = 0.5 * (low + high)
-        if falling(middle) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return crossing(falling, (), low, high, 52)

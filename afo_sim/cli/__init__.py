@@ -2,8 +2,8 @@
 
 import sys
 
+from afo_sim.cli import last_resort
 from afo_sim.cli.apps import app, gait_app
-from afo_sim.common.errors import AfoSimError
 
 # each hangs its commands on the app, in the order in which --help shows them
 # ruff: isort: off
@@ -15,6 +15,7 @@ from afo_sim.cli import gait as _gait  # noqa: F401
 from afo_sim.cli import sweep as _sweep  # noqa: F401
 from afo_sim.cli import optimise as _optimise  # noqa: F401
 from afo_sim.cli import lists as _lists  # noqa: F401
+from afo_sim.cli import new as _new  # noqa: F401
 
 # ruff: isort: on
 
@@ -22,14 +23,5 @@ __all__ = ["app", "gait_app", "main"]
 
 
 def main() -> None:
-    """Run a command; turn what went wrong into one message and an exit code."""
-    try:
-        app()
-    except AfoSimError as error:
-        print(f"afo-sim: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
-    except BrokenPipeError:
-        sys.exit(0)
-    except KeyboardInterrupt:
-        print("afo-sim: stopped", file=sys.stderr)
-        sys.exit(130)
+    """Run a command; errors end in one message and an exit code, which `afo-sim --help` lists."""
+    sys.exit(last_resort.run(app))

@@ -33,7 +33,7 @@ def read_sets(
             raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
         try:
             values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
+        except (ValueError, RecursionError):
             values[key.strip()] = value.strip()
     return values
 
@@ -116,12 +116,15 @@ def print_table(title: str, header: list[str], rows: list[list[str]], droppable:
     from rich.markup import escape
     from rich.table import Table
 
-    console = Console()
-    if droppable is not None:
-        console = Console(width=shutil.get_terminal_size((200, 24)).columns)
-        if console.width < 140:
-            header = header[:droppable] + header[droppable + 1 :]
-            rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
+    class _Console(Console):
+        def on_broken_pipe(self) -> None:  # rich would end with exit code 1, that of a failed check
+            raise BrokenPipeError
+
+    width = None if droppable is None else shutil.get_terminal_size((200, 24)).columns
+    console = _Console(width=width)
+    if droppable is not None and console.width < 140:
+        header = header[:droppable] + header[droppable + 1 :]
+        rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
     table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
     for k, name in enumerate(header):
         rigid = k == 0 if len(header) == 2 else droppable is not None and k > 1

@@ -9,6 +9,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Sets, print_table, progress, read_sets
+from afo_sim.cli.overwriting import check_folder
 
 
 @app.command("fit-run")
@@ -38,6 +39,7 @@ def fit_run_command(
         from afo_sim.fitting import run_files as fit_run_files
         from afo_sim.fitting import run_fit as fit_run
 
+        check_folder(out, "fit to a log")
         check_writable(out)
         problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
         found = fit_run.fit_run(problem, report=lambda text: report(0, 0, text))
@@ -77,6 +79,7 @@ def fit(
         from afo_sim.common.writing import check_writable
         from afo_sim.fitting import command as fit_command
 
+        check_folder(out, "fit of a muscle's law")
         check_writable(out)
         asked = fit_command.Request(
             tuple(files),

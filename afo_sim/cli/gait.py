@@ -58,7 +58,7 @@ def gait_show_command(
         from afo_sim.common import assets
         from afo_sim.common.writing import check_writable
         from afo_sim.gait.checks import findings
-        from afo_sim.gait.cycle import read
+        from afo_sim.gait.file import read
         from afo_sim.show.gait_figure import draw_gait
 
         cycle = read(assets.find_gait(gait))

@@ -7,31 +7,28 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress
-from afo_sim.common.errors import InputError, nearest_name
 
 LISTS = (
-    "muscles", "laws", "scenarios", "legs", "orthoses", "valves", "patients", "gaits", "sweeps", "searches",
+    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "patients", "gaits", "sweeps",
+    "searches",
 )  # fmt: skip
 
 
 @app.command("list")
 def list_command(
-    what: Annotated[str, typer.Argument(help="|".join(LISTS))] = "",
+    what: Annotated[str, typer.Argument(help="|".join(LISTS) + ", or the name of one")] = "",
 ) -> None:
-    """What there is, with one line each."""
-    if what and what not in LISTS:
-        raise InputError(
-            "cannot be listed",
-            field="list",
-            value=what,
-            allowed=", ".join(LISTS),
-            nearest=nearest_name(what, LISTS),
-        )
-    from afo_sim.description.catalogue import entries
+    """What there is, with one line each; or one of them whole, with every number, its unit and source."""
+    with progress("reading"):
+        from afo_sim.description.catalogue import entries, product
 
-    for kind in [what] if what else LISTS:
-        rows = [list(row) for row in entries(kind)]
-        print_table(kind, ["name", "what it is"], rows or [["–", "none is shipped yet"]])
+        if what and what not in LISTS:
+            tables = product(what)
+        else:
+            columns = ("name", "what it is")
+            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else LISTS)]
+    for title, header, rows in tables:
+        print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 
 
 @app.command()

@@ -87,7 +87,7 @@ def figure_command(
     with progress("drawing"):
         from afo_sim.common.writing import check_writable
         from afo_sim.show.figure import write_figures
-        from afo_sim.simulation.files import read_recording
+        from afo_sim.simulation.recording import read_recording
 
         recording = read_recording(folder)
         target = out or folder
@@ -128,7 +128,7 @@ def video_command(
     with progress("filming") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.show.video import write_video
-        from afo_sim.simulation.files import read_recording
+        from afo_sim.simulation.recording import read_recording
 
         recording = read_recording(folder)
         check_writable(out.parent)
@@ -147,7 +147,7 @@ def check_run_command(
     with progress("checking"):
         from afo_sim.common import assets
         from afo_sim.simulation.checks_file import run_checks
-        from afo_sim.simulation.files import read_recording
+        from afo_sim.simulation.recording import read_recording
 
         recording = read_recording(folder)
         results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))

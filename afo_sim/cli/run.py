@@ -1,5 +1,6 @@
 """Commands that simulate: run, torque-map."""
 
+import math
 import pathlib
 import sys
 from typing import Annotated, Any
@@ -18,7 +19,10 @@ from afo_sim.cli.common import (
     read_sets,
     watching,
 )
+from afo_sim.cli.overwriting import check_folder, check_run_folder
 from afo_sim.common.errors import InputError
+
+ROUNDING = 1e-11  # metrics below it, in their own unit, are rounding's
 
 
 @app.command()
@@ -31,18 +35,23 @@ def run(
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
     rate: Rate = None,
     live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
+    force: Annotated[bool, typer.Option("--force", help="replace the run of another description")] = False,
 ) -> None:
-    """Simulate one scenario; without an argument, the seated solenoid-timer test."""
+    """Simulate one scenario; without an argument, the seated solenoid-timer test.
+
+    A folder that holds a run of the very same description is replaced; another run is not, without --force.
+    """
     values = read_sets(sets)
     hertz = None if rate is None else hertz_of(rate)
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.model.build import build
-        from afo_sim.simulation.rollout import run_built
+        from afo_sim.simulation.run import run_built
 
         built = build(load("scenario", scenario, values))
         folder = out or pathlib.Path("runs") / built.scenario.name
+        check_run_folder(folder, built.scenario.resolved(), force=force)
         check_writable(folder)
         recording = run_built(built, progress=report, watch=watch)
         recording.save(folder, rrd=rrd, rate=hertz)
@@ -71,6 +80,7 @@ def compare(
         from afo_sim.simulation import compare as comparing
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
+        check_folder(folder, "comparison of laws")
         check_writable(folder)
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
@@ -114,12 +124,16 @@ def torque_map_command(
     with progress("computing torques"):
         import numpy as np
 
-        from afo_sim.common.writing import check_writable, replacing
+        from afo_sim.common.writing import check_writable, together
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
 
         built = build(load("scenario", scenario, values))
+        if not built.index.chambers:
+            problem = "has no chamber: there is no torque to map"
+            raise InputError(problem, field="orthosis", value=built.scenario.orthosis.name)
+        check_folder(out)
         check_writable(out)
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
         supply = built.scenario.supply.pressure
@@ -127,11 +141,10 @@ def torque_map_command(
         maps = tm.torque_map(built, angles, np.array(sorted({*pressures, supply})))
         warnings = tm.limit_warnings(built, maps)
         title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
-        with replacing(out / "torque_map.csv") as path:
-            tm.write_csv(maps, path)
-        for suffix in ("png", "pdf"):
-            with replacing(out / f"torque_map.{suffix}") as path:
-                tm.draw(maps, path, title, suffix)
+        with together(out) as scratch:
+            tm.write_csv(maps, scratch / "torque_map.csv")
+            for suffix in ("png", "pdf"):
+                tm.draw(maps, scratch / f"torque_map.{suffix}", title, suffix)
         answers = tm.answer(maps, supply)
     _print_torque_maps(maps, answers, supply, out)
     for warning in warnings:
@@ -139,8 +152,11 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items()]
+    left_out = {name: why for name, m in recording.metrics.items() if (why := _undefined(m.value))}
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items() if name not in left_out]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    for why in dict.fromkeys(left_out.values()):
+        print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
     for warning in recording.warnings:
         print(f"warning: {warning}")
     timing = recording.timing
@@ -149,6 +165,13 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
     )
     print(f"written to {folder}; look at it with: afo-sim view {folder}")
+
+
+def _undefined(value: float) -> str:
+    """Why a metric says nothing of a run; "" where it does."""
+    if not math.isfinite(value):
+        return "since what they measure does not happen in this run"
+    return "since they are zero but for rounding" if 0.0 < abs(value) < ROUNDING else ""
 
 
 def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:

@@ -7,6 +7,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress, read_sets
+from afo_sim.cli.overwriting import check_folder
 
 
 @app.command("stand")
@@ -60,6 +61,7 @@ def stand_command(
             out,
             rrd,
         )
+        check_folder(out)
         answers = command.answer(asked, report)
     for answer in answers:
         for title, header, rows in command.tables(answer):

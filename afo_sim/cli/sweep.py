@@ -21,6 +21,7 @@ from afo_sim.cli.common import (
     print_table,
     progress,
 )
+from afo_sim.cli.overwriting import check_folder
 from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -151,6 +152,7 @@ def replay(
         from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
+        check_folder(target, "run")
         check_writable(target)
         again = replaying.replay(folder, case, progress=report)
         again.recording.save(target, rrd=rrd)

@@ -114,8 +114,12 @@ def checks_of(scenario: str) -> pathlib.Path:
 def read_toml(path: pathlib.Path) -> dict[str, Any]:
     """A TOML file as a dict; what is wrong with it as an `InputError`."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not valid TOML: {error}", file=path) from None
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read: {error}", file=path) from None
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:  # TOML's own, or of a number or date beyond Python's
+        raise InputError(f"is not valid TOML: {error}", file=path) from None
+    except RecursionError:
+        raise InputError("is not valid TOML: it is nested too deeply", file=path) from None

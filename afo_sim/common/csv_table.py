@@ -66,10 +66,10 @@ def read_table(file: pathlib.Path, example: str) -> Table:
                 value=numbered[0][1].strip(),
                 allowed=f"commas between the values, and a point for decimals: {example}",
             )
-    titles = _cells(numbered[0][1])
+    titles = _cells(file, *numbered[0])
     rows = []
     for number, line in numbered[1:]:
-        cells = _cells(line)
+        cells = _cells(file, number, line)
         if len(cells) != len(titles):
             raise InputError(
                 f"line {number} has {len(cells)} values where the header names {len(titles)}",
@@ -147,5 +147,8 @@ def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
     return facts
 
 
-def _cells(line: str) -> tuple[str, ...]:
-    return tuple(cell.strip() for cell in next(csv.reader([line], skipinitialspace=True)))
+def _cells(file: pathlib.Path, number: int, line: str) -> tuple[str, ...]:
+    try:
+        return tuple(cell.strip() for cell in next(csv.reader([line], skipinitialspace=True)))
+    except csv.Error as error:
+        raise InputError(f"line {number} is no line of a CSV: {error}", file=file) from None

@@ -19,7 +19,8 @@ class AfoSimError(Exception):
 class InputError(AfoSimError):
     """The user's input is wrong: which file, which field, which value, what is allowed.
 
-    The facts stay available as attributes, so that a caller need not read the message.
+    The facts stay available as attributes, so that a caller need not read the message; `others` holds
+    what else is wrong with the same input.
 
     Examples
     --------
@@ -29,6 +30,8 @@ class InputError(AfoSimError):
     ...     print(error.value, error.nearest)
     seatd seated
     """
+
+    others: tuple["InputError", ...] = ()
 
     def __init__(
         self,
@@ -51,6 +54,21 @@ class InputError(AfoSimError):
         if nearest:
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
+
+    def about(self, field: str) -> "InputError":
+        """The same error about a field of another name, as the command line names options."""
+        return InputError(
+            self.problem,
+            file=self.file,
+            field=field,
+            value=self.value,
+            allowed=self.allowed,
+            nearest=self.nearest,
+        )
+
+    def __str__(self) -> str:
+        """Every problem on a line of its own."""
+        return "\n".join([super().__str__(), *map(str, self.others)])
 
 
 class SimulationError(AfoSimError):
@@ -77,6 +95,20 @@ class CallbackError(AfoSimError):
     exit_code = 3
 
 
+def unknown(
+    value: object,
+    allowed: Iterable[str],
+    *,
+    field: str = "",
+    file: object = None,
+    problem: str = "is no choice",
+) -> InputError:
+    """An error for a name that is not among those allowed: it lists them, and the nearest one."""
+    names = list(allowed)
+    nearest = nearest_name(value, names) if isinstance(value, str) else None
+    return InputError(problem, file=file, field=field, value=value, allowed=", ".join(names), nearest=nearest)
+
+
 def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """The valid name that looks most like `name`, or None."""
     found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.5)
@@ -84,5 +116,8 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
 
 
 def _shown(value: object) -> str:
-    text = repr(value) if isinstance(value, str) else str(value)
+    try:
+        text = repr(value) if isinstance(value, str) else str(value)
+    except (ValueError, RecursionError):  # a whole number too long for Python to write
+        text = f"a {type(value).__name__} too long to show"
     return text if len(text) <= 80 else text[:77] + "..."

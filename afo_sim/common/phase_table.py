@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.common.csv_table import read_table as read_text
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.writing import replacing
+from afo_sim.common.writing import write_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +81,7 @@ def write_table(path: pathlib.Path, header: Mapping[str, str], columns: Mapping[
     lines.append(",".join(columns))
     for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
         lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
-    with replacing(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:

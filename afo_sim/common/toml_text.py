@@ -1,9 +1,9 @@
 """Plain data → TOML text that `reader.py` reads again, exactly."""
 
-import json
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
+
+import tomli_w
 
 
 def toml_text(table: Mapping[str, Any]) -> str:
@@ -18,36 +18,15 @@ def toml_text(table: Mapping[str, Any]) -> str:
     -------
     text, with a trailing newline
     """
-    return "\n".join(_lines(table, ())).strip("\n") + "\n"
+    return tomli_w.dumps(_plain(table))
 
 
-def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
-    """The values of a table under its header, then the tables in it."""
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table without None, with the sources beside their values."""
     sources = table.get("provenance", {})
-    inner, header = {}, f"\n[{'.'.join(map(_key, path))}]" if path else ""
+    found = {}
     for key, value in table.items():
-        if isinstance(value, Mapping) and key != "provenance":
-            inner[key] = value
-        elif value is not None and key != "provenance":
-            if header:
-                yield header
-                header = ""
-            yield f"{_key(key)} = {_value({'value': value, **sources[key]} if key in sources else value)}"
-    if header and not inner:
-        yield header  # an empty table is one, too
-    for key, value in inner.items():
-        yield from _lines(value, (*path, key))
-
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, float):
-        return repr(value)
-    return json.dumps(value, ensure_ascii=False)  # JSON's strings, whole numbers and truths are TOML's
+        if value is not None and key != "provenance":
+            value = _plain(value) if isinstance(value, Mapping) else value
+            found[key] = {"value": value, **sources[key]} if key in sources else value
+    return found

@@ -179,6 +179,8 @@ def _number(value: str | float) -> float:
         return float(value)
     except ValueError:
         raise ValueError("is not a number, and this field has no unit") from None
+    except OverflowError:  # a whole number beyond any float
+        return math.inf
 
 
 def _finite(value: float) -> float:

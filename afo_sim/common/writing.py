@@ -1,51 +1,249 @@
-"""Files that appear whole or not at all."""
+"""Files, and groups of files, that appear whole or not at all; JSON and Parquet.
 
+One file is written under a hidden name beside its place, flushed to the disk, and renamed. A group is
+written into a hidden folder. A folder that is new appears by one rename. In a folder that exists, the
+rename of the hidden folder from `.new-…` to `.ready-…` decides: before it a killed process leaves the
+old group, after it the files move one by one, and whoever opens the folder next (`settle`) moves the
+rest. Hidden names of dead processes are removed at the next writing into the same folder.
+"""
+
+import contextlib
 import errno
+import functools
+import json
+import math
 import os
 import pathlib
-import tempfile
-from collections.abc import Iterator
+import platform
+import secrets
+import shutil
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from afo_sim.common.errors import InputError
+
+NEW, READY = "new", "ready"  # marks of a hidden name: being written, complete but not yet in place
+GONE = ".gone"  # file in a complete group: names of the old group that the new one lacks
+FULL = (errno.ENOSPC, errno.EDQUOT)
+REASONS = {
+    **dict.fromkeys(FULL, "the disk is full"),
+    errno.EFBIG: "the file grows beyond what the system allows",
+    errno.EACCES: "you have no permission to write here",
+    errno.EPERM: "you have no permission to write here",
+    errno.EROFS: "it is on a read-only disk",
+    errno.ELOOP: "its symbolic links run in a circle",
+    errno.ENOTDIR: "a part of its path is a file, not a folder",
+}
 
 
 @contextmanager
 def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A temporary path beside `path` that takes its place when the block ends well."""
+    """A temporary path beside `path` that takes its place when the block ends well.
+
+    Raises
+    ------
+    InputError
+        The disk is full, or the place cannot be written to; an older file stays as it was.
+    """
+    with _in_words(path), keeping(path) as temporary:
+        yield temporary
+
+
+@contextmanager
+def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
+    """As `replacing`, with the system's own OSError."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
-        raise InputError(
-            "is a folder, and a file of that name is to be written", field="--out", value=str(path)
-        )
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    os.close(handle)
-    temporary = pathlib.Path(name)
+        raise InputError("is a folder, and a file of that name is to be written", file=path)
+    _remove_leftovers(path.parent.absolute())
+    temporary = path.with_name(_hidden(path.name, NEW))
+    # not tempfile, whose files only their owner may read: the umask decides here as for any other file
+    os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     try:
         yield temporary
-        temporary.chmod(0o644)
+        _flush(temporary)
         temporary.replace(path)
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
 
 
-def check_writable(folder: pathlib.Path, field: str = "--out") -> None:
-    """Say so if an output folder cannot be made or written to; nothing is left behind."""
+@contextmanager
+def together(folder: pathlib.Path, group: Iterable[str] = ()) -> Iterator[pathlib.Path]:
+    """A scratch folder whose files take their places in `folder` together when the block ends well.
+
+    Parameters
+    ----------
+    folder : made if need be; its other files stay
+    group : names that belong together; one that the block does not write is removed from `folder`
+
+    Raises
+    ------
+    InputError
+        The disk is full, or the place cannot be written to; an older group stays as it was.
+    """
+    with _in_words(folder):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        _remove_leftovers(folder.parent.absolute())
+        settle(folder)
+        beside = not folder.exists()
+        if not beside:
+            _remove_leftovers(folder.absolute())
+        scratch = folder.with_name(_hidden(folder.name, NEW)) if beside else folder / _hidden("", NEW)
+        scratch.mkdir()
+        try:
+            yield scratch
+            for file in _files(scratch):
+                _flush(file)
+            if beside:
+                scratch = _appear(scratch, folder)
+            if scratch != folder:
+                _move_in(scratch, folder, group)
+        finally:
+            if scratch != folder:
+                shutil.rmtree(scratch, ignore_errors=True)
+
+
+def settle(folder: pathlib.Path) -> None:
+    """Complete a group whose writer was killed while its files moved to their places.
+
+    Parameters
+    ----------
+    folder : to be read or written; nothing happens where no group is left
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to.
+    """
+    with _in_words(folder):
+        for ready in sorted(folder.glob(f".{READY}-*")) if folder.is_dir() else ():
+            _take_places(ready, folder)
+
+
+def _appear(scratch: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
+    """Rename a complete group to its new folder, or into it if another process has made it meanwhile."""
+    try:
+        return scratch.rename(folder)
+    except OSError:
+        if not folder.is_dir():
+            raise
+        return scratch.rename(folder / _hidden("", NEW))
+
+
+def _move_in(scratch: pathlib.Path, folder: pathlib.Path, group: Iterable[str]) -> None:
+    """Move a complete group into an existing folder; the first rename decides."""
+    files = {file.relative_to(scratch).as_posix() for file in _files(scratch)}
+    for name in files:
+        if (folder / name).is_dir():
+            raise InputError("is a folder, and a file of that name is to be written", file=folder / name)
+    (scratch / GONE).write_text(json.dumps(sorted(set(group) - files)), encoding="utf-8")
+    _flush(scratch / GONE)
+    settle(folder)
+    _take_places(scratch.rename(folder / _hidden("", READY)), folder)
+
+
+def _take_places(ready: pathlib.Path, folder: pathlib.Path) -> None:
+    """Move the files of a complete group; another process may do the same at the same time."""
+    with contextlib.suppress(FileNotFoundError):
+        gone = json.loads((ready / GONE).read_text(encoding="utf-8"))
+        for file in _files(ready):
+            if file.name != GONE:
+                place = folder / file.relative_to(ready)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                with contextlib.suppress(FileNotFoundError):
+                    file.replace(place)
+        for name in gone:
+            (folder / name).unlink(missing_ok=True)
+    shutil.rmtree(ready, ignore_errors=True)
+
+
+def _files(folder: pathlib.Path) -> list[pathlib.Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _flush(file: pathlib.Path) -> None:
+    """Wait until the disk holds a file: a rename may reach it before the content does."""
+    with file.open("rb") as opened:
+        os.fsync(opened.fileno())
+
+
+def _hidden(name: str, mark: str) -> str:
+    """A hidden name that says which process writes: .NAME.new-HOST-PID-RANDOM."""
+    host = "".join(letter for letter in platform.node() if letter.isalnum())[:16] or "host"
+    return f".{name[:40]}{'.' if name else ''}{mark}-{host}-{os.getpid()}-{secrets.token_hex(4)}"
+
+
+@functools.cache  # once in a process: a folder of many chunks is long to list
+def _remove_leftovers(folder: pathlib.Path) -> None:
+    """Remove what processes of this machine that are no longer alive left unfinished in a folder."""
+    host = _hidden("", NEW).split("-")[1]
+    for path in folder.glob(f".*{NEW}-{host}-*") if folder.is_dir() else ():
+        number = path.name.split("-")[-2]
+        if number.isdigit() and not _alive(int(number)):
+            with contextlib.suppress(OSError):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def write_text(path: pathlib.Path, text: str) -> None:
+    """Write a text as UTF-8; errors as `replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def json_text(value: object) -> str:
+    """Plain data as JSON; a number that is not finite is null, which JSON has."""
+    return json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_json(path: pathlib.Path, value: object) -> None:
+    """Write plain data as JSON; errors as `replacing`."""
+    write_text(path, json_text(value))
+
+
+def write_parquet(path: pathlib.Path, table: Any, **options: Any) -> None:
+    """Write a pyarrow Table; errors as `replacing`, options as `pyarrow.parquet.write_table`."""
+    import pyarrow.parquet as pq
+
+    with replacing(path) as temporary:
+        pq.write_table(table, temporary, **options)
+
+
+def _json_numbers(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _json_numbers(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_json_numbers(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def check_writable(folder: pathlib.Path, field: str = "out") -> None:
+    """Refuse an output folder that cannot be made or written to; nothing is left behind."""
     try:
         existing = folder.absolute()
-        while not existing.exists():
+        while not existing.exists() and not existing.is_symlink():
             existing = existing.parent
-        with tempfile.TemporaryDirectory(prefix=".", dir=existing):
-            pass
+        probe = existing / _hidden("", NEW)
+        probe.mkdir()
+        probe.rmdir()
     except OSError as error:
-        raise InputError(
-            f"cannot be written to: {error.strerror or error}", field=field, value=str(folder)
-        ) from None
+        raise InputError(f"cannot be written to: {reason(error)}", field=field, value=str(folder)) from None
 
 
 @contextmanager
 def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
-    """What the disk refuses, in words.
+    """The system's refusals as InputError.
 
     Parameters
     ----------
@@ -60,15 +258,18 @@ def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        problem = "the disk is full" if full else f"cannot be written to: {error.strerror or error}"
-        raise InputError(problem, field="--out", value=str(folder), allowed=again) from None
+        problem = reason(error) if error.errno in FULL else f"cannot be written to: {reason(error)}"
+        raise InputError(problem, field="out", value=str(folder), allowed=again) from None
+
+
+def reason(error: OSError) -> str:
+    """A system's error as a short sentence."""
+    return REASONS.get(error.errno or 0) or error.strerror or str(error)
 
 
 @contextmanager
-def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """As `replacing`, and on the disk, not only on its way there: a machine that loses power keeps it."""
-    with replacing(path) as temporary:
-        yield temporary
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
+def _in_words(path: pathlib.Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot be written: {reason(error)}", file=path) from None

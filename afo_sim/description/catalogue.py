@@ -1,33 +1,144 @@
-"""What is shipped, one line each."""
+"""What is shipped: one line each, or one product whole."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import assets
+from afo_sim.common.csv_table import read_table
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.phase_table import read_header
+from afo_sim.description.keys import keys
+from afo_sim.description.quantity import amount
+from afo_sim.description.reader import SPECS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 
-PLURALS = {
-    "muscles": "muscle",
-    "scenarios": "scenario",
-    "legs": "leg",
-    "orthoses": "orthosis",
-    "valves": "valve",
-    "patients": "patient",
-    "sweeps": "sweep",
-    "searches": "search",
-}
+PLURALS = {plural: kind for kind, plural in assets.KINDS.items()}
+Rows = Sequence[Sequence[str]]
+TableOf = tuple[str, Sequence[str], Rows]  # title, header, rows
 
 
 def entries(kind: str) -> list[tuple[str, str]]:
     """(name, description) of everything of a kind, named in the plural."""
-    if kind == "laws":
-        return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in LAWS.values()]
+    if kind in ("laws", "frictions"):
+        known: Mapping[str, Any] = LAWS if kind == "laws" else FRICTIONS
+        return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in known.values()]
     if kind == "gaits":
         headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
         return [(name, header.get("description", "")) for name, header in headers.items()]
     singular = PLURALS[kind]
     tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
     return [(name, _line(table)) for name, table in tables.items()]
+
+
+def product(name: str) -> list[TableOf]:
+    """Everything of this name that is shipped, with each of its numbers.
+
+    Parameters
+    ----------
+    name : of a scenario, leg, orthosis, muscle, valve, patient, sweep, search, gait, law or friction
+
+    Returns
+    -------
+    a table for each kind that has the name
+
+    Raises
+    ------
+    InputError
+        Nothing has this name.
+    """
+    found = list(_found(name))
+    if not found:
+        kinds = (*PLURALS, "laws", "frictions", "gaits")
+        shipped = [name for kind in assets.KINDS for name in assets.names(kind)]
+        nearest = nearest_name(name, [*kinds, *shipped, *LAWS, *FRICTIONS, *assets.gait_names()])
+        allowed = f"a product's name, or one of: {', '.join(kinds)}"
+        raise InputError("cannot be listed", field="list", value=name, allowed=allowed, nearest=nearest)
+    return found
+
+
+def _found(name: str) -> Iterator[TableOf]:
+    for kind in assets.KINDS:
+        if name in assets.names(kind):
+            yield _described(kind, name) if kind in SPECS else _plain(kind, name)
+    for kind, known in (("law", LAWS), ("friction", FRICTIONS)):
+        if name in known:
+            yield from _law(kind, known[name])
+    if name in assets.gait_names():
+        yield from _gait(name)
+
+
+def _described(kind: str, name: str) -> TableOf:
+    """The product's own keys; what it refers to by name is a product of its own."""
+    own = str(assets.find(kind, name).relative_to(assets.folder("models").parent))
+    rows = [
+        (key.key, key.value, key.kind, "default" if key.source == "default" else key.reference, key.meaning)
+        for key in keys(name, kind=kind)
+        if key.source == own or (key.source == "default" and key.value and _is_own(key.key, kind, name))
+    ]
+    return f"{kind} {name}: {own}", ("key", "value", "kind", "source", "meaning"), rows
+
+
+def _is_own(key: str, kind: str, name: str) -> bool:
+    """Whether a key with a default stands in the product itself, not in one that it refers to."""
+    table: Any = assets.read_toml(assets.find(kind, name))
+    for part in key.split(".")[:-1]:
+        table = table.get(part, {}) if isinstance(table, Mapping) else None
+    return isinstance(table, Mapping)
+
+
+def _plain(kind: str, name: str) -> TableOf:
+    """A sweep or search as its file tells it."""
+    file = assets.find(kind, name)
+    rows = list(_flat(assets.read_toml(file), ""))
+    return f"{kind} {name}: {file.relative_to(assets.folder('models').parent)}", ("key", "value"), rows
+
+
+def _flat(node: Any, at: str) -> Iterator[tuple[str, str]]:
+    if isinstance(node, Mapping):
+        for key, value in node.items():
+            yield from _flat(value, f"{at}.{key}" if at else str(key))
+    elif isinstance(node, list) and any(isinstance(item, Mapping) for item in node):
+        for k, item in enumerate(node):
+            yield from _flat(item, f"{at}[{k}]")
+    else:
+        yield at, ", ".join(map(str, node)) if isinstance(node, list) else str(node)
+
+
+def _law(kind: str, law: Any) -> Iterator[TableOf]:
+    facts = [("formula", law.formula), ("holds", law.validity), ("source", law.source)]
+    if kind == "law":
+        low, high = (amount(p, "Pa") for p in law.pressure_range)
+        facts += [("pressure", f"{low} to {high}")]
+        facts += [("contraction", "{:g} to {:g}".format(*law.contraction_range))]
+    else:
+        facts += [("gives", "a force [N]" if law.unit == "N" else "a pressure [Pa]")]
+    yield f"{kind} {law.name}", ("", ""), facts
+    rows: Rows = [
+        (
+            parameter.name,
+            parameter.symbol,
+            parameter.unit,
+            f"{parameter.lower:g} to {parameter.upper:g}",
+            "needed" if parameter.default is None else f"{parameter.default:g}",
+            parameter.meaning,
+        )
+        for parameter in law.parameters
+    ]
+    yield "parameters", ("name", "symbol", "unit", "allowed [unit]", "default", "meaning"), rows
+
+
+def _gait(name: str) -> Iterator[TableOf]:
+    """A gait's header, and the range of each of its columns; names end in their units."""
+    file = assets.find_gait(name)
+    yield f"gait {name}: gait_data/{file.name}", ("", ""), list(read_header(file).items())
+    text = read_table(file, "")
+    rows = []
+    for k, title in enumerate(text.titles):
+        cells = [float(row[k]) for _, row in text.rows if row[k]]
+        bounds = [f"{value:.4g}" for value in (min(cells), max(cells))] if cells else ["", ""]
+        rows.append((title, str(len(cells)), *bounds))
+    yield "columns", ("name", "rows", "lowest", "highest"), rows
 
 
 def _line(table: dict[str, Any]) -> str:

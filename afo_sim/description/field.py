@@ -16,7 +16,7 @@ from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import SPECS, load, split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import LawParameter
 from afo_sim.physics.laws import LAWS
 

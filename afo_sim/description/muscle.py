@@ -3,14 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_serializer, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import format_quantity, parse_quantity
-from afo_sim.description.quantity import Described, Quantity, refusal, split_sources
+from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws import LAWS
 
@@ -27,32 +27,43 @@ class Limits(Described):
     """What a muscle may be asked for; beyond it a run warns."""
 
     pressure: Pressure
+    """Highest gauge pressure."""
     force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
+    """Highest force."""
     contraction_min: Annotated[float, Quantity("", at_least=-0.5, at_most=0.0)]
+    """Furthest stretch, as a negative contraction ratio."""
     contraction_max: Annotated[float, Quantity("", above=0.0, at_most=0.6)]
+    """Highest contraction ratio."""
 
 
 class LawSet(Described):
     """One law's parameters for one muscle, SI, and where they hold."""
 
     law: str
+    """Name of the law."""
     parameters: dict[str, float]
+    """Parameters of the law."""
     pressure_range: tuple[GaugePressure, GaugePressure]
+    """Lowest and highest gauge pressure at which the parameters hold; the law's by default."""
     contraction_range: tuple[Contraction, Contraction]
+    """Lowest and highest contraction ratio at which the parameters hold; the law's by default."""
 
     @model_validator(mode="before")
     @classmethod
     def _read_flat(cls, table: Any) -> Any:
         """A flat table of parameters and ranges, as it stands under [laws.NAME], to fields."""
-        if not isinstance(table, dict) or "parameters" in table:
+        if not isinstance(table, Mapping) or "parameters" in table:
             return table
-        values, sources = split_sources(table)
-        law = LAWS[values["law"]]
-        kept = ("law", "pressure_range", "contraction_range")
-        read = _take_parameters(law.name, law.parameters, values, kept)
-        values.setdefault("pressure_range", [f"{p!r} Pa" for p in law.pressure_range])
-        values.setdefault("contraction_range", list(law.contraction_range))
-        return values | {"parameters": read, "provenance": sources}
+        read = _split_flat(table, "law", LAWS, ("pressure_range", "contraction_range"))
+        law = LAWS[read["law"]]
+        read.setdefault("pressure_range", [f"{p!r} Pa" for p in law.pressure_range])
+        read.setdefault("contraction_range", list(law.contraction_range))
+        return read
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _are_the_laws(cls, values: Any, info: ValidationInfo) -> Any:
+        return _read_parameters(LAWS.get(info.data.get("law", "")), values, info)
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
@@ -73,18 +84,22 @@ class FrictionSet(Described):
     """One friction's parameters for one muscle, SI."""
 
     friction: str
+    """Name of the friction."""
     parameters: dict[str, float]
+    """Parameters of the friction."""
 
     @model_validator(mode="before")
     @classmethod
     def _read_flat(cls, table: Any) -> Any:
         """A flat table of parameters, as it stands under [frictions.NAME], to fields."""
-        if not isinstance(table, dict) or "parameters" in table:
+        if not isinstance(table, Mapping) or "parameters" in table:
             return table
-        values, sources = split_sources(table)
-        friction = FRICTIONS[values["friction"]]
-        read = _take_parameters(friction.name, friction.parameters, values, ("friction",))
-        return values | {"parameters": read, "provenance": sources}
+        return _split_flat(table, "friction", FRICTIONS, ())
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _are_the_frictions(cls, values: Any, info: ValidationInfo) -> Any:
+        return _read_parameters(FRICTIONS.get(info.data.get("friction", "")), values, info)
 
     @model_serializer(mode="wrap")
     def _write(self, handler: Any) -> dict[str, Any]:
@@ -96,9 +111,13 @@ class ThreeElementDamper(Described):
     """Damping of the three-element model, B = b0 + b1 p, another while contracting than while relaxing."""
 
     contracting: tuple[Damping, DampingSlope]
+    """b0 and b1 of B = b0 + b1 p while the muscle contracts."""
     relaxing: tuple[Damping, DampingSlope]
+    """b0 and b1 while it relaxes."""
     switch_pressure: GaugePressure = 0.0
+    """Gauge pressure from which relaxing_above replaces relaxing."""
     relaxing_above: tuple[Damping, DampingSlope] | None = None
+    """b0 and b1 while it relaxes above switch_pressure; those of relaxing by default."""
 
     @property
     def coefficients(self) -> tuple[float, ...]:
@@ -122,33 +141,74 @@ class Muscle(Described, RestCurves):
     """
 
     name: str = ""
+    """Name; the folder's by default."""
     description: str = ""
+    """One line that says what it is."""
     grade: Literal["A", "B", "C", "D"] = "D"
+    """Quality of the numbers: A is measured on this muscle, D is a guess."""
     law: str
+    """Force law in use, one of those under laws."""
     laws: dict[str, LawSet]
+    """Force laws with their parameters, by name."""
     friction: str = "none"
+    """Friction in use, one of those under frictions, or none."""
     frictions: dict[str, FrictionSet] = Field(default_factory=dict)
+    """Frictions with their parameters, by name."""
     damper: ThreeElementDamper | None = None
+    """Damper of the three-element model, beside damping."""
     total_length: PositiveLength
+    """Length between the ends of the fittings, unpressurised."""
     end_length: Distance
+    """Length of clamps and dead ends, which do not contract."""
     bore: Annotated[float, Quantity("m", above=0.0, at_most=0.2)]
+    """Inner diameter of the braid at rest."""
     braid_angle: Annotated[float, Quantity("rad", at_least=0.0873, at_most=0.872)]
+    """Angle between fibre and muscle axis at rest."""
     damping: Annotated[float, Quantity("m^2*s", at_least=0.0, at_most=1.0)]
+    """Coefficient R of the viscous damping R p_abs κ̇, with p_abs the absolute pressure."""
     braid_stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e7)]
+    """Stiffness of the stretched braid, force per contraction ratio below zero."""
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
+    """Volume of air that stays when the muscle is empty."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
+    """Mass of muscle and fittings."""
     limits: Limits
+    """Limits beyond which a run warns."""
 
     @model_validator(mode="before")
     @classmethod
     def _read_sets(cls, table: Any) -> Any:
         if not isinstance(table, dict):
             return table
-        if isinstance(table.get("law"), str):
-            table = table | {"laws": _read_tables(table, "law", LAWS)}
-        if isinstance(table.get("friction", "none"), str):
-            table = table | {"frictions": _read_tables(table, "friction", FRICTIONS)}
-        return table
+        laws, frictions = _named(table, "law"), _named(table, "friction")
+        return table | {"laws": laws, "frictions": frictions}
+
+    @field_validator("law", "friction")
+    @classmethod
+    def _is_known(cls, chosen: str, info: ValidationInfo) -> str:
+        known = [*LAWS] if info.field_name == "law" else [*FRICTIONS, "none"]
+        if chosen not in known:
+            raise _unknown(chosen, str(info.field_name), known)
+        return chosen
+
+    @field_validator("laws", "frictions")
+    @classmethod
+    def _hold_the_one_in_use(cls, sets: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        kind = str(info.field_name).removesuffix("s")
+        chosen, none = info.data.get(kind), ["none"] if kind == "friction" else []
+        if chosen is None or chosen in sets or chosen in none:
+            return sets
+        # even where every parameter has a default: the braid angle was fitted together with another law
+        known: Mapping[str, Any] = LAWS if kind == "law" else FRICTIONS
+        wanted = ", ".join(p.name for p in known[chosen].parameters if p.default is None)
+        raise refusal(
+            f"this muscle has no parameters for {chosen!r}: a table [{kind}s.{chosen}]"
+            + (f" with {wanted}" if wanted else ""),
+            f"one of those it has: {', '.join([*sets, *none]) or 'none'}",
+            "",
+            nearest_name(chosen, sets) or "",
+            beside=kind,
+        )
 
     @model_validator(mode="after")
     def _has_a_braid(self) -> Self:
@@ -237,59 +297,66 @@ class Muscle(Described, RestCurves):
         return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
 
 
-def _read_tables(table: dict[str, Any], kind: str, known: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables [laws.NAME] or [frictions.NAME], each told its name; the one in use must be there."""
-    plural, chosen = f"{kind}s", table.get(kind, "none")
-    none = ["none"] if kind == "friction" else []
-    given = table.get(plural, {})
-    if not isinstance(given, dict):
-        raise refusal("is not a table", f"a table [{plural}.NAME] for each {kind}", plural)
-    read = {}
-    for name, parameters in given.items():
-        if name not in known:
-            raise _unknown(name, kind, known, f"{plural}.{name}")
-        if not isinstance(parameters, dict):
-            wanted = ", ".join(parameter.name for parameter in known[name].parameters)
-            raise refusal("is not a table", f"a table with {wanted}", f"{plural}.{name}")
-        read[name] = parameters | {kind: name}
-    if chosen in read or chosen in none:
-        return read
-    if chosen not in known:
-        raise _unknown(chosen, kind, [*known, *none], kind)
-    # even where every parameter has a default: the braid angle was fitted together with another law
-    wanted = ", ".join(p.name for p in known[chosen].parameters if p.default is None)
-    raise refusal(
-        f"this muscle has no parameters for {chosen!r}: a table [{plural}.{chosen}]"
-        + (f" with {wanted}" if wanted else ""),
-        f"one of those it has: {', '.join([*read, *none]) or 'none'}",
-        kind,
-        nearest_name(chosen, read) or "",
-    )
+def _named(table: dict[str, Any], kind: str) -> Any:
+    """The tables [laws.NAME] or [frictions.NAME], each told its name."""
+    given = table.get(f"{kind}s", {})
+    if not isinstance(given, Mapping):
+        raise refusal("is not a table", f"a table [{kind}s.NAME] for each {kind}", f"{kind}s")
+    return {
+        name: parameters | {kind: name}
+        if isinstance(parameters, dict)
+        else parameters
+        if isinstance(parameters, Described)
+        else {kind: name, "parameters": parameters}
+        for name, parameters in given.items()
+    }
 
 
-def _unknown(name: str, kind: str, known: Iterable[str], key: str) -> PydanticCustomError:
+def _unknown(name: str, kind: str, known: Iterable[str]) -> PydanticCustomError:
     names = list(known)
     nearest = nearest_name(name, names) or ""
-    return refusal(f"{name!r} is an unknown {kind}", ", ".join(names), key, nearest)
+    return refusal(f"{name!r} is an unknown {kind}", ", ".join(names), nearest=nearest)
 
 
-def _take_parameters(
-    owner: str, parameters: Sequence[LawParameter], values: dict[str, Any], others: Sequence[str]
-) -> dict[str, float]:
-    """Read a law's or friction's parameters out of `values`; refuse what is missing or unknown."""
-    read = {}
-    for parameter in parameters:
-        if parameter.name in values:
-            read[parameter.name] = _read_parameter(parameter, values.pop(parameter.name))
-        elif parameter.default is not None:
-            read[parameter.name] = parameter.default
-        else:
-            raise refusal(f"is missing; {owner} needs it", parameter.meaning, parameter.name)
-    names = [parameter.name for parameter in parameters]
+def _split_flat(
+    table: Mapping[str, Any], kind: str, known: Mapping[str, Any], others: Sequence[str]
+) -> dict[str, Any]:
+    """A flat table as fields: the law's name, its parameters, what else stands there, and the sources."""
+    values, sources = split_sources(table)
+    name = values.get(kind)
+    if name not in known:
+        raise _unknown(str(name), kind, known)
+    kept = {key: value for key, value in values.items() if key in (kind, *others)}
+    rest = {key: value for key, value in values.items() if key not in (*kept, "provenance")}
+    return kept | {"parameters": rest, "provenance": sources}
+
+
+def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
+    """A law's or friction's parameters in SI; refuses all that are missing, unknown or out of range."""
+    if owner is None:
+        return values
+    names = [parameter.name for parameter in owner.parameters]
+    if not isinstance(values, Mapping):
+        raise refusal("is not a table", f"a table with {', '.join(names)}")
+    if info.context and info.context.get("si"):
+        return dict(values)  # a perturbed set may leave the bounds of a fit
+    read, problems = {}, []
+    for parameter in owner.parameters:
+        try:
+            if parameter.name in values:
+                read[parameter.name] = _read_parameter(parameter, values[parameter.name])
+            elif parameter.default is not None:
+                read[parameter.name] = parameter.default
+            else:
+                raise refusal(f"is missing; {owner.name} needs it", parameter.meaning, parameter.name)
+        except PydanticCustomError as problem:
+            problems.append(problem)
+    allowed = ", ".join(names) or "none"
     for key in values:
-        if key not in (*others, "provenance"):
-            allowed = ", ".join(names) or "none"
-            raise refusal(f"is no parameter of {owner}", allowed, key, nearest_name(key, names) or "")
+        if key not in names:
+            nearest = nearest_name(key, names) or ""
+            problems.append(refusal(f"is no parameter of {owner.name}", allowed, key, nearest))
+    refuse_all(problems)
     return read
 
 

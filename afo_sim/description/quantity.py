@@ -1,13 +1,14 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, model_validator
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
 
@@ -27,17 +28,29 @@ class Quantity:
     def allowed(self) -> str:
         """The bounds, in words."""
         words = (("more than", self.above), ("at least", self.at_least), ("at most", self.at_most))
-        usual = EXAMPLES.get(self.unit, f"1 {self.unit}").partition(" ")[2]
         return " and ".join(
-            f"{word} {in_unit(limit, self.unit, usual) if usual else limit:.4g} {usual}".strip()
-            for word, limit in words
-            if limit is not None
+            f"{word} {amount(limit, self.unit, 4)}" for word, limit in words if limit is not None
         )
 
-    def read(self, value: object) -> float:
-        """Text to SI; raises what pydantic reports as the field's error."""
+    @property
+    def span(self) -> str:
+        """The bounds as a range: "0 to 20 bar", "above 0, to 20 bar"."""
+        low = self.above if self.above is not None else self.at_least
+        if low is None or self.at_most is None:
+            return self.allowed or "any number"
+        lower, upper = (amount(limit, self.unit, 4).partition(" ") for limit in (low, self.at_most))
+        start = lower[0] if lower[2] == upper[2] or low == 0.0 else "".join(lower)
+        return (
+            f"above {start}, to {''.join(upper)}"
+            if self.above is not None
+            else f"{start} to {''.join(upper)}"
+        )
+
+    def read(self, value: object, info: ValidationInfo | None = None) -> float:
+        """Text to SI, or SI itself from `with_values`; raises what pydantic reports as the field's error."""
+        plain = f"{float(value)!r} {self.unit}" if isinstance(value, Real) and _is_si(info) else value
         try:
-            number = parse_quantity(value, self.unit)
+            number = parse_quantity(plain, self.unit)
         except ValueError as error:
             raise refusal(str(error), self.allowed) from None
         low = self.above is not None and number <= self.above
@@ -53,13 +66,42 @@ class Quantity:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         writer = core_schema.plain_serializer_function_ser_schema(self.write)
-        return core_schema.no_info_plain_validator_function(self.read, serialization=writer)
+        return core_schema.with_info_plain_validator_function(self.read, serialization=writer)
 
 
-def refusal(problem: str, allowed: str = "", key: str = "", nearest: str = "") -> PydanticCustomError:
-    """A refused field; `key` names a field below the one being read."""
-    facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest}
+def _is_si(info: ValidationInfo | None) -> bool:
+    """Whether values come in SI, as `with_values` takes them, rather than as text."""
+    return bool(info and info.context and info.context.get("si"))
+
+
+def amount(value: float, unit: str, digits: int = 12) -> str:
+    """An SI value in the unit that people use for it; in SI where that gives a long number."""
+    usual = EXAMPLES.get(unit, f"1 {unit}").partition(" ")[2]
+    number = in_unit(value, unit, usual) if usual else value
+    if abs(number) >= 1e4:
+        number, usual = value, unit
+    return f"{number:.{digits}g} {usual}".strip()
+
+
+def refusal(
+    problem: str, allowed: str = "", key: str = "", nearest: str = "", *, beside: str = ""
+) -> PydanticCustomError:
+    """A refused field; `key` names a field below the one being read, `beside` one on its level."""
+    facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest, "beside": beside}
     return PydanticCustomError("refused", "{problem}", facts)
+
+
+def refuse_all(problems: Sequence[PydanticCustomError]) -> None:
+    """Report several refused fields at once.
+
+    Raises
+    ------
+    ValidationError
+        There is one at least; pydantic adds its entries to those of the table being read.
+    """
+    if problems:
+        lines = [InitErrorDetails(type=problem, loc=(), input=None) for problem in problems]
+        raise ValidationError.from_exception_data("refused", lines)
 
 
 class Provenance(BaseModel):
@@ -74,9 +116,10 @@ class Provenance(BaseModel):
 class Described(BaseModel):
     """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     provenance: dict[str, Provenance] = {}
+    """Sources of the numbers; a file writes each beside its number: { value = …, kind = …, source = … }."""
 
     @model_validator(mode="before")
     @classmethod
@@ -85,15 +128,6 @@ class Described(BaseModel):
             return table
         if not isinstance(table, Mapping):
             raise refusal("is not a table", f"a table with {', '.join(_own_keys(cls))}")
-        if cls.model_config.get("extra") == "forbid":
-            for key in table:
-                if key not in cls.model_fields:
-                    raise refusal(
-                        "is an unknown key",
-                        ", ".join(_own_keys(cls)),
-                        str(key),
-                        nearest_name(str(key), _own_keys(cls)) or "",
-                    )
         values, sources = split_sources(table)
         return values if not sources else values | {"provenance": sources}
 
@@ -101,8 +135,28 @@ class Described(BaseModel):
         return hash(self.model_dump_json())
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with some SI values replaced, unchecked: for perturbation and fitting."""
-        return self.model_copy(update=values)
+        """A copy with some values [SI] replaced, checked as a file's are.
+
+        Raises
+        ------
+        InputError
+            A value is out of its range, does not fit the others, or there is no such field.
+        """
+        for name in values:
+            if name not in type(self).model_fields:
+                known = _own_keys(type(self))
+                nearest = nearest_name(name, known)
+                raise InputError("is an unknown key", field=name, allowed=", ".join(known), nearest=nearest)
+        table = {name: getattr(self, name) for name in type(self).model_fields} | values
+        try:
+            return type(self).model_validate(table, context={"si": True})
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            facts = first.get("ctx", {})
+            path = [*map(str, first["loc"]), *filter(None, [facts.get("key")])]
+            value = values.get(path[0]) if path else None
+            allowed = str(facts.get("allowed", ""))
+            raise InputError(first["msg"], field=".".join(path), value=value, allowed=allowed) from None
 
 
 def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -1,21 +1,28 @@
-"""TOML → spec: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
+"""TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
 
 import copy
 import os
-import pathlib
-import re
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Generic, Literal, TypeVar, overload
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import Leg, Muscle, Orthosis, Scenario, Valve
+from afo_sim.description.leaves import fields_of, leaves, nearest_key, table_at
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.quantity import Described
+from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.tree import Path, Tree, read_table, value_at
+from afo_sim.description.tree import split_key as split_key
 from afo_sim.description.walking import Patient
 
-Path = tuple[str, ...]
+Source = str | os.PathLike[str] | Mapping[str, Any]
+Sets = Mapping[str, Any] | None
+D = TypeVar("D", bound=Described)
 SPECS: dict[str, type[BaseModel]] = {
     "scenario": Scenario,
     "leg": Leg,
@@ -23,22 +30,6 @@ SPECS: dict[str, type[BaseModel]] = {
     "muscle": Muscle,
     "valve": Valve,
     "patient": Patient,
-}
-# A string at such a place is the name of another description; "*" is any key.
-REFERENCES: dict[str, dict[Path, str]] = {
-    "scenario": {
-        ("leg",): "leg",
-        ("orthosis",): "orthosis",
-        ("patient",): "patient",
-        ("orthosis", "muscle", "*", "type"): "muscle",
-        ("orthosis", "chamber", "*", "inlet"): "valve",
-        ("orthosis", "chamber", "*", "outlet"): "valve",
-    },
-    "orthosis": {
-        ("muscle", "*", "type"): "muscle",
-        ("chamber", "*", "inlet"): "valve",
-        ("chamber", "*", "outlet"): "valve",
-    },
 }
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
@@ -59,162 +50,48 @@ FORMS = {
     "outlet": '[["4 s", "8 s"]]',
     "count": "1 to 20",
 }
-FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
 
 
-class _Tree:
-    """A description being put together, and which file each part of it came from."""
+@dataclass(frozen=True)
+class Reading(Generic[D]):
+    """A description, and the tree of files and set keys that it was read from."""
 
-    def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
-        self.kind, self.root = kind, root
-        self.files: dict[Path, pathlib.Path | None] = {(): file}
-
-    def file_of(self, path: Path) -> tuple[pathlib.Path | None, Path]:
-        """The file that a path is written in, and the path within that file."""
-        for length in range(len(path), -1, -1):
-            if path[:length] in self.files:
-                return self.files[path[:length]], path[length:]
-        return None, path
-
-    def follow(self, path: Path) -> None:
-        """Replace the name at `path`, if it is a reference, by what it names."""
-        kind = self._reference(path)
-        holder = self._holder(path)
-        if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
-            return
-        beside, inner = self.file_of(path)
-        try:
-            file = assets.find(kind, holder[path[-1]], beside)
-        except InputError as error:
-            raise InputError(
-                error.problem,
-                file=beside,
-                field=".".join(inner),
-                value=error.value,
-                allowed=error.allowed,
-                nearest=error.nearest,
-            ) from None
-        holder[path[-1]] = read_table(kind, file)
-        self.files[path] = file
-
-    def follow_all(self, path: Path = ()) -> None:
-        """Follow every reference at and below `path`."""
-        if path:
-            self.follow(path)
-        if not self._may_hold_references(path):
-            return
-        holder = self._holder(path)
-        node = self.root if not path else (holder or {}).get(path[-1])
-        if isinstance(node, dict):
-            for key in list(node):
-                self.follow_all((*path, key))
-
-    def set(self, dotted: str, value: Any) -> None:
-        """Put a value at a dotted key, following references on the way down."""
-        path, items = split_key(dotted)
-        node = self.root
-        for depth, key in enumerate(path[:-1], start=1):
-            self.follow(path[:depth])
-            child = node.setdefault(key, {})
-            if not isinstance(child, dict):
-                raise InputError(
-                    f"{'.'.join(path[:depth])} is a value, not a table", field=dotted, value=value
-                )
-            node = child
-        if items:
-            value = _with_item(node.get(path[-1]), items, value, dotted)
-        if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
-            value = {"value": value, "source": "set for this run", "kind": "user"}
-        node[path[-1]] = value
-
-    def _may_hold_references(self, path: Path) -> bool:
-        """Whether a reference can stand below `path`."""
-        return any(
-            len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
-            for pattern in REFERENCES.get(self.kind, {})
-        )
-
-    def _reference(self, path: Path) -> str | None:
-        for pattern, kind in REFERENCES.get(self.kind, {}).items():
-            if len(pattern) == len(path) and all(
-                p in ("*", key) for p, key in zip(pattern, path, strict=True)
-            ):
-                return kind
-        return None
-
-    def _holder(self, path: Path) -> dict[str, Any] | None:
-        node: Any = self.root
-        for key in path[:-1]:
-            node = node.get(key) if isinstance(node, dict) else None
-        return node if isinstance(node, dict) else None
+    description: D
+    tree: Tree
 
 
-def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
-    """The names of a dotted key, and the item of a list at its end.
-
-    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
-    (("phases", "dorsiflexor", "inlet"), (0, 1)).
-    """
-    names, bracket, rest = dotted.partition("[")
-    if bracket and not re.fullmatch(r"[0-9]{1,6}\](?:\[[0-9]{1,6}\])*", rest):
-        raise InputError(
-            "is no key: an item of a list is its number in brackets, at the end",
-            field=dotted,
-            allowed="as in insertion.from_ankle[0] or phases.dorsiflexor.inlet[0][1]",
-        )
-    return tuple(names.split(".")), tuple(int(item) for item in re.findall("[0-9]+", rest))
-
-
-def _with_item(told: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
-    """A copy of a list, perhaps of lists, in which one item is replaced."""
-    if not items:
-        return value
-    if isinstance(told, dict) and "value" in told:
-        told = told["value"]
-    if not isinstance(told, list | tuple):
-        raise InputError("is not a list here, so it has no items", field=dotted, value=value)
-    if items[0] >= len(told):
-        allowed = f"[0] to [{len(told) - 1}]" if told else "none: the list is empty"
-        raise InputError(f"there is no item [{items[0]}]", field=dotted, value=value, allowed=allowed)
-    replaced = list(told)
-    replaced[items[0]] = _with_item(told[items[0]], items[1:], value, dotted)
-    return replaced
-
-
-def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
-    """A description's TOML as a dict, named after its file, with the files beside it resolved."""
-    table = assets.read_toml(file)
-    table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
-    gait = table.get("gait")
-    if kind == "scenario" and isinstance(gait, dict) and isinstance(gait.get("cycle"), str):
-        beside = file.parent / gait["cycle"]
-        if beside.is_file():
-            gait["cycle"] = str(beside.resolve())
-    for key in FILES.get(kind, ()):
-        if isinstance(table.get(key), str):
-            table[key] = str((file.parent / table[key]).resolve())
-    return table
-
-
-def load(
-    kind: str, source: str | os.PathLike[str] | Mapping[str, Any], sets: Mapping[str, Any] | None = None
-) -> Any:
+@overload
+def load(kind: Literal["scenario"], source: Source, sets: Sets = None) -> Scenario: ...
+@overload
+def load(kind: Literal["leg"], source: Source, sets: Sets = None) -> Leg: ...
+@overload
+def load(kind: Literal["orthosis"], source: Source, sets: Sets = None) -> Orthosis: ...
+@overload
+def load(kind: Literal["muscle"], source: Source, sets: Sets = None) -> Muscle: ...
+@overload
+def load(kind: Literal["valve"], source: Source, sets: Sets = None) -> Valve: ...
+@overload
+def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient: ...
+@overload
+def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
+def load(kind: str, source: Source, sets: Sets = None) -> Described:
     """Read a description.
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle" or "valve"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve" or "patient"
     source : a shipped name, a path, or the description itself as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
-    the frozen Scenario, Leg, Orthosis, Muscle or Valve
+    the frozen Scenario, Leg, Orthosis, Muscle, Valve or Patient
 
     Raises
     ------
     InputError
-        The first thing that is wrong, with its file, field, value and what is allowed.
+        What is wrong, with its file, field, value and what is allowed. The error is the first; `others`
+        holds the rest.
 
     Examples
     --------
@@ -224,6 +101,11 @@ def load(
     >>> load("muscle", "dmsp_20").law
     'sarosi_2012'
     """
+    return read(kind, source, sets).description
+
+
+def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
+    """A description with its sources; parameters and errors as of `load`."""
     if isinstance(source, Mapping):
         file, root = None, copy.deepcopy(dict(source))
     elif isinstance(source, str | os.PathLike):
@@ -231,65 +113,21 @@ def load(
         root = read_table(kind, file)
     else:
         raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
-    tree = _Tree(kind, file, root)
+    tree = Tree(kind, file, root)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
         tree.set(key, _plain((sets or {})[key]))
     tree.follow_all()
     try:
-        return SPECS[kind].model_validate(tree.root)
+        description = SPECS[kind].model_validate(tree.root)
     except ValidationError as error:
-        raise _input_error(tree, error, set(sets or {})) from None
+        raise _first(_problems(tree, error)) from None
+    if tree.unfound:
+        raise _first(list(tree.unfound.values()))
+    return Reading(description, tree)
 
 
-def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
-    """A description as one dict with every name followed, which `load` takes without reading a file."""
-    file = assets.find(kind, os.fspath(source))
-    tree = _Tree(kind, file, read_table(kind, file))
-    tree.follow_all()
-    return tree.root
-
-
-def _input_error(tree: _Tree, error: ValidationError, sets: set[str]) -> InputError:
-    """The first validation error, as a message for people."""
-    first = error.errors(include_url=False)[0]
-    facts = first.get("ctx", {})
-    path = tuple(str(part) for part in first["loc"])
-    if facts.get("key"):
-        path += tuple(facts["key"].split("."))
-    if "provenance" in path[:-1]:  # of a { value, source, kind } table: where it was written
-        at = path.index("provenance")
-        path = (*path[:at], *path[at + 1].split("."), *path[at + 2 :])
-    file, inner = tree.file_of(path)
-    dotted = ".".join(path)
-    sets = {key.replace("[", ".").replace("]", "") for key in sets}
-    if any(dotted == key or dotted.startswith(key + ".") or key.startswith(dotted + ".") for key in sets):
-        file, inner = None, path
-    value = _value_at(tree.root, path)
-    problem = PROBLEMS.get(first["type"], first["msg"])
-    name = next((part for part in reversed(path) if not part.isdigit()), "")
-    return InputError(
-        problem,
-        file=file,
-        field=".".join(inner),
-        value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")),
-        nearest=facts.get("nearest") or None,
-    )
-
-
-def _value_at(node: Any, path: Path) -> Any:
-    for key in path:
-        if isinstance(node, dict):
-            node = node.get(key)
-        elif isinstance(node, list | tuple) and key.isdigit() and int(key) < len(node):
-            node = node[int(key)]
-        else:
-            return None
-    return node["value"] if isinstance(node, dict) and "value" in node else node
-
-
-def with_keys(description: Any, sets: Mapping[str, Any]) -> Any:
+def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     """A copy of a description with dotted keys set, checked as a file's are.
 
     Parameters
@@ -306,7 +144,8 @@ def with_keys(description: Any, sets: Mapping[str, Any]) -> Any:
     table = description.model_dump(mode="json", exclude_none=True)
     for key in sets:
         _say_who_set(table, *split_key(key)[0])
-    return load(kind, table, {key: _plain(value) for key, value in sets.items()})
+    found: D = read(kind, table, sets).description
+    return found
 
 
 def _say_who_set(table: Any, *path: str) -> None:
@@ -327,6 +166,90 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+    """A description as one dict with every name followed, which `load` takes without reading a file."""
+    file = assets.find(kind, os.fspath(source))
+    tree = Tree(kind, file, read_table(kind, file))
+    tree.follow_all()
+    if tree.unfound:
+        raise _first(list(tree.unfound.values()))
+    return tree.root
+
+
+def _first(problems: list[InputError]) -> InputError:
+    """The first of several problems, which tells of the others."""
+    first = problems[0]
+    first.others = tuple(problems[1:])
+    return first
+
+
+def _problems(tree: Tree, error: ValidationError) -> list[InputError]:
+    """Each validation error once, as a message for people: unfound names, unknown keys, then the rest."""
+    found = list(tree.unfound.values())
+    entries = [(entry, _path(entry)) for entry in error.errors(include_url=False)]
+    entries = [(entry, path) for entry, path in entries if path not in tree.unfound]
+    unknown = [(entry, path) for entry, path in entries if entry["type"] == "extra_forbidden"]
+    strange = [_unknown_key(tree, path) for _, path in unknown]
+    meant = {(*path[:-1], problem.nearest) for (_, path), problem in zip(unknown, strange, strict=True)}
+    found += strange
+    for entry, path in entries:
+        misspelt = entry["type"] == "missing" and path in meant
+        if entry["type"] != "extra_forbidden" and not misspelt:
+            found.append(_problem(tree, entry, path))
+    return found
+
+
+def _path(entry: Any) -> Path:
+    """The place that a validation error is about, as the file writes it."""
+    facts = entry.get("ctx", {})
+    path = tuple(str(part) for part in entry["loc"])
+    if facts.get("beside"):
+        path = (*path[:-1], facts["beside"])
+    if facts.get("key"):
+        path += tuple(facts["key"].split("."))
+    if "provenance" in path[:-1]:  # of a { value, source, kind } table: where it was written
+        at = path.index("provenance")
+        path = (*path[:at], *path[at + 1].split("."), *path[at + 2 :])
+    if len(path) > 1 and "parameters" in path:  # of a law's flat table
+        path = tuple(part for part in path if part != "parameters")
+    return path
+
+
+def _place(tree: Tree, path: Path) -> dict[str, Any]:
+    """File, field and value of a path; no file where `--set` wrote it."""
+    file, inner = tree.file_of(path)
+    if any(path[: len(key)] == key or key[: len(path)] == path for key in tree.set_keys):
+        file, inner = None, path
+    value = value_at(tree.root, path)
+    return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
+
+
+def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
+    facts = entry.get("ctx", {})
+    name = next((part for part in reversed(path) if not part.isdigit()), "")
+    return InputError(
+        PROBLEMS.get(entry["type"], entry["msg"]),
+        **_place(tree, path),
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")),
+        nearest=facts.get("nearest") or None,
+    )
+
+
+def _unknown_key(tree: Tree, path: Path) -> InputError:
+    """An unknown key, with the nearest one on whatever level."""
+    spec = SPECS[tree.kind]
+    table = table_at(spec, path[:-1])
+    names = list(fields_of(table)) if table else []
+    place = _place(tree, path)
+    written_in, inner = tree.file_of(path)
+    within = path[: len(path) - len(inner)] if place["file"] == written_in else ()
+    known = [leaf for leaf in leaves(spec, tree.root) if leaf.path[: len(within)] == within]
+    nearest = nearest_key(path, known, names)
+    if nearest and nearest not in names:
+        nearest = ".".join(nearest.split(".")[len(within) :])
+    return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)
 
 
 Scenario.with_keys = with_keys

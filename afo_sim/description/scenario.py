@@ -1,7 +1,7 @@
-"""What is simulated: frozen descriptions, checked at birth, SI inside.
+"""A scenario as it is described: leg, supply, valve timing and, for walking, gait and patient.
 
-Muscle, Valve, Leg, Orthosis, Scenario are read from TOML by `reader.py`. Angles are dorsiflexion
-positive, pressures gauge, positions in metres from the ankle joint: x forward, y left, z up.
+Frozen descriptions, checked at birth, SI inside; `reader.py` reads them from TOML. Angles are
+dorsiflexion positive, pressures gauge.
 """
 
 import pathlib
@@ -12,162 +12,26 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.common.errors import nearest_name
-from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength, Pressure
+from afo_sim.description.muscle import Pressure
+from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.walking import Gait, Ground, Patient, Phases
 
-Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
-Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
 Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
-Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
-Coordinates = tuple[Length, Length, Length]
 Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
 
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
-
-
-class Valve(Described):
-    """A solenoid valve: sonic conductance C, critical ratio b (ISO 6358), and its two delays."""
-
-    name: str = ""
-    description: str = ""
-    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
-    critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
-    opening_delay: Delay
-    closing_delay: Delay
-
-
-class Anchor(Described):
-    """One end of a muscle group: where on which segment, and how far apart its muscles are."""
-
-    segment: Literal["shank", "foot"]
-    from_ankle: Coordinates
-    spacing: Distance = 0.0
-
-
-class Pulley(Described):
-    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
-
-    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
-    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
-    """
-
-    radius: PositiveLength
-    direction: Literal["positive", "negative"]
-    initial_contraction: Contraction = 0.0
-    spacing: Distance = 0.0
-
-    @property
-    def moment_arm(self) -> float:
-        """−dL/dφ [m]: positive when tension turns the joint to positive angles."""
-        return self.radius if self.direction == "positive" else -self.radius
-
-
-class MuscleGroup(Described):
-    """Parallel muscles of one kind on one chamber, between two anchors or over a pulley."""
-
-    count: int = Field(ge=1, le=20)
-    type: Muscle
-    origin: Anchor | None = None
-    insertion: Anchor | None = None
-    link_length: Distance | None = None
-    slack: Distance = 0.0
-    pulley: Pulley | None = None
-    chamber: str | None = None
-
-    @model_validator(mode="after")
-    def _spans_the_joint(self) -> Self:
-        between = {key: getattr(self, key) for key in ("origin", "insertion", "link_length")}
-        if self.pulley is None:
-            for key, given in between.items():
-                if given is None:
-                    either = "origin, insertion and link_length; or a pulley"
-                    raise refusal("is missing: the muscle is not mounted", either, key)
-        else:
-            for key, given in (between | {"slack": self.slack or None}).items():
-                if given is not None:
-                    raise refusal(
-                        "does not go with a pulley: its length follows from initial_contraction",
-                        "either a pulley, or origin, insertion, link_length and slack",
-                        key,
-                    )
-        if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
-            raise refusal(
-                "both ends are on the same segment: the muscle cannot move the ankle",
-                "the segment that the other end is not on",
-                "insertion.segment",
-            )
-        return self
-
-    @property
-    def series_length(self) -> float:
-        """What the tendon is longer than the active braid [m]: ends, link and slack.
-
-        The tendon of a pulley measures from angle zero, so there it is minus the braid's length.
-        """
-        if self.pulley is not None:
-            return -self.type.nominal_length * (1.0 - self.pulley.initial_contraction)
-        return self.type.end_length + (self.link_length or 0.0) + self.slack
-
-
-class Chamber(Described):
-    """Muscles that share their valves: inlet from the supply, outlet to ambient."""
-
-    inlet: Valve
-    outlet: Valve
-    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=0.1)]
-    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
-
-
-class Orthosis(Described):
-    """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
-
-    Cuff or plate may be missing where the leg's own bodies hold the muscles.
-    """
-
-    name: str = ""
-    description: str = ""
-    cuff: pathlib.Path | None = None
-    plate: pathlib.Path | None = None
-    range_of_motion: tuple[Angle, Angle]
-    muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
-    chamber: dict[str, Chamber] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _chambers_exist(self) -> Self:
-        if not self.muscle and (self.cuff is not None or self.plate is not None or self.chamber):
-            raise refusal("there is no muscle", "at least one muscle group", "muscle")
-        for kind in ("muscle", "chamber"):
-            for name in getattr(self, kind):
-                if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-                    raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
-        for name, group in self.muscle.items():
-            if (group.chamber or name) not in self.chamber:
-                raise refusal(
-                    f"there is no chamber {group.chamber or name!r}",
-                    ", ".join(self.chamber),
-                    f"muscle.{name}.chamber",
-                    nearest_name(group.chamber or name, self.chamber) or "",
-                )
-        for name in self.chamber:
-            if not self.muscles_of(name):
-                raise refusal("no muscle hangs on this chamber", "", f"chamber.{name}")
-        if not self.range_of_motion[0] < self.range_of_motion[1]:
-            raise refusal("the first angle is not below the second", "", "range_of_motion")
-        return self
-
-    def muscles_of(self, chamber: str) -> dict[str, MuscleGroup]:
-        """The muscle groups that hang on a chamber."""
-        return {n: g for n, g in self.muscle.items() if (g.chamber or n) == chamber}
 
 
 class PassiveAnkle(Described):
     """The relaxed ankle, as a factor and a shift of Riener & Edrich's healthy mean."""
 
     scale: Annotated[float, Quantity("", at_least=0.0, at_most=20.0)] = 1.0
+    """Factor on the healthy mean's moment; 0 is no tissue."""
     offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
+    """Shift of the angle at which the tissue is slack."""
 
 
 class Leg(Described):
@@ -180,31 +44,47 @@ class Leg(Described):
     """
 
     name: str = ""
+    """Name; the folder's by default."""
     description: str = ""
+    """One line that says what it is."""
     file: pathlib.Path
+    """MJCF or URDF file of the leg."""
     shank: str = "shank"
+    """Name of the shank's body in the file."""
     foot: str = "foot"
+    """Name of the foot's body in the file."""
     ankle: str = "ankle"
+    """Name of the ankle's hinge in the file."""
     directions: tuple[Word, Word] = ("dorsiflexion", "plantarflexion")
+    """Names of turning the joint to positive and to negative angles."""
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
+    """Viscous damping of the joint."""
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
+    """Mass of the whole body that the leg belongs to."""
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] = 1.75
+    """Height of the body that the leg belongs to."""
     friction: Annotated[float, Quantity("N*m", at_least=0.0, at_most=100.0)] = 0.0
+    """Coulomb friction about the joint, on top of the file's."""
     inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
+    """Inertia about the joint of what else turns with the foot, on top of the file's."""
     passive: PassiveAnkle = PassiveAnkle()
+    """Moment of the relaxed ankle's tissue."""
 
 
 class Supply(Described):
     """Compressed air at constant gauge pressure."""
 
     pressure: Pressure
+    """Gauge pressure before the inlet valves."""
 
 
 class Shank(Described):
     """What holds the shank, and the knee angle that the passive ankle depends on."""
 
     pose: Literal["fixed", "driven"] = "fixed"
+    """Fixed in space, or driven by recorded walking."""
     knee_angle: Annotated[float, Quantity("rad", at_least=0.0, at_most=2.8)] | None = None
+    """Knee flexion of a fixed shank; the tissue's moment depends on it."""
 
     @model_validator(mode="after")
     def _has_a_knee(self) -> Self:
@@ -219,7 +99,9 @@ class ValveTimes(Described):
     """When a chamber's two valves are open, as [from, to] within the timer's period."""
 
     inlet: tuple[tuple[Time, Time], ...] = ()
+    """Intervals [from, to] in which the inlet valve's coil has current."""
     outlet: tuple[tuple[Time, Time], ...] = ()
+    """Intervals [from, to] in which the outlet valve's coil has current."""
 
 
 class Timer(Described):
@@ -229,6 +111,7 @@ class Timer(Described):
     __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)
 
     period: PositiveTime
+    """Time after which the valves' intervals repeat."""
 
     @property
     def chambers(self) -> dict[str, ValveTimes]:
@@ -262,21 +145,37 @@ class Scenario(Described):
     """
 
     name: str = ""
+    """Name of the run's folder; the file's by default."""
     description: str = ""
+    """One line that says what it is."""
     duration: PositiveTime
+    """Simulated time."""
     leg: Leg
+    """Leg: a shipped name, or the path of a leg's TOML file or folder."""
     orthosis: Orthosis
+    """Orthosis: a shipped name, or the path of an orthosis' TOML file or folder."""
     timestep: Annotated[float, Quantity("s", at_least=1e-6, at_most=0.01)] = 0.001
+    """Step of the integration."""
     record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] = 1000.0
+    """Rows of the recording a second; a whole fraction of the step rate."""
     callback: Literal["native", "python"] = "native"
+    """Compiled muscles, or the same in plain Python, much slower, to look inside."""
     supply: Supply
+    """Compressed air."""
     shank: Shank
-    load_moment: Moment = 0.0  # constant about the joint, against positive angles
+    """What holds the shank."""
+    load_moment: Moment = 0.0
+    """Constant moment about the joint, against positive angles."""
     timer: Timer | None = None
+    """Valves switched by a clock; or phases."""
     phases: Phases | None = None
+    """Valves switched by gait phase; or a timer. Walking only."""
     gait: Gait | None = None
+    """Recorded walking that drives the shank. Walking only."""
     patient: Patient | None = None
+    """Patient: a shipped name, or the path of a patient's TOML file or folder. Walking only."""
     ground: Ground | None = None
+    """How the ground acts on the foot. Walking only."""
 
     # filled by `reader`, which follows names; a description reads no files
     with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]

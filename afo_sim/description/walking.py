@@ -14,11 +14,17 @@ class Gait(Described):
     """Recorded walking that drives the shank, stride after stride."""
 
     cycle: str
+    """Recorded stride: a shipped gait, or the path of a gait CSV."""
     stride_time: Annotated[float, Quantity("s", above=0.2, at_most=10.0)] | None = None
+    """Duration of a stride; the recording's by default."""
     variability: Annotated[float, Quantity("", at_least=0.0, at_most=0.2)] = 0.0
+    """Standard deviation of the stride time, as a share of it."""
     seed: int = Field(default=0, ge=0)
+    """Seed of the stride times, where they vary."""
     start_phase: Phase = 0.0
+    """Gait phase at which the run begins; 0 is heel strike."""
     ankle_offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
+    """Angle added to the recorded ankle angle."""
 
 
 class Patient(Described):
@@ -29,13 +35,21 @@ class Patient(Described):
     """
 
     name: str = ""
+    """Name; the folder's by default."""
     description: str = ""
+    """One line that says who it is."""
     dorsiflexor_strength: Share
+    """Strength that the dorsiflexors have left, as a share of the healthy moment."""
     plantarflexor_strength: Share
+    """Strength that the plantarflexors have left, as a share of the healthy moment."""
     stiffness: Annotated[float, Quantity("", at_least=0.0, at_most=10.0)] = 1.0
+    """Factor on the stiffness about the recorded angle."""
     spasticity: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.0
+    """Moment of the plantarflexors by the velocity of their stretch."""
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] | None = None
+    """Mass of the body; the leg's by default."""
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] | None = None
+    """Height of the body; the leg's by default."""
 
 
 class Ground(Described):
@@ -54,18 +68,26 @@ class Ground(Described):
     """
 
     mode: Literal["recorded", "contact"] = "recorded"
+    """Recorded force, whatever the foot does, or contact of this foot with the floor."""
     stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 5e4
+    """Stiffness of the pads under heel and ball."""
     damping: Annotated[float, Quantity("s/m", at_least=0.0, at_most=2.0)] = 1.0
+    """Share of a pad's force by its velocity."""
     toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] = 25.0
+    """Stiffness of the toe joint."""
     body_stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 2e4
+    """Stiffness by which the leg gives way to the ground."""
     body_damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e4)] = 400.0
+    """Damping by which the leg gives way to the ground."""
 
 
 class ValvePhases(Described):
     """When a chamber's two valves are open, as [from, to] in gait phase; from > to runs over heel strike."""
 
     inlet: tuple[tuple[Phase, Phase], ...] = ()
+    """Intervals [from, to] of gait phase in which the inlet valve's coil has current."""
     outlet: tuple[tuple[Phase, Phase], ...] = ()
+    """Intervals [from, to] of gait phase in which the outlet valve's coil has current."""
 
     @model_validator(mode="after")
     def _are_intervals(self) -> Self:

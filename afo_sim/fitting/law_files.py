@@ -1,6 +1,5 @@
 """What a fit leaves behind: a muscle that runs at once, its numbers, a figure of the residuals."""
 
-import json
 import math
 import pathlib
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
-from afo_sim.common.writing import replacing
+from afo_sim.common.writing import together, write_json, write_text
 from afo_sim.description import reader
 from afo_sim.fitting.law_fit import Fit, rms
 from afo_sim.fitting.law_problem import NOMINAL_LENGTH, predict, pressure_levels, take
@@ -106,19 +105,15 @@ def write_fit(fits: Sequence[Fit], skipped: dict[str, str], folder: pathlib.Path
     data_sets = best.problem.data
     stems = [data.file.stem for data in data_sets]
     told = {"fits": [_as_json(fit) for fit in fits], "skipped": skipped}
-    texts = {folder / "fit.json": json.dumps(told, indent=2, ensure_ascii=False) + "\n"}
-    for data in data_sets:
-        own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
-        place = folder / own if len(data_sets) > 1 else folder
-        texts[place / "muscle.toml"] = muscle_toml(best, data, like)
-    for file, text in texts.items():
-        with replacing(file) as path:
-            path.write_text(text, encoding="utf-8")
-            if file.suffix == ".toml":
-                _require_a_muscle(path, best)
-    for suffix in ("png", "pdf"):
-        with replacing(folder / f"fit.{suffix}") as path:
-            draw(fits, path, suffix)
+    with together(folder) as scratch:
+        write_json(scratch / "fit.json", told)
+        for data in data_sets:
+            own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
+            place = scratch / own if len(data_sets) > 1 else scratch
+            write_text(place / "muscle.toml", muscle_toml(best, data, like))
+            _require_a_muscle(place / "muscle.toml", best)
+        for suffix in ("png", "pdf"):
+            draw(fits, scratch / f"fit.{suffix}", suffix)
 
 
 def _require_a_muscle(path: pathlib.Path, fit: Fit) -> None:

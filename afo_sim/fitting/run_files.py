@@ -1,11 +1,10 @@
 """What a dynamic fit leaves behind: its numbers, a scenario that runs at once, and its tables as text."""
 
-import json
 import pathlib
 from typing import Any
 
 from afo_sim.common.toml_text import toml_text
-from afo_sim.common.writing import replacing
+from afo_sim.common.writing import together, write_json, write_text
 from afo_sim.description import reader
 from afo_sim.fitting.run_fit import FitRun
 from afo_sim.show.log_figure import draw_log
@@ -15,26 +14,20 @@ MISFIT = 1.5  # times the noise: above it the model lacks something that the log
 
 
 def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write fit_run.json, fit_run.png/.pdf and, if a search has settled, scenario.toml, each whole or not.
+    """Write fit_run.json, fit_run.png/.pdf and, if a search has settled, scenario.toml: all or none.
 
     Parameters
     ----------
     fit : from `fit_run`
     folder : made if need be
     """
-    texts = {NUMBERS: json.dumps(as_json(fit), indent=2, ensure_ascii=False) + "\n"}
-    if fit.values and fit.converged:
-        texts[SCENARIO] = scenario_toml(fit)
-    else:
-        (folder / SCENARIO).unlink(missing_ok=True)  # not another fit's
-    for name, text in texts.items():
-        with replacing(folder / name) as path:
-            path.write_text(text, encoding="utf-8")
-            if name == SCENARIO:
-                reader.load("scenario", path)  # it must be one
-    for suffix in ("png", "pdf"):
-        with replacing(folder / f"{FIGURE}.{suffix}") as path:
-            draw_log(fit, path, suffix)
+    with together(folder, (NUMBERS, SCENARIO, f"{FIGURE}.png", f"{FIGURE}.pdf")) as scratch:
+        write_json(scratch / NUMBERS, as_json(fit))
+        if fit.values and fit.converged:
+            write_text(scratch / SCENARIO, scenario_toml(fit))
+            reader.load("scenario", scratch / SCENARIO)  # it must be one
+        for suffix in ("png", "pdf"):
+            draw_log(fit, scratch / f"{FIGURE}.{suffix}", suffix)
 
 
 def scenario_toml(fit: FitRun) -> str:

@@ -24,8 +24,9 @@ from afo_sim.fitting.log import Log, read_log, read_noise
 from afo_sim.fitting.run_parameter import Parameter, find_parameters
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.simulation.recording import Recording, make_recording
-from afo_sim.simulation.rollout import simulate
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.simulate import simulate
 
 Progress = Callable[[str], None]
 Values = Mapping[str, float]
@@ -199,7 +200,7 @@ def run_at(problem: Problem, values: Values) -> Recording:
     rollout = simulate(built, control)
     if rollout.failure is not None:
         raise rollout.failure
-    return make_recording(built, control, rollout)
+    return make_recording(built, rollout)
 
 
 def differences(problem: Problem, values: Values, recording: Recording) -> dict[str, np.ndarray]:

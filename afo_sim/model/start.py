@@ -1,14 +1,11 @@
 """The state that a simulation starts from: at rest, or in the middle of walking."""
 
-from collections.abc import Mapping
-
 import mujoco
 import numpy as np
 from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk import JOINTS
@@ -34,7 +31,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     model, index = built.model, built.index
     data = mujoco.MjData(model)
     data.ctrl[:] = control
-    fill_chambers(built, data, 0.0)
+    native.fill_chambers(model, data, 0.0)
 
     def acceleration(angle: float) -> float:
         data.qpos[index.ankle_qpos] = angle
@@ -42,13 +39,13 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
         return float(data.qacc[index.ankle_dof])
 
     if acceleration(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
-        fill_chambers(built, data, 0.0)
+        native.fill_chambers(model, data, 0.0)
         return get_state(model, data)
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
     if acceleration(lower) * acceleration(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     data.qpos[index.ankle_qpos] = brentq(acceleration, lower, upper, xtol=1e-14)
-    fill_chambers(built, data, 0.0)
+    native.fill_chambers(model, data, 0.0)
     return get_state(model, data)
 
 
@@ -59,24 +56,8 @@ def walking_start(built: Built) -> np.ndarray:
     place, velocity = built.walk.start()
     dofs = [int(model.joint(name).dofadr[0]) for name in (*JOINTS, ANKLE)]
     data.qpos[dofs], data.qvel[dofs] = place, velocity
-    fill_chambers(built, data, 0.0)
+    native.fill_chambers(model, data, 0.0)
     return get_state(model, data)
-
-
-def fill_chambers(built: Built, data: mujoco.MjData, pressure: float | Mapping[str, float]) -> None:
-    """Set the chambers to gauge pressures [Pa] at ambient temperature, at the present angle."""
-    model = built.model
-    mujoco.mj_fwdPosition(model, data)
-    addresses = {name: model.actuator_actadr[i] for name, i in built.index.chambers.items()}
-    for adr in addresses.values():  # any positive air, so that the callback tells the volume
-        data.act[adr : adr + 3] = 1.0
-    mujoco.mj_forward(model, data)
-    for number, (name, adr) in enumerate(addresses.items()):
-        gauge = pressure if isinstance(pressure, float | int) else pressure.get(name, 0.0)
-        volume = data.userdata[native.FLOWS_PER_CHAMBER * number + 2]
-        absolute = gauge + AMBIENT_PRESSURE
-        mass = absolute * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
-        data.act[adr : adr + 3] = mass, volume, absolute
 
 
 def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:

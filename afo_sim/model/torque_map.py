@@ -11,7 +11,6 @@ from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import sweep_ankle
-from afo_sim.model.start import fill_chambers
 
 # What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
@@ -55,7 +54,7 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
             for row, angle in enumerate(angles):
                 for column, pressure in enumerate(pressures):
                     data.qpos[index.ankle_qpos] = angle
-                    fill_chambers(built, data, {chamber: float(pressure)})
+                    native.fill_chambers(model, data, {index.chambers[chamber]: float(pressure)})
                     mujoco.mj_forward(model, data)
                     torque[row, column] = chamber_torque(built, data, chamber)
             columns = [k for k, i in enumerate(index.muscles.values()) if i in members_of(built, chamber)]

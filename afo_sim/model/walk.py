@@ -14,7 +14,7 @@ import numpy as np
 from afo_sim.common import assets
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Gait
-from afo_sim.gait import cycle as gait_file
+from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import GaitCycle, fit_to_leg
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]

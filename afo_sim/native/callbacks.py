@@ -87,24 +87,23 @@ from afo_sim.native.slots import (
     VALVE_CRITICAL_RATIO,
     VALVE_OPENING_DELAY,
 )
-from afo_sim.physics.friction import (
-    bouc_wen_pressure,
-    bouc_wen_rate,
-    hunt_dead_band,
-    maxwell_slip_pressure,
-    maxwell_slip_rates,
-    tondu_lopez_friction,
+from afo_sim.native.state import (
+    ABSOLUTE_PRESSURE,
+    AIR_MASS,
+    ARMATURE,
+    INLET_FLOW,
+    INTEGRATED_VOLUME,
+    OPENING,
+    OUTLET_FLOW,
+    VOLUME,
 )
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
 from afo_sim.physics.ground import pad_force
 from afo_sim.physics.hill import hill_force, three_element_damping
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
 from afo_sim.physics.static_force import muscle_static_force
 
-STRIBECK, MAXWELL_SLIP, HUNT = (
-    float(FRICTIONS[name].native_id) for name in ("tondu_lopez_2000_stribeck", "vo_minh_2011", "hunt_2017")
-)
 PRESSURE_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]
 
 # What a callback can object to; the text that MuJoCo reports is "<complaint> <actuator id>".
@@ -118,16 +117,10 @@ COMPLAINTS = (
 
 
 @register_jitable
-def friction_pressure(m: Any, d: Any, j: int, rate: float) -> tuple[float, float]:
-    """Friction pressure of a muscle at the end of the step [Pa], and its derivative by κ̇ [Pa·s]."""
-    u, act = m.actuator_user, d.act
-    model, c, step = u[j + MUSCLE_FRICTION], j + MUSCLE_FRICTION_COEFFICIENTS, m.opt.timestep
-    if model == HUNT:
-        return hunt_dead_band(rate, u[c], u[c + 1])
-    a = m.actuator_actadr[int(u[j + MUSCLE_FRICTION_STATES])]
-    if model == MAXWELL_SLIP:
-        return maxwell_slip_pressure(rate, act[a], act[a + 1], act[a + 2], act[a + 3], u[c], u[c + 1], step)
-    return bouc_wen_pressure(rate, act[a], u[c], u[c + 1], step)
+def friction_address(m: Any, j: int) -> int:
+    """Place in `act` of the first state of a muscle's friction; 0 where it has none, which nobody reads."""
+    actuator = int(m.actuator_user[j + MUSCLE_FRICTION_STATES])
+    return m.actuator_actadr[actuator] if actuator >= 0 else 0
 
 
 @register_jitable
@@ -137,22 +130,20 @@ def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     length = u[j + MUSCLE_NOMINAL_LENGTH]
     contraction = 1.0 - (d.actuator_length[i] - u[j + MUSCLE_SERIES_LENGTH]) / length
     rate = -d.actuator_velocity[i] / length
-    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + 2]
+    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + ABSOLUTE_PRESSURE]
     pressure = absolute - AMBIENT_PRESSURE
     law, lowest, c = u[j + MUSCLE_LAW], u[j + MUSCLE_LOWEST_PRESSURE], j + MUSCLE_COEFFICIENTS
     friction, slope, static_slope = 0.0, 0.0, 0.0
-    model = u[j + MUSCLE_FRICTION]
+    model, f, step = u[j + MUSCLE_FRICTION], j + MUSCLE_FRICTION_COEFFICIENTS, m.opt.timestep
     if model == 0.0:
         static = muscle_static_force(law, contraction, pressure, lowest, u, c)
-    elif model == STRIBECK:
+    elif is_force(model):
         static = muscle_static_force(law, contraction, pressure, lowest, u, c)
-        f = j + MUSCLE_FRICTION_COEFFICIENTS
-        friction, slope = tondu_lopez_friction(
-            contraction, rate, pressure, u[f], u[f + 1], u[f + 2], u[f + 3], u[f + 4], u[f + 5], u[f + 6]
-        )
+        a = friction_address(m, j)
+        friction, slope = friction_force(model, contraction, rate, pressure, d.act, a, u, f, step)
     else:
         # the muscle pulls as if at p − q; friction cannot be more than what presses
-        q, q_slope = friction_pressure(m, d, j, rate)
+        q, q_slope = friction_pressure(model, rate, d.act, friction_address(m, j), u, f, step)
         bound = 0.0 if pressure < 0.0 else pressure
         if q > bound:
             q, q_slope = bound, 0.0
@@ -202,17 +193,12 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
 
     @register_jitable
     def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
-        u, act, act_dot = m.actuator_user, d.act, d.act_dot
+        u, act = m.actuator_user, d.act
         muscle = int(u[j + FRICTION_MUSCLE])
         q = m.nuser_actuator * muscle
         rate = -d.actuator_velocity[muscle] / u[q + MUSCLE_NOMINAL_LENGTH]
-        c, a, step = q + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i], m.opt.timestep
-        if u[q + MUSCLE_FRICTION] == MAXWELL_SLIP:
-            rates = maxwell_slip_rates(rate, act[a], act[a + 1], act[a + 2], act[a + 3], u[c], u[c + 1], step)
-            act_dot[a], act_dot[a + 1], act_dot[a + 2], act_dot[a + 3] = rates
-            return 0.0
-        # of an actuator with one state MuJoCo takes what the callback returns
-        return bouc_wen_rate(rate, act[a], u[c], u[c + 1], step)
+        c, a = q + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i]
+        return friction_rates(u[q + MUSCLE_FRICTION], rate, act, a, u, c, m.opt.timestep, d.act_dot)
 
     @register_jitable
     def chamber_dyn(m: Any, d: Any, i: int, j: int) -> None:
@@ -220,7 +206,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         lengths, velocities = d.actuator_length, d.actuator_velocity
         addresses, width = m.actuator_actadr, m.nuser_actuator
         adr = addresses[i]
-        mass, integrated_volume, pressure = act[adr], act[adr + 1], act[adr + 2]
+        mass, integrated_volume = act[adr + AIR_MASS], act[adr + INTEGRATED_VOLUME]
+        pressure = act[adr + ABSOLUTE_PRESSURE]
         if not pressure > 0.0:
             fail(1, i)
         if not mass > 0.0:
@@ -254,7 +241,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             AMBIENT_TEMPERATURE,
             pressure,
             temperature,
-            act[addresses[inlet] + 1],
+            act[addresses[inlet] + OPENING],
             u[q + VALVE_CONDUCTANCE],
             u[q + VALVE_CRITICAL_RATIO],
         )
@@ -264,7 +251,7 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             temperature,
             AMBIENT_PRESSURE,
             AMBIENT_TEMPERATURE,
-            act[addresses[outlet] + 1],
+            act[addresses[outlet] + OPENING],
             u[q + VALVE_CONDUCTANCE],
             u[q + VALVE_CRITICAL_RATIO],
         )
@@ -277,8 +264,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             flow_in -= outlet_flow
         else:
             flow_out += outlet_flow
-        act_dot[adr] = flow_in - flow_out
-        act_dot[adr + 1] = volume_rate
+        act_dot[adr + AIR_MASS] = flow_in - flow_out
+        act_dot[adr + INTEGRATED_VOLUME] = volume_rate
         # midpoint rule: the explicit one loses pressure whichever way the volume moves
         wall = u[j + CHAMBER_WALL_CONDUCTANCE]
         half = 0.5 * step
@@ -287,21 +274,22 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         integrated_volume += half * volume_rate
         mass += half * (flow_in - flow_out)
         temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
-        act_dot[adr + 2] = pressure_rate(
+        act_dot[adr + ABSOLUTE_PRESSURE] = pressure_rate(
             pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall
         )
         row = int(u[j + CHAMBER_USERDATA])
         userdata = d.userdata
-        userdata[row], userdata[row + 1], userdata[row + 2] = inlet_flow, outlet_flow, volume
+        userdata[row + INLET_FLOW], userdata[row + OUTLET_FLOW] = inlet_flow, outlet_flow
+        userdata[row + VOLUME] = volume
 
     @register_jitable
     def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
         u = m.actuator_user
         adr = m.actuator_actadr[i]
-        d.act_dot[adr], d.act_dot[adr + 1] = valve_rates(
+        d.act_dot[adr + ARMATURE], d.act_dot[adr + OPENING] = valve_rates(
             d.ctrl[i],
-            d.act[adr],
-            d.act[adr + 1],
+            d.act[adr + ARMATURE],
+            d.act[adr + OPENING],
             u[j + VALVE_OPENING_DELAY],
             u[j + VALVE_CLOSING_DELAY],
             m.opt.timestep,

@@ -1,4 +1,4 @@
-"""Where every parameter stands in `actuator_user`, and the rows that hold them.
+"""Slots of the parameters in `actuator_user`, and the rows that hold them.
 
 An actuator's row begins with a mark and a kind. Nothing outside this package writes a row; the slots are
 read by name.
@@ -8,14 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.physics.frictions import MAX_FRICTION_COEFFICIENTS
+from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS
 from afo_sim.physics.hill import DAMPER_COEFFICIENTS
-from afo_sim.physics.law import Braid
+from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import MAX_COEFFICIENTS
 
 MARK = 2826.0  # tells this project's actuators from anybody else's
-FLOWS_PER_CHAMBER = 3  # userdata: inlet flow, outlet flow, volume
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0

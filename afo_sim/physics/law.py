@@ -1,8 +1,14 @@
-"""What describes a static force law: the braid's geometry, a law's parameters, the law itself."""
+"""Description of a static force law: the braid's geometry, the law's parameters, the law itself."""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+
+Values = Mapping[str, float]  # parameters by name [SI]
+Coefficients = tuple[float, ...]
+
+MAX_COEFFICIENTS = 21  # slots of a law's coefficients in an actuator's row
+CHARACTERISTIC = (1e5, 6e5)  # gauge pressures of the maker's characteristics of fluidic muscles [Pa]
 
 
 @dataclass(frozen=True)
@@ -28,12 +34,18 @@ class Braid:
         """L0 tan α0/(2 π r0) [-]."""
         return self.nominal_length * math.tan(self.braid_angle) / (2.0 * math.pi * self.nominal_radius)
 
+    @property
+    def lock(self) -> float:
+        """κ = 1 − 1/cos α0, negative: the contraction ratio at which the threads lie along the muscle [-]."""
+        return 1.0 - 1.0 / math.cos(self.braid_angle)
+
 
 @dataclass(frozen=True)
 class LawParameter:
-    """One parameter of a law beyond the braid's geometry: its symbol, SI unit and bounds.
+    """One parameter of a law or friction beyond the braid's geometry: symbol, SI unit, bounds.
 
-    `start` is the range that fits start from; `default` stands where a description is silent.
+    `start` is the range of usual values, from which fits start; `default` stands where a description is
+    silent.
     """
 
     name: str
@@ -45,20 +57,29 @@ class LawParameter:
     start: tuple[float, float] = (0.0, 0.0)
     default: float | None = None
 
+    @property
+    def typical(self) -> float:
+        """The default, or the middle of the usual values, or of the bounds where none are stated [unit]."""
+        if self.default is not None:
+            return self.default
+        low, high = (self.lower, self.upper) if self.start == (0.0, 0.0) else self.start
+        return 0.5 * (low + high)
+
 
 @dataclass(frozen=True)
 class Law:
     """A force law: `kernel(contraction, pressure, *coefficients(braid, parameters))` in newtons.
 
-    `fitted` names what a fit varies (parameters, and `braid_angle` or `end_length` of the muscle);
-    the ranges are where the law was published or shown to hold.
+    `native_id` is the number by which compiled code knows the kernel; laws of one kernel share it. `fitted`
+    names the parameters that a fit varies (a law's, and `braid_angle` or `end_length` of the muscle). The
+    ranges [Pa, -] are where the law was published or shown to hold.
     """
 
     name: str
-    kernel: Callable[..., float]
     native_id: int
+    kernel: Callable[..., float]
     parameters: tuple[LawParameter, ...]
-    coefficients: Callable[[Braid, Mapping[str, float]], tuple[float, ...]]
+    coefficients: Callable[[Braid, Values], Coefficients]
     fitted: tuple[str, ...]
     formula: str
     pressure_range: tuple[float, float]
@@ -69,3 +90,18 @@ class Law:
     def parameter(self, name: str) -> LawParameter:
         """The parameter of a name."""
         return next(parameter for parameter in self.parameters if parameter.name == name)
+
+
+def without_default(parameters: tuple[LawParameter, ...]) -> tuple[str, ...]:
+    """Names of the parameters that have no default: those that a fit usually varies."""
+    return tuple(parameter.name for parameter in parameters if parameter.default is None)
+
+
+def radial(*names: str) -> Callable[[Braid, Values], Coefficients]:
+    """Coefficients of a kernel that takes r0 [m] and b = 1/sin²α0 [-] before the named parameters."""
+    return lambda braid, q: (braid.nominal_radius, braid.b, *(q[name] for name in names))
+
+
+def plain(parameters: tuple[LawParameter, ...]) -> Callable[[Braid, Values], Coefficients]:
+    """Coefficients of a kernel that takes the parameters alone, in their order."""
+    return lambda braid, q: tuple(q[parameter.name] for parameter in parameters)

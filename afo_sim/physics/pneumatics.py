@@ -45,6 +45,29 @@ def iso_6358_flow(
     return choked * math.sqrt(1.0 - x * x) * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
 
 
+def laminar_slope(conductance: float, critical: float) -> float:
+    """Slope of a valve's mass flow by the pressure difference where the pressures are equal.
+
+    dṁ/dΔp = C ρ0 √(1 − x²)/(1 − 0.98) with x = (0.98 − b)/(1 − b), at ambient temperature. It is the
+    steepest slope of the whole characteristic, so it limits the time step.
+
+    Parameters
+    ----------
+    conductance : sonic conductance C [m³/(s·Pa)]
+    critical : critical pressure ratio b [-], below 0.98
+
+    Returns
+    -------
+    float : [kg/(s·Pa)]
+
+    Source
+    ------
+    The laminar end of `iso_6358_flow`.
+    """
+    x = (LAMINAR_RATIO - critical) / (1.0 - critical)
+    return conductance * STANDARD_DENSITY * math.sqrt(1.0 - x * x) / (1.0 - LAMINAR_RATIO)
+
+
 @register_jitable
 def valve_flow(
     pressure_1: float,

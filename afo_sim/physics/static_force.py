@@ -2,121 +2,52 @@
 
 A law gives the force that the braid would exert at a contraction ratio and gauge pressure. It is
 *signed*: negative beyond its first zero, where a real muscle goes slack (`hill.tension` clamps it),
-and never positive again beyond that zero. The kernels are in `braid_laws` and `empirical_laws`, their
-names, parameters and ranges in `laws`.
+and never positive again beyond that zero.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from numba.extending import register_jitable
 
-from afo_sim.physics.braid_laws import (
-    chou_hannaford_1996,
-    martens_boblan_2017,
-    tondu_lopez_2000,
-    tondu_lopez_2000_bladder,
-)
-from afo_sim.physics.empirical_laws import (
-    bolen_2026,
-    kerscher_2006,
-    maximum_force,
-    polynomial,
-    sarosi_2012,
-    takosoglu_2016,
-    three_element,
-)
+from afo_sim.physics.law import Law
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
 
-MAX_COEFFICIENTS = 21
+StaticForce = Callable[[float, float, float, Any, int], float]
 
 
-@register_jitable
-def static_force(law: float, contraction: float, pressure: float, u: Sequence[float], c: int) -> float:
-    """Signed force of the law with a native id, whose coefficients start at u[c] [N]."""
-    if law == 0.0:
-        return chou_hannaford_1996(contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3])
-    if law == 1.0:
-        return tondu_lopez_2000(contraction, pressure, u[c], u[c + 1], u[c + 2])
-    if law == 2.0:
-        return tondu_lopez_2000_bladder(contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4])
-    if law == 3.0:
-        return kerscher_2006(
-            contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5], u[c + 6]
-        )
-    if law == 4.0:
-        return maximum_force(
-            contraction,
-            pressure,
-            u[c],
-            u[c + 1],
-            u[c + 2],
-            u[c + 3],
-            u[c + 4],
-            u[c + 5],
-            u[c + 6],
-            u[c + 7],
-            u[c + 8],
-        )
-    if law == 5.0:
-        return sarosi_2012(contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5])
-    if law == 6.0:
-        return polynomial(
-            contraction,
-            pressure,
-            u[c],
-            u[c + 1],
-            u[c + 2],
-            u[c + 3],
-            u[c + 4],
-            u[c + 5],
-            u[c + 6],
-            u[c + 7],
-            u[c + 8],
-            u[c + 9],
-            u[c + 10],
-            u[c + 11],
-            u[c + 12],
-            u[c + 13],
-            u[c + 14],
-            u[c + 15],
-            u[c + 16],
-            u[c + 17],
-            u[c + 18],
-            u[c + 19],
-            u[c + 20],
-        )
-    if law == 7.0:
-        return takosoglu_2016(contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5])
-    if law == 8.0:
-        return martens_boblan_2017(
-            contraction,
-            pressure,
-            u[c],
-            u[c + 1],
-            u[c + 2],
-            u[c + 3],
-            u[c + 4],
-            u[c + 5],
-            u[c + 6],
-            u[c + 7],
-            u[c + 8],
-        )
-    if law == 9.0:
-        return bolen_2026(contraction, pressure, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4])
-    if law == 10.0:
-        return three_element(
-            contraction,
-            pressure,
-            u[c],
-            u[c + 1],
-            u[c + 2],
-            u[c + 3],
-            u[c + 4],
-            u[c + 5],
-            u[c + 6],
-            u[c + 7],
-        )
-    return math.nan
+def over(laws: Iterable[Law]) -> StaticForce:
+    """A function over laws: (native id, κ [-], p gauge [Pa], u, c) → signed force [N].
+
+    The coefficients of the law start at u[c]. The force of an unknown id is not a number.
+    """
+    branches = []
+    for law in laws:
+        taken = ["contraction", "pressure", *items("u", "c", len(typical_coefficients(law)))]
+        branches.append(Branch(law.native_id, law.kernel, (f"return {{kernel}}({', '.join(taken)})",)))
+    return dispatcher(
+        "static_force",
+        ("law", "contraction", "pressure", "u", "c"),
+        branches,
+        description="Signed force of the law with a native id, whose coefficients start at u[c] [N].",
+    )
+
+
+def check(function: StaticForce, laws: Mapping[str, Law]) -> None:
+    """Refuse a `static_force` without a branch for one of the laws (ValueError)."""
+
+    def asked(law: Law) -> float:
+        return function(float(law.native_id), 0.1, 3e5, typical_coefficients(law), 0)
+
+    def own(law: Law) -> float:
+        return law.kernel(0.1, 3e5, *typical_coefficients(law))
+
+    check_branches(laws, asked, own, "static_force")
+
+
+static_force: StaticForce = over(LAWS.values())
+check(static_force, LAWS)
 
 
 @register_jitable

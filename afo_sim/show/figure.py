@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.common.writing import replacing
+from afo_sim.common.writing import replacing, together
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
@@ -127,12 +127,13 @@ def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Pa
         The recording has no rows.
     """
     _refuse_empty(recording)
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, suffix in itertools.product(figures_of(recording), FORMATS[:2]):
-        paths.append(folder / f"{name}.{suffix}")
-        FIGURES[name](recording, paths[-1])
-    return paths
+    names = [f"{name}.{suffix}" for name, suffix in itertools.product(FIGURES, FORMATS[:2])]
+    there = figures_of(recording)
+    with together(folder, names) as scratch:
+        for name in names:
+            if pathlib.Path(name).stem in there:
+                FIGURES[pathlib.Path(name).stem](recording, scratch / name)
+    return [folder / name for name in names if pathlib.Path(name).stem in there]
 
 
 def _refuse_empty(recording: Recording) -> None:

@@ -7,16 +7,15 @@ from typing import Any
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import check_writable, write_text
 from afo_sim.description.words import facts
-from afo_sim.gait import cycle as gait
+from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, in_short, number, unit, words
 from afo_sim.show import report_figure
 from afo_sim.show.report_figure import RUNS, WIDTH, Shown
-from afo_sim.simulation.files import read_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Recording, read_recording
 
 NAME = "report.html"
 SUFFIXES = (".html", ".htm")
@@ -72,8 +71,7 @@ def write_report(
         )
     runs = read_runs(folders)
     check_writable(target.parent)
-    with replacing(target) as temporary:
-        temporary.write_text(page(runs), encoding="utf-8")
+    write_text(target, page(runs))
     if tell:
         for remark in remarks(runs):
             tell(remark)

@@ -12,9 +12,9 @@ import numpy as np
 from afo_sim.bench.compare import Comparison
 from afo_sim.bench.trial import COLUMNS, Trial
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import replacing
+from afo_sim.common.versions import versions
+from afo_sim.common.writing import together, write_json
 from afo_sim.show.stand_figure import draw_trials, set_point_text
-from afo_sim.simulation.recording import versions
 
 FORMATS = (".csv", ".parquet")
 TABLE_ROWS = 4000  # of a curve in a table, about; sweeps have fewer anyway
@@ -58,7 +58,7 @@ def target(out: pathlib.Path, kind: str) -> Target:
 def write(
     trials: Sequence[Trial], compared: Sequence[Comparison], place: Target, *, rrd: bool = True
 ) -> list[pathlib.Path]:
-    """Write table, figure, summary and recording of tests of one kind; each whole or not at all.
+    """Write table, figure, summary and recording of tests of one kind; all together or none.
 
     Parameters
     ----------
@@ -72,26 +72,21 @@ def write(
     the files
     """
     writers = {".csv": write_csv, ".parquet": write_parquet}
-    files = []
-    for suffix in place.formats:
-        with replacing(place.path(suffix)) as path:
-            writers[suffix](trials, path)
-        files.append(place.path(suffix))
-    for suffix in (".png", ".pdf"):
-        with replacing(place.path(suffix)) as path:
-            draw_trials(trials, compared, path, suffix.removeprefix("."))
-        files.append(place.path(suffix))
-    with replacing(place.path(".json")) as path:
-        told = json.dumps(summary(trials, compared), indent=2, ensure_ascii=False)
-        path.write_text(told + "\n", encoding="utf-8")
-    files.append(place.path(".json"))
-    if rrd and not trials[0].static:
-        from afo_sim.show.rerun.stand import write_stand
+    suffixes = [*place.formats, ".png", ".pdf", ".json"]
+    suffixes += [".rrd"] if rrd and not trials[0].static else []
+    group = [place.path(suffix).name for suffix in (*FORMATS, ".png", ".pdf", ".json", ".rrd")]
+    with together(place.folder, group) as scratch:
+        new = Target(scratch, place.stem, place.formats)
+        for suffix in place.formats:
+            writers[suffix](trials, new.path(suffix))
+        for suffix in (".png", ".pdf"):
+            draw_trials(trials, compared, new.path(suffix), suffix.removeprefix("."))
+        write_json(new.path(".json"), summary(trials, compared))
+        if ".rrd" in suffixes:
+            from afo_sim.show.rerun.stand import write_stand
 
-        with replacing(place.path(".rrd")) as path:
-            write_stand(trials, path)
-        files.append(place.path(".rrd"))
-    return files
+            write_stand(trials, new.path(".rrd"))
+    return [place.path(suffix) for suffix in suffixes]
 
 
 def labels(trial: Trial, curve: int) -> list[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import check_writable, together
 from afo_sim.show import sweep_figures as figures
 from afo_sim.show.figure import RESOLUTION, STYLE
 from afo_sim.study import analysis, pareto, sobol
@@ -139,11 +139,12 @@ def write_figures(
 ) -> list[pathlib.Path]:
     """Write every figure that the findings have something for; parameters as in `show`."""
     check_writable(folder)
-    paths = []
-    for name, size, fill in [*_of_metrics(found), *_of_fronts(found.results, objectives)]:
-        paths.append(folder / f"{name}.png")
-        _draw(paths[-1], size, fill)
-    return paths
+    names = []
+    with together(folder) as scratch:
+        for name, size, fill in [*_of_metrics(found), *_of_fronts(found.results, objectives)]:
+            names.append(f"{name}.png")
+            _draw(scratch / names[-1], size, fill)
+    return [folder / name for name in names]
 
 
 Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
@@ -190,8 +191,7 @@ def _draw(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], N
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
         fill(figure)
-        with replacing(path) as temporary:
-            figure.savefig(temporary, format="png", dpi=RESOLUTION)
+        figure.savefig(path, format="png", dpi=RESOLUTION)
 
 
 def tables(found: Findings, best: int) -> list[Table]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.bench.measured import Measured
 from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import check_writable, together
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
 from afo_sim.fitting import law_problem as fit_problem
@@ -43,14 +43,13 @@ def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
 
     check_writable(folder, "--figures")
     written = []
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE), together(folder) as scratch:
         for name, (size, fill) in FIGURES.items():
             figure = Figure(figsize=size, layout="constrained")
             fill(figure)
             for suffix in ("png", "pdf"):
                 written.append(folder / f"{name}.{suffix}")
-                with replacing(written[-1]) as temporary:
-                    figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+                figure.savefig(scratch / written[-1].name, format=suffix, dpi=RESOLUTION)
     return written
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import in_unit, parse_quantity
 from afo_sim.metrics.ankle import rise_time
-from afo_sim.simulation.recording import Recording, describe
+from afo_sim.simulation.columns import describe
+from afo_sim.simulation.recording import Recording
 
 GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s
 SAMPLE_CHECKS = ("between", "above", "below", "settles_to")  # the others look at one number of the window

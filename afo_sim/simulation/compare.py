@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import check_writable, together, write_text
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import build
 from afo_sim.show.figure import COLOURS, LINE_STYLES, RESOLUTION, STYLE
 from afo_sim.simulation.files import RERUN
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run_built
+from afo_sim.simulation.run import run_built
 
 ANGLE = "ankle/angle"
 FIGURE, TABLE = "comparison", "differences.csv"
@@ -126,23 +126,22 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
     the files that are not a run's own
     """
     check_writable(folder)
-    folders = [run.save(folder / law, rrd=False) for law, run in runs.items()]
-    written = [folder / TABLE]
-    with replacing(folder / TABLE) as path:
+    figures = [f"{FIGURE}.png", f"{FIGURE}.pdf"]
+    written = [TABLE]
+    with together(folder, (TABLE, *figures, RERUN)) as scratch:
+        folders = [run.save(scratch / law, rrd=False) for law, run in runs.items()]
         rows = [f"{a},{b},{np.degrees(value):.6g}" for (a, b), value in angle_differences(runs).items()]
-        path.write_text("\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n", "utf-8")
-    if all(len(run["time"]) for run in runs.values()):
-        for suffix in ("png", "pdf"):
-            written.append(folder / f"{FIGURE}.{suffix}")
-            with replacing(written[-1]) as path:
-                draw(runs, path, suffix)
-        if rrd:
-            from afo_sim.show.rerun import write_comparison
+        write_text(scratch / TABLE, "\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n")
+        if all(len(run["time"]) for run in runs.values()):
+            for name in figures:
+                draw(runs, scratch / name, name.rpartition(".")[2])
+            written += figures
+            if rrd:
+                from afo_sim.show.rerun import write_comparison
 
-            written.append(folder / RERUN)
-            with replacing(written[-1]) as path:
-                write_comparison(folders, path)
-    return written
+                write_comparison(folders, scratch / RERUN)
+                written.append(RERUN)
+    return [folder / name for name in written]
 
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path, suffix: str = "png") -> None:

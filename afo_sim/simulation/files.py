@@ -1,72 +1,61 @@
-"""The files of a run: written whole or not at all, read whole or in blocks."""
+"""The files of a run: written together or not at all, read whole or in blocks."""
 
-import dataclasses
 import json
 import math
 import os
 import pathlib
 from collections.abc import Callable
-from typing import Any
+from contextlib import suppress
+from typing import Any, Protocol
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common.writing import json_text, settle, together
 from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.recording import Recording, describe
+from afo_sim.simulation.columns import describe
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
 
+Write = Callable[[pathlib.Path], object]
 
-def save(
-    recording: Recording, folder: pathlib.Path, *, rrd: bool = True, rate: float | None = None
-) -> pathlib.Path:
-    """Write the files of a run; each appears whole or not at all.
+
+class Run(Protocol):
+    """What is written of a recording."""
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]: ...
+    @property
+    def model_xml(self) -> str: ...
+    @property
+    def parameters(self) -> dict[str, list[float]]: ...
+    def summary(self) -> dict[str, Any]: ...
+
+
+def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pathlib.Path:
+    """Write the files of a run; they appear together, and an older run stays whole until then.
 
     Parameters
     ----------
     recording : what to write
     folder : made if need be
-    rrd : also write recording.rrd
-    rate : samples a second in it [Hz]; the run's own by default
+    picture : writes recording.rrd; without it another run's is removed
 
     Returns
     -------
     the folder
     """
-    check_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    writers: dict[str, Callable[[pathlib.Path], object]] = {
-        PARQUET: lambda path: write_parquet(recording, path),
-        MODEL: lambda path: path.write_text(recording.model_xml, encoding="utf-8"),
-        SUMMARY: lambda path: path.write_text(
-            json.dumps(_json_numbers(recording.summary()), indent=2, ensure_ascii=False) + "\n",
-            encoding="utf-8",
-        ),
-    }
-    if rrd and len(recording["time"]):
-        from afo_sim.show.rerun import write_rrd
-
-        writers[RERUN] = lambda path: write_rrd(recording, path, rate=rate)
-    else:
-        (folder / RERUN).unlink(missing_ok=True)  # not another run's
-    for name, write in writers.items():
-        with replacing(folder / name) as path:
-            write(path)
+    with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
+        write_parquet(recording, scratch / PARQUET)
+        (scratch / MODEL).write_text(recording.model_xml, encoding="utf-8")
+        (scratch / SUMMARY).write_text(json_text(recording.summary()), encoding="utf-8")
+        if picture is not None:
+            picture(scratch / RERUN)
     return folder
 
 
-def _json_numbers(value: Any) -> Any:
-    """NaN is no JSON: null instead."""
-    if isinstance(value, dict):
-        return {key: _json_numbers(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_json_numbers(item) for item in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def write_parquet(recording: Recording, path: pathlib.Path) -> None:
+def write_parquet(recording: Run, path: pathlib.Path) -> None:
     """One row per sample; unit and sign in each column's metadata, the run in the schema's."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -76,7 +65,7 @@ def write_parquet(recording: Recording, path: pathlib.Path) -> None:
         unit, sign = describe(name)
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
     run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
-    schema = pa.schema(fields, metadata={"afo_sim": json.dumps(_json_numbers(run))})
+    schema = pa.schema(fields, metadata={"afo_sim": json_text(run)})
     table = pa.table([pa.array(v) for v in recording.columns.values()], schema=schema)
     pq.write_table(table, path, row_group_size=ROW_GROUP)
 
@@ -93,6 +82,8 @@ def open_parquet(folder: str | os.PathLike[str]) -> Any:
     import pyarrow.parquet as pq
 
     path = pathlib.Path(folder)
+    with suppress(InputError):  # a folder that may only be read stays as it is
+        settle(path)
     path = path / PARQUET if path.is_dir() else path
     if not path.is_file():
         raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
@@ -102,22 +93,21 @@ def open_parquet(folder: str | os.PathLike[str]) -> Any:
         raise InputError(f"is not a recording of this program: {error}", file=path) from None
 
 
-def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
-    """A run's Recording without its rows, from its opened Parquet file."""
+def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a run's opened Parquet file says of it, by field of Recording; all but its rows."""
     try:
         run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
-        return Recording(
-            columns={},
-            metrics=_metrics(run["metrics"]),
-            strides={row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
-            scenario=run["scenario"],
-            model_xml=run["model_xml"],
-            status=run["status"],
-            warnings=tuple(run["warnings"]),
-            timing=run["timing"],
-            versions=run["versions"],
-            parameters=run["parameters"],
-        )
+        return {
+            "metrics": _metrics(run["metrics"]),
+            "strides": {row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
+            "scenario": run["scenario"],
+            "model_xml": run["model_xml"],
+            "status": run["status"],
+            "warnings": tuple(run["warnings"]),
+            "timing": run["timing"],
+            "versions": run["versions"],
+            "parameters": run["parameters"],
+        }
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
 
@@ -129,26 +119,14 @@ def _metrics(told: dict[str, Any]) -> dict[str, Metric]:
     }
 
 
-def read_recording(folder: str | os.PathLike[str]) -> Recording:
-    """The recording in a run's folder (or of a Parquet file).
-
-    Raises
-    ------
-    InputError
-        No run is there, or the file is damaged.
-
-    Examples
-    --------
-    >>> folder = run("seated", {"duration": "1 s"}).save("runs/short", rrd=False)
-    >>> read_recording(folder).status
-    'ok'
-    """
+def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """A run's files, by field of Recording."""
     import pyarrow as pa
 
     file = open_parquet(folder)
-    header = recording_header(file, folder)
+    header = read_header(file, folder)
     try:
         table = file.read()
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
-    return dataclasses.replace(header, columns={name: table[name].to_numpy() for name in table.column_names})
+    return header | {"columns": {name: table[name].to_numpy() for name in table.column_names}}

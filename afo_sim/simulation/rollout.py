@@ -1,33 +1,27 @@
-"""One simulation or many: roll-out through `mujoco.batch`, or by a plain loop; recording."""
+"""The roll-out: 1…N simulations from their first states through all steps, recorded in aligned rows.
+
+Every simulation of this package is stepped here: runs, sweeps, fits, the test stand, hanging masses. Row k
+is the state before step k, with the forces of that same step.
+"""
 
 import math
-import os
 import re
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
-from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
 from afo_sim.common.errors import SimulationError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.start import equilibrium, fill_chambers, walking_start
-from afo_sim.simulation.recording import Recording, make_recording
+from afo_sim.simulation.policy import Policy, Rows
+from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Stepper, Stop
 
-# What a roll-out records. The state is that after each step, the rest belongs to the state before it.
-STATE = ("time", "qpos", "qvel", "act")
-TOLD = ("actuator_force", "qfrc_actuator", "userdata")  # all that metrics need beside the state
-DERIVED = (
-    *TOLD,
+STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
+METRIC_FIELDS = ("actuator_force", "qfrc_actuator", "userdata")  # all that metrics need beside the state
+FIELDS = (
+    *METRIC_FIELDS,
     "qacc",
     "actuator_length",
     "actuator_velocity",
@@ -36,121 +30,48 @@ DERIVED = (
     "qfrc_constraint",
     "ten_J",
 )
-# How a kernel's objection arrives: through mju_error, or in Python mode as itself.
-PLAY = 0.5  # beyond a stop [rad]
-FAILURES = (mujoco.FatalError, native.KernelFailure)
 BLOCK = 10_000  # steps between two reports of progress
-
-Progress = Callable[[int, int], None]
-Rows = dict[str, np.ndarray]
-Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
-See = Callable[[Rows, int], None]
-WATCHED_BLOCK = 250  # steps between two stretches that somebody watches
+CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 @dataclass(frozen=True)
 class Rollout:
-    """Aligned rows of one simulation: row k is the state before step k and that step's forces."""
+    """One simulation, as far as it came.
+
+    rows : aligned rows: row k is the state before step k and that step's forces
+    control : inputs of the same steps (n, n_input)
+    failure : why it stopped early, or could not start
+    wall_seconds : its share of the time that stepping took
+    first_step : number of the first row's step
+    final : the state after the last step, {name: (width,)}
+    """
 
     rows: Rows
-    failure: Exception | None
-    wall_seconds: float
+    control: np.ndarray
+    failure: Exception | None = None
+    wall_seconds: float = 0.0
     first_step: int = 0
+    final: Rows = field(default_factory=dict)
 
 
-def run(
-    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
-    sets: Mapping[str, Any] | None = None,
-    *,
-    progress: Progress | None = None,
-) -> Recording:
-    """Simulate a scenario from static equilibrium.
+@dataclass(frozen=True)
+class Case:
+    """One simulation to be rolled out: model, mjSTATE_INTEGRATION row to start from, inputs; its number."""
 
-    Parameters
-    ----------
-    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
-    sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
-    progress : called with (steps done, steps in all)
-
-    Returns
-    -------
-    Recording; its `status` is "ok", or says why the simulation stopped early.
-
-    Raises
-    ------
-    InputError
-        The description is wrong.
-    CallbackError
-        The muscle callbacks cannot be installed or are not in force.
-
-    Examples
-    --------
-    >>> low = run("seated", {"supply.pressure": "2 bar", "duration": "1 s"})
-    >>> low.ok, low["ankle/angle"].shape
-    (True, (1000,))
-    >>> high = run(load("scenario", "seated"), {"duration": "1 s"})
-    >>> high.metrics["peak_dorsiflexion_angle"] > low.metrics["peak_dorsiflexion_angle"]
-    True
-    """
-    if isinstance(scenario, Scenario):
-        description = scenario.set(sets) if sets else scenario
-    else:
-        description = load("scenario", scenario, sets)
-    return run_built(build(description), progress=progress)
+    model: mujoco.MjModel
+    state: np.ndarray
+    policy: Policy
+    number: int = 0
 
 
-def run_built(built: Built, *, progress: Progress | None = None, watch: Watch | None = None) -> Recording:
-    """Simulate a compiled scenario from static equilibrium, as `run` does; `watch` sees it grow."""
-    control = schedule.controls(built)
-
-    def see(rows: Rows, first: int) -> None:
-        stretch = Rollout(rows, None, 0.0, first)
-        if watch is not None:
-            watch(make_recording(built, control[first : first + len(rows["time"])], stretch))
-
-    rollout = simulate(built, control, progress=progress, see=None if watch is None else see)
-    return make_recording(built, control, rollout)
-
-
-def simulate(
-    built: Built,
-    control: np.ndarray,
-    *,
-    state: np.ndarray | None = None,
-    progress: Progress | None = None,
-    see: See | None = None,
-) -> Rollout:
-    """Roll a compiled scenario out.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    control : inputs (n_step, nu), as `schedule.controls` makes them
-    state : mjSTATE_INTEGRATION row to start from; the static equilibrium by default
-    progress : called with (steps done, steps in all)
-    see : called with each new stretch of aligned rows, and its first step
-
-    Returns
-    -------
-    Rollout, shorter than `control` when the simulation failed
-    """
-    mode = built.scenario.callback
-    with native.installed(mode):
-        started = _start(built, control, state)
-        if isinstance(started, Rollout):
-            return started
-        roll = _batch_rollout if mode == "native" else _python_rollout
-        start = time.perf_counter()
-        rows, done, reason = roll(built, control, started, progress, see)
-        wall = time.perf_counter() - start
-    return _ended(built, rows, started, done, reason, wall)
+See = Callable[[int, Rollout], None]  # a case's number, and a new stretch of it
 
 
 @dataclass
 class Workspace:
     """Memory that roll-outs record into, one after the other: new memory costs as much as some stepping."""
 
-    arrays: dict[str, np.ndarray]
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)
 
     def take(self, name: str, shape: tuple[int, ...]) -> np.ndarray:
         """An array of this shape, with what was left in it."""
@@ -160,241 +81,256 @@ class Workspace:
         return self.arrays[name][:size].reshape(shape)
 
 
-def simulate_together(
-    builts: Sequence[Built],
-    controls: Sequence[np.ndarray],
-    workspace: Workspace | None = None,
-) -> list[Rollout]:
-    """Roll compiled scenarios out in one call, each exactly as `simulate` does it alone.
+@dataclass(frozen=True)
+class Recipe:
+    """What a roll-out records and how.
 
-    Of their rows only what metrics need is recorded: the state and TOLD.
+    fields : of MjData, beside the state
+    inputs : bits of mjtState that tell what the inputs are
+    stride : every how many steps a row is kept
+    block : steps that are computed at a time, at most
+    threads : that step
+    mode : of the callbacks
+    """
+
+    fields: tuple[str, ...] = FIELDS
+    inputs: int = CONTROL
+    stride: int = 1
+    block: int = BLOCK
+    threads: int = 1
+    mode: native.Mode = "native"
+
+
+def roll_out(
+    cases: Sequence[Case],
+    n_step: int,
+    recipe: Recipe | None = None,
+    *,
+    workspace: Workspace | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    see: See | None = None,
+) -> list[Rollout]:
+    """Roll simulations out side by side, each exactly as it runs alone.
 
     Parameters
     ----------
-    builts : compiled scenarios whose MjData are of one layout; they may differ in every number
-    controls : inputs of each (n_step, nu), all of one length
+    cases : simulations whose MjData are of one layout; they may differ in every number
+    n_step : number of steps
+    recipe : what is recorded
     workspace : memory for the rows, which are then good until it is used again
+    progress : called with (steps done, steps in all)
+    see : called with each new stretch of each simulation
 
     Returns
     -------
-    list of Rollout, in order. What fails in one does not touch the others: of one that cannot even start,
-    `failure` is what `simulate` would raise.
+    list of Rollout, in order. What fails in one does not touch the others: `failure` is a SimulationError,
+    or the error for which a simulation could not start.
     """
-    with native.installed("native"):
-        begun = [_begun(built, control) for built, control in zip(builts, controls, strict=True)]
-        alive = [k for k, state in enumerate(begun) if not isinstance(state, Rollout)]
+    recipe = recipe or Recipe()
+    with native.installed(recipe.mode):
+        failures = {k: found for k, case in enumerate(cases) if (found := _limp(case)) is not None}
+        alive = [k for k in range(len(cases)) if k not in failures]
+        run = _Run([cases[k] for k in alive], n_step, recipe, workspace or Workspace())
         start = time.perf_counter()
-        ends = _rollouts(
-            [builts[k] for k in alive],
-            [controls[k] for k in alive],
-            [begun[k] for k in alive],
-            workspace or Workspace({}),
-        )
-        wall = time.perf_counter() - start
-    for k, (rows, done, reason) in zip(alive, ends, strict=True):
-        begun[k] = _ended(builts[k], rows, begun[k], done, reason, wall / len(alive))
-    return begun
+        if alive:
+            run.through(progress, see)
+        wall = (time.perf_counter() - start) / max(len(alive), 1)
+    ended = {k: run.rollout(place, wall) for place, k in enumerate(alive)}
+    return [
+        ended[k] if k in ended else not_begun(case.model, failures[k], recipe) for k, case in enumerate(cases)
+    ]
 
 
-def _start(built: Built, control: np.ndarray, state: np.ndarray | None) -> Any:
-    """The state that a roll-out starts from, or the Rollout of one that cannot start."""
-    try:
-        native.assert_rows(built.model)
-        if state is None:
-            state = equilibrium(built, control[0]) if built.walk is None else walking_start(built)
-        _assert_muscles_pull(built, state)
-    except FAILURES as error:
-        return _not_begun(built, _failure(built, _named(built, str(error)), 0))
-    return state
+def not_begun(model: mujoco.MjModel, failure: Exception, recipe: Recipe | None = None) -> Rollout:
+    """The Rollout, without rows, of a simulation that cannot start."""
+    fields, data = (*STATE, *(recipe or Recipe()).fields), mujoco.MjData(model)
+    rows = {name: np.empty((0, np.size(getattr(data, name)))) for name in fields}
+    return Rollout(rows, np.empty((0, model.nu)), failure)
 
 
-def _begun(built: Built, control: np.ndarray) -> Any:
-    """As `_start`, but an error is this simulation's own."""
-    try:
-        return _start(built, control, None)
-    except Exception as error:
-        return _not_begun(built, error)
+def failed(model: mujoco.MjModel, reason: str, step: int, simulation: int = 0) -> SimulationError:
+    """The error that a kernel's or MuJoCo's complaint is, with the actuator's name for its number."""
+
+    def name(match: re.Match[str]) -> str:
+        return repr(model.actuator(int(match[1])).name)
+
+    named = re.sub(r"actuator (\d+)", name, reason)
+    return SimulationError(named, simulation=simulation, time=step * model.opt.timestep)
 
 
-def _not_begun(built: Built, failure: Exception) -> Rollout:
-    return Rollout(_blank(mujoco.MjData(built.model), 0), failure, 0.0)
-
-
-def _ended(
-    built: Built, rows: Rows, state: np.ndarray, done: int, reason: str | None, wall: float
-) -> Rollout:
-    beyond = _beyond_stops(built, rows["qpos"][:done, built.index.ankle_qpos])
-    if beyond is not None:
-        done, reason = beyond, "the ankle has gone through its stops"
-    failure = None if reason is None else _failure(built, reason, done)
-    return Rollout(_aligned(built.model, rows, state, 0, done), failure, wall)
-
-
-def _beyond_stops(built: Built, angle: np.ndarray) -> int | None:
-    """The first step after which the ankle is far beyond its stops: no stop gives way by that much."""
-    lower, upper = built.model.joint(ANKLE).range
-    outside = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
-    return int(outside[0]) if len(outside) else None
-
-
-def _failure(built: Built, reason: str, step: int) -> SimulationError:
-    return SimulationError(reason, simulation=0, time=step * built.scenario.timestep)
-
-
-def _assert_muscles_pull(built: Built, state: np.ndarray) -> None:
-    """Refuse to run limp muscles: with 3 bar in every chamber each must carry its law's force."""
-    data = mujoco.MjData(built.model)
-    mujoco.mj_setState(built.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    fill_chambers(built, data, 3e5)
-    data.qvel[built.index.ankle_dof] = 0.1
-    mujoco.mj_forward(built.model, data)
-    native.assert_live(built.model, data, list(built.index.muscles.values()))
-
-
-def _batch_rollout(
-    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None, see: See | None
-) -> tuple[Rows, int, str | None]:
-    batch = Batch(built.model, nsim=1, nthread=1)
-    batch.state[:] = state
-    data = mujoco.MjData(built.model)
-    n_step = len(control)
-    rows = {name: np.full((1, *values.shape), np.nan) for name, values in _blank(data, n_step).items()}
-    reason, spoilt = None, 0
-    length = BLOCK if see is None else WATCHED_BLOCK
-    for first in range(0, n_step, length):
-        block = slice(first, min(first + length, n_step))
-        out: dict[Any, np.ndarray] = {_recorded(name): rows[name][:, block] for name in rows}
-        try:
-            batch.rollout(block.stop - first, control[None, block], record=list(out), out=out)
-        except BatchError:
-            reason = _named(built, batch.error(0))
-            break
-        reason = instability(batch.warning[0])
-        if reason is not None:
-            spoilt = 1  # the step that warned has been recorded
-            break
-        if progress is not None:
-            progress(block.stop, n_step)
-        if see is not None:
-            flat = {name: values[0] for name, values in rows.items()}
-            see(_aligned(built.model, flat, state, first, block.stop), first)
-    done = n_step if reason is None else _steps_done(rows["time"][0, :, 0], built, spoilt)
-    return {name: values[0] for name, values in rows.items()}, done, reason
-
-
-def _rollouts(
-    builts: list[Built],
-    controls: list[np.ndarray],
-    states: list[np.ndarray],
-    workspace: Workspace,
-) -> list[tuple[Rows, int, str | None]]:
-    """Of each: rows, steps done, and why it stopped."""
-    if not builts:
-        return []
-    batch = Batch(builts[0].model, nsim=len(builts), nthread=1)
-    batch.set_models([built.model for built in builts])
-    batch.state[:] = states
-    n_step = len(controls[0])
-    blank = _blank(mujoco.MjData(builts[0].model), 0, TOLD)
-    rows = {
-        name: workspace.take(name, (len(builts), n_step, values.shape[1])) for name, values in blank.items()
-    }
-    rows["time"][:] = np.nan  # tells the rows that no step has written
-    control = np.stack(controls, out=workspace.take("control", (len(builts), *controls[0].shape)))
-    out: dict[Any, np.ndarray] = {_recorded(name): values for name, values in rows.items()}
-    failed: tuple[int, ...] = ()
-    try:
-        batch.rollout(n_step, control, record=list(out), out=out)
-    except BatchError as error:
-        failed = tuple(error.ids)
-    found = []
-    for k, built in enumerate(builts):
-        reason = _named(built, batch.error(k)) if k in failed else instability(batch.warning[k])
-        spoilt = k not in failed
-        done = n_step if reason is None else _steps_done(rows["time"][k, :, 0], built, spoilt)
-        found.append(({name: values[k] for name, values in rows.items()}, done, reason))
-    return found
-
-
-def _recorded(name: str) -> Any:
-    """How Batch names a field: `time` is a scalar of MjData, which it records as a part of the state only."""
-    return int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name
-
-
-def _steps_done(stamps: np.ndarray, built: Built, spoilt: int) -> int:
-    """Steps before a failure: rows that no step has written are NaN, those repeated do not move on."""
-    due = (np.arange(len(stamps)) + 0.5) * built.scenario.timestep
-    return max(int(np.sum(stamps > due)) - spoilt, 0)
-
-
-def _python_rollout(
-    built: Built, control: np.ndarray, state: np.ndarray, progress: Progress | None, see: See | None
-) -> tuple[Rows, int, str | None]:
-    """The same rows by a plain loop, since `mujoco.batch` refuses Python callbacks."""
-    model = built.model
+def row_width(model: mujoco.MjModel, fields: tuple[str, ...] = METRIC_FIELDS) -> int:
+    """Numbers that are recorded in each step."""
     data = mujoco.MjData(model)
-    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    n_step = len(control)
-    rows = _blank(data, n_step)
-    for k in range(n_step):
-        data.ctrl[:] = control[k]
-        try:
-            mujoco.mj_step(model, data)
-        except FAILURES as error:
-            return rows, k, _named(built, str(error))
-        reason = instability(np.array([[w.lastinfo, w.number] for w in data.warning]))
-        if reason is not None:
-            return rows, k, reason
-        for name, values in rows.items():
-            values[k] = getattr(data, name)
-        if progress is not None and (k + 1) % WATCHED_BLOCK == 0:
-            progress(k + 1, n_step)
-        if see is not None and ((k + 1) % WATCHED_BLOCK == 0 or k + 1 == n_step):
-            first = k - k % WATCHED_BLOCK
-            see(_aligned(model, rows, state, first, k + 1), first)
-    return rows, n_step, None
+    return sum(np.size(getattr(data, name)) for name in (*STATE, *fields))
 
 
-def row_width(model: mujoco.MjModel) -> int:
-    """Numbers that `simulate_together` records in each step."""
-    return sum(values.shape[1] for values in _blank(mujoco.MjData(model), 0, TOLD).values())
-
-
-def _blank(data: mujoco.MjData, n_step: int, derived: tuple[str, ...] = DERIVED) -> Rows:
-    """Rows to record into, NaN until a step has written them."""
-    widths = {name: np.size(getattr(data, name)) for name in (*STATE, *derived)}
-    return {name: np.full((n_step, width), np.nan) for name, width in widths.items()}
-
-
-def instability(counters: np.ndarray) -> str | None:
-    """MuJoCo's own signs that a simulation has become unstable."""
-    bad = {
-        mujoco.mjtWarning.mjWARN_BADQPOS: "position",
-        mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
-        mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
-        mujoco.mjtWarning.mjWARN_BADCTRL: "control",
-    }
-    for warning, word in bad.items():
-        if counters[int(warning)][-1] > 0:
-            return f"a {word} is not a number, or is too large"
+def _limp(case: Case) -> Exception | None:
+    """The reason for which a simulation must not start."""
+    try:
+        native.assert_muscles_pull(case.model, case.state)
+    except FAILURES as error:
+        return failed(case.model, str(error), 0, case.number)
+    except Exception as error:
+        return error
     return None
 
 
-def _named(built: Built, message: str) -> str:
-    """A callback's complaint with the actuator's name for its number."""
+@dataclass(frozen=True)
+class _Moment:
+    """What a policy sees of a roll-out."""
 
-    def name(match: re.Match[str]) -> str:
-        return repr(built.model.actuator(int(match[1])).name)
+    run: "_Run"
+    k: int
+    steps: range
+    since: int
 
-    return re.sub(r"actuator (\d+)", name, message)
+    @property
+    def now(self) -> Rows:
+        return {name: values[self.k].copy() for name, values in self.run.now.items()}
+
+    @property
+    def last(self) -> Rows:
+        return self.run.aligned(self.k, self.since, self.steps.start)
 
 
-def _aligned(model: mujoco.MjModel, rows: Rows, state: np.ndarray, first: int, stop: int) -> Rows:
-    """Rows first…stop, states moved down by one: row k is the state that step k started from."""
-    data = mujoco.MjData(model)
-    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-    aligned = {name: values[first:stop] for name, values in rows.items() if name not in STATE}
-    for name in STATE:
-        before = rows[name][first - 1 : first] if first else np.reshape(getattr(data, name), (1, -1))
-        aligned[name] = np.concatenate([before, rows[name][first : max(stop - 1, first)]])[: stop - first]
-    return aligned
+class _Run:
+    """A roll-out under way.
+
+    Memory is written once where that is possible: of a single simulation, or of many in a single block,
+    MuJoCo records where the rows stay, states one row late; they are moved when rows are asked for.
+    Otherwise a block is recorded aside and copied, every stride-th row, already aligned.
+    """
+
+    def __init__(self, cases: Sequence[Case], n_step: int, recipe: Recipe, workspace: Workspace):
+        self.cases, self.n_step, self.recipe, self.workspace = cases, n_step, recipe, workspace
+        self.stops: dict[int, tuple[int, str]] = {}  # simulation: steps done, why it stopped
+        if not cases:
+            return
+        periods = {case.policy.period for case in cases} - {None}
+        if len(periods) > 1:
+            raise ValueError(f"policies of one roll-out choose at different periods: {periods}")
+        self.block = min(recipe.block, *(period for period in periods if period), n_step) or 1
+        n, kept = len(cases), -(-n_step // recipe.stride)
+        self.in_place = recipe.stride == 1 and (n == 1 or self.block == n_step)
+        self.start = _states(cases)
+        self.now = {name: values.copy() for name, values in self.start.items()}
+        data = mujoco.MjData(cases[0].model)
+        self.widths = {name: np.size(getattr(data, name)) for name in (*STATE, *recipe.fields)}
+        self.rows = {name: workspace.take(name, (n, kept, width)) for name, width in self.widths.items()}
+        self.control = workspace.take(
+            "control", (n, kept, mujoco.mj_stateSize(cases[0].model, recipe.inputs))
+        )
+
+    def through(self, progress: Callable[[int, int], None] | None, see: See | None) -> None:
+        """All steps, block by block."""
+        cases, recipe = self.cases, self.recipe
+        models, states = [case.model for case in cases], [case.state for case in cases]
+        stepper: Stepper = (
+            BatchStepper(models, states, recipe.inputs, recipe.threads)
+            if recipe.mode == "native"
+            else LoopStepper(models, states, recipe.inputs)
+        )
+        before = seen = 0
+        for first in range(0, self.n_step, self.block):
+            alive = [k for k in range(len(cases)) if k not in self.stops]
+            if not alive:
+                return
+            steps = range(first, min(first + self.block, self.n_step))
+            self._advance(stepper, alive, steps, before)
+            before = first
+            if steps.stop - seen < min(recipe.block, self.n_step - seen):
+                continue
+            going = [k for k in alive if k not in self.stops]
+            if see is not None:
+                for k in going:
+                    see(self.cases[k].number, self.stretch(k, seen, steps.stop))
+            if progress is not None and going:
+                progress(steps.stop, self.n_step)
+            seen = steps.stop
+
+    def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
+        inputs = self._inputs(alive, steps, before)
+        out = self._out(alive, steps)
+        out["time"][:] = np.nan  # tells the rows that no step has written
+        stopped = stepper.advance(alive, inputs, out)
+        for place, k in enumerate(alive):
+            done = len(steps)
+            if k in stopped:
+                done = self._steps_done(k, out["time"][place, :, 0], steps.start, stopped[k])
+                self.stops[k] = steps.start + done, stopped[k].reason
+            if not self.in_place:
+                self._keep(k, {name: values[place] for name, values in out.items()}, steps, done)
+            for name in STATE if done else ():
+                self.now[name][k] = out[name][place, done - 1]
+
+    def _inputs(self, alive: list[int], steps: range, before: int) -> np.ndarray:
+        """Inputs of a block, as the policies choose them; of the rows that are kept they are kept."""
+        chosen = [self.cases[k].policy.choose(_Moment(self, k, steps, before)) for k in alive]
+        stride = self.recipe.stride
+        into = slice(-(-steps.start // stride), -(-steps.stop // stride))
+        for k, rows in zip(alive, chosen, strict=True):
+            self.control[k, into] = rows[-steps.start % stride :: stride]
+        if self.in_place:
+            return self.control[:, steps.start : steps.stop]
+        return np.ascontiguousarray(chosen)
+
+    def _out(self, alive: list[int], steps: range) -> Rows:
+        """Arrays that a block is recorded into."""
+        if self.in_place:
+            return {name: values[:, steps.start : steps.stop] for name, values in self.rows.items()}
+        shape = len(alive), len(steps)
+        return {name: self.workspace.take(f"block of {name}", (*shape, w)) for name, w in self.widths.items()}
+
+    def _keep(self, k: int, out: Rows, steps: range, done: int) -> None:
+        """Copy every stride-th row of a block, aligned: states come after their step, forces before it."""
+        stride = self.recipe.stride
+        offset = -steps.start % stride
+        into = slice(-(-steps.start // stride), -(-steps.stop // stride))
+        for name, values in out.items():
+            if name in STATE:
+                values = np.concatenate([self.now[name][k][None], values[:-1]])
+            self.rows[name][k, into] = values[offset::stride]
+
+    def _steps_done(self, k: int, stamps: np.ndarray, first: int, stop: Stop) -> int:
+        """Steps before a failure: rows that no step has written are NaN, those repeated do not move on."""
+        due = (first + np.arange(len(stamps)) + 0.5) * self.cases[k].model.opt.timestep
+        due += self.start["time"][k]
+        return max(int(np.sum(stamps > due)) - stop.spoilt, 0)
+
+    def aligned(self, k: int, first: int, stop: int) -> Rows:
+        """Rows of the steps first…stop of a simulation."""
+        stride = self.recipe.stride
+        if not self.in_place:
+            kept = slice(-(-first // stride), -(-stop // stride))
+            return {name: values[k, kept] for name, values in self.rows.items()}
+        found = {name: values[k, first:stop] for name, values in self.rows.items() if name not in STATE}
+        for name in STATE:
+            values = self.rows[name][k]
+            before = values[first - 1 : first] if first else self.start[name][k][None]
+            found[name] = np.concatenate([before, values[first : max(stop - 1, first)]])[: stop - first]
+        return found
+
+    def stretch(self, k: int, first: int, stop: int) -> Rollout:
+        """Steps first…stop of a simulation."""
+        stride = self.recipe.stride
+        kept = slice(-(-first // stride), -(-stop // stride))
+        return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first)
+
+    def rollout(self, k: int, wall: float) -> Rollout:
+        """A simulation as far as it came."""
+        done, reason = self.stops.get(k, (self.n_step, None))
+        found = self.stretch(k, 0, done)
+        failure = None if reason is None else failed(self.cases[k].model, reason, done, self.cases[k].number)
+        final = {name: values[k].copy() for name, values in self.now.items()}
+        return Rollout(found.rows, found.control, failure, wall, 0, final)
+
+
+def _states(cases: Sequence[Case]) -> Rows:
+    """The first states by name (n, width)."""
+    found: dict[str, list[np.ndarray]] = {name: [] for name in STATE}
+    data = mujoco.MjData(cases[0].model)
+    for case in cases:
+        mujoco.mj_setState(case.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        for name in STATE:
+            found[name].append(np.array(getattr(data, name), float).reshape(-1))
+    return {name: np.array(values) for name, values in found.items()}

@@ -1,120 +1,253 @@
-"""What a recording of walking holds beside the ankle: phase, pose, sole, and all moments about the ankle."""
+"""What a recording of walking holds beside the ankle: phase, pose, sole, and all moments about the ankle.
 
-from typing import TYPE_CHECKING
+The rows of WALKING replace those of a fixed shank that have the same name.
+"""
+
+import functools
+from collections.abc import Callable
 
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
 from afo_sim.model.contact import LOADED
-from afo_sim.model.foot import POINTS, turned_all
-from afo_sim.model.walk import JOINTS
+from afo_sim.model.foot import POINTS, Foot, turned_all
+from afo_sim.model.patient import Active
+from afo_sim.model.walk import JOINTS, Walk
 from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
+from afo_sim.simulation.frame import Column, Frame
 
-if TYPE_CHECKING:
-    from afo_sim.model.build import Built
+WORN = "of this foot's sole above the floor, were the ankle as recorded"
 
-# (unit, sign) of the columns.
-WALKING = {
-    "gait/phase": ("", "0 = heel strike, up to 1"),
-    "gait/stride": ("", "number of the stride, from 0"),
-    "gait/ankle_angle": ("rad", "as recorded, dorsiflexion positive"),
-    "gait/ankle_moment": ("N*m", "internal, dorsiflexion positive; what the recorded walking takes in all"),
-    "gait/needed_moment": (
-        "N*m",
-        "internal, dorsiflexion positive; active moment of the recorded walking less what the patient gives",
+
+class WalkFrame(Frame):
+    """A stretch of walking, with what several columns share."""
+
+    def steps(self, values: np.ndarray) -> np.ndarray:
+        """Of something laid out for every step, that of these."""
+        return values[self.first_step : self.first_step + self.n]
+
+    def instants(self, values: np.ndarray) -> np.ndarray:
+        """Of something laid out for every instant, from one step before the first, that of these."""
+        return values[self.first_step + 1 : self.first_step + 1 + self.n]
+
+    @property
+    def walk(self) -> Walk:
+        assert self.built.walk is not None
+        return self.built.walk
+
+    @property
+    def active(self) -> Active:
+        assert self.built.active is not None
+        return self.built.active
+
+    @property
+    def foot(self) -> Foot:
+        assert self.built.foot is not None
+        return self.built.foot
+
+    def joint(self, name: str) -> np.ndarray:
+        """Coordinate of a joint (n,)."""
+        return self.rows["qpos"][:, self.built.model.joint(name).qposadr[0]]
+
+    def moment(self, name: str) -> np.ndarray:
+        """Force of one of the actuators that walking adds (n,)."""
+        return self.force(self.built.index.walking[name])
+
+    @functools.cached_property
+    def shank(self) -> np.ndarray:
+        return self.joint(JOINTS[2])
+
+    @functools.cached_property
+    def pitch(self) -> np.ndarray:
+        return self.rows["qpos"][:, self.built.index.ankle_qpos] - self.shank
+
+    @functools.cached_property
+    def ankle_height(self) -> np.ndarray:
+        z = self.joint(JOINTS[1])
+        return z if self.built.contact is None else z + self.joint(SINK)
+
+    def sole(self, pitch: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """(ahead of the ankle, above it) of the sole's points."""
+        places = [self.foot.points[name] for name in POINTS]
+        return dict(zip(POINTS, turned_all(places, pitch), strict=True))
+
+    @functools.cached_property
+    def points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        return self.sole(self.pitch)
+
+    @functools.cached_property
+    def recorded_points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        return self.sole(self.instants(self.walk.ankle) - self.shank)
+
+    @functools.cached_property
+    def pads(self) -> np.ndarray:
+        """Forces of the pads (n, n_point)."""
+        return np.stack([self.moment(name) for name in PADS], axis=1)
+
+    @functools.cached_property
+    def ahead(self) -> np.ndarray:
+        """Of the ankle: the sole's points (n, n_point)."""
+        return np.stack([self.points[name][0] for name in POINTS], axis=1)
+
+    @functools.cached_property
+    def recorded_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Forward and upward force over body weight, and where it acts ahead of the ankle."""
+        forward, upward, place = self.walk.cycle.ground(self.instants(self.walk.phase))
+        return forward, upward, place
+
+    @functools.cached_property
+    def weight(self) -> float:
+        return self.built.body_mass * GRAVITY
+
+    @functools.cached_property
+    def biological(self) -> np.ndarray:
+        return self.moment(ACTIVE) + self.moment(STIFFNESS) + self.moment(SPASTIC)
+
+    @functools.cached_property
+    def ground_moment(self) -> np.ndarray:
+        moment = self.moment(GROUND)
+        if self.built.contact is None:
+            return moment
+        return moment + np.sum(self.pads * self.ahead, axis=1)
+
+    @functools.cached_property
+    def pressing(self) -> np.ndarray:
+        """Upward force of the ground [N]."""
+        if self.built.contact is None:
+            return self.weight * self.recorded_ground[1]
+        return self.pads.sum(axis=1)
+
+    @functools.cached_property
+    def driven(self) -> np.ndarray:
+        """Accelerations of the driven shank (n, 3)."""
+        model = self.built.model
+        driven = np.stack([self.rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
+        if self.built.contact is not None:
+            driven[:, 1] += self.rows["qacc"][:, model.joint(SINK).dofadr[0]]
+        return driven
+
+
+def _orthosis_moment(f: WalkFrame) -> np.ndarray:
+    own = f.force(f.built.index.passive)
+    return f.dof("qfrc_actuator") - own - f.biological - f.ground_moment
+
+
+def _pressure_centre(f: WalkFrame) -> np.ndarray:
+    place = f.recorded_ground[2]
+    contact = f.built.contact
+    if contact is not None:
+        centre = np.sum(f.pads * f.ahead, axis=1) / np.maximum(f.pressing, LOADED)
+        place = np.where(f.pressing > LOADED, centre + f.steps(contact.shift), place)
+    return f.joint(JOINTS[0]) + place
+
+
+def _gravity_moment(f: WalkFrame) -> np.ndarray:
+    return f.foot.gravity_moment(f.pitch)
+
+
+def _frame_moment(f: WalkFrame) -> np.ndarray:
+    return f.foot.frame_moment(f.pitch, f.driven[:, :2], f.driven[:, 2])
+
+
+def _column(
+    name: str,
+    unit: str,
+    sign: str,
+    formula: Callable[[WalkFrame], np.ndarray],
+    *,
+    whole: bool = False,
+    contact: bool = False,
+) -> Column:
+    """A column of walking, or only of walking in contact."""
+    return Column(
+        name,
+        unit,
+        sign,
+        formula,
+        whole=whole,
+        where=lambda built: built.walk is not None and (built.contact is not None or not contact),
+    )
+
+
+def _height(point: str, *, recorded: bool = False) -> Callable[[WalkFrame], np.ndarray]:
+    return lambda f: f.ankle_height + (f.recorded_points if recorded else f.points)[point][1]
+
+
+MOMENT = "internal, dorsiflexion positive"
+WALKING = (
+    _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.instants(f.walk.phase) % 1.0),
+    _column("gait/stride", "", "number of the stride, from 0", lambda f: np.floor(f.instants(f.walk.phase))),
+    _column(
+        "gait/ankle_angle",
+        "rad",
+        "as recorded, dorsiflexion positive",
+        lambda f: f.instants(f.walk.ankle),
     ),
-    "gait/ball_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
-    "gait/toe_height": ("m", "of this foot's sole above the floor, were the ankle as recorded"),
-    "gait/ground_force_z": (
+    _column(
+        "gait/ankle_moment",
+        "N*m",
+        f"{MOMENT}; what the recorded walking takes in all",
+        lambda f: f.steps(f.active.recorded),
+    ),
+    _column(
+        "gait/needed_moment",
+        "N*m",
+        f"{MOMENT}; active moment of the recorded walking less what the patient gives",
+        lambda f: f.steps(f.active.needed),
+    ),
+    _column("gait/ball_height", "m", WORN, _height("ball", recorded=True)),
+    _column("gait/toe_height", "m", WORN, _height("toe", recorded=True)),
+    _column(
+        "ankle/moment/orthosis",
+        "N*m",
+        f"{MOMENT}; all muscles of the orthosis, instantaneous",
+        _orthosis_moment,
+    ),
+    _column("ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles", lambda f: f.biological),
+    _column(
+        "ankle/moment/ground",
+        "N*m",
+        "dorsiflexion positive; ground force about the ankle",
+        lambda f: f.ground_moment,
+    ),
+    _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", lambda f: f.shank),
+    _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
+    _column("ankle/position/z", "m", "up, the floor at 0", lambda f: f.ankle_height),
+    _column(
+        "ground/force/x",
+        "N",
+        "on the foot, forward positive",
+        lambda f: f.weight * f.recorded_ground[0],
+    ),
+    _column("ground/force/z", "N", "on the foot, upward positive", lambda f: f.pressing),
+    _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
+    *(_column(f"{point}/height", "m", "of the sole above the floor", _height(point)) for point in POINTS),
+    _column(
+        "gait/ground_force_z",
         "N",
         "upward positive, as recorded; in contact ground/force/z is this foot's own",
+        lambda f: f.weight * f.recorded_ground[1],
+        contact=True,
     ),
-    "ankle/moment/biological": ("N*m", "internal, dorsiflexion positive; the patient's own muscles"),
-    "ankle/moment/ground": ("N*m", "dorsiflexion positive; ground force about the ankle"),
-    "ankle/moment/frame": ("N*m", "dorsiflexion positive; inertia of the foot on the driven shank"),
-    "shank/sink": ("m", "of the leg from where it was recorded, upward positive"),
-    "shank/angle": ("rad", "from the vertical, knee ahead of ankle positive"),
-    "ankle/position/x": ("m", "forward"),
-    "ankle/position/z": ("m", "up, the floor at 0"),
-    "ground/force/x": ("N", "on the foot, forward positive"),
-    "ground/force/z": ("N", "on the foot, upward positive"),
-    "ground/position/x": ("m", "centre of pressure, forward"),
-    **{f"{point}/height": ("m", "of the sole above the floor") for point in POINTS},
-}
-
-
-def walking_columns(
-    built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, first_step: int
-) -> dict[str, np.ndarray]:
-    """Columns of a stretch of walking; they replace the ankle's moments of a fixed shank.
-
-    Parameters
-    ----------
-    built : compiled, with walking
-    rows : aligned rows of the stretch
-    control : inputs of the stretch (n, nu)
-    first_step : number of its first step
-    """
-    walk, foot, active, index = built.walk, built.foot, built.active, built.index
-    assert walk is not None and foot is not None and active is not None
-    n = len(rows["time"])
-    here = slice(first_step + 1, first_step + 1 + n)
-    steps = slice(first_step, first_step + n)
-    model, dof = built.model, index.ankle_dof
-    x, z, shank = (rows["qpos"][:, model.joint(name).qposadr[0]] for name in JOINTS)
-    angle = rows["qpos"][:, index.ankle_qpos]
-    pitch = angle - shank
-    places = [foot.points[name] for name in POINTS]
-    sole, recorded = (
-        dict(zip(POINTS, turned_all(places, way), strict=True)) for way in (pitch, walk.ankle[here] - shank)
-    )
-    force = {name: rows["actuator_force"][:, i] for name, i in index.walking.items()}
-    biological = force[ACTIVE] + force[STIFFNESS] + force[SPASTIC]
-    own = rows["actuator_force"][:, index.passive]
-    forward, upward, place = walk.cycle.ground(walk.phase[here])
-    weight = built.body_mass * GRAVITY
-    pressing, moment = weight * upward, force[GROUND]
-    contact: dict[str, np.ndarray] = {}
-    if built.contact is not None:
-        sink = model.joint(SINK)
-        contact = {"gait/ground_force_z": pressing, "shank/sink": rows["qpos"][:, sink.qposadr[0]]}
-        z = z + contact["shank/sink"]
-        pads = np.stack([force[name] for name in PADS], axis=1)
-        ahead = np.stack([sole[name][0] for name in POINTS], axis=1)
-        moment = moment + np.sum(pads * ahead, axis=1)
-        pressing = pads.sum(axis=1)
-        centre = np.sum(pads * ahead, axis=1) / np.maximum(pressing, LOADED)
-        place = np.where(pressing > LOADED, centre + built.contact.shift[steps], place)
-    return {
-        "gait/phase": walk.phase[here] % 1.0,
-        "gait/stride": np.floor(walk.phase[here]),
-        "gait/ankle_angle": walk.ankle[here],
-        "gait/ankle_moment": active.recorded[steps],
-        "gait/needed_moment": active.needed[steps],
-        **{f"gait/{name}_height": z + recorded[name][1] for name in ("ball", "toe")},
-        "ankle/moment/orthosis": rows["qfrc_actuator"][:, dof] - own - biological - moment,
-        "ankle/moment/biological": biological,
-        "ankle/moment/ground": moment,
-        "shank/angle": shank,
-        "ankle/position/x": x,
-        "ankle/position/z": z,
-        "ground/force/x": weight * forward,
-        "ground/force/z": pressing,
-        "ground/position/x": x + place,
-        **{f"{name}/height": z + sole[name][1] for name in POINTS},
-        **contact,
-        **(_inertial(built, rows, pitch) if "qacc" in rows else {}),
-    }
-
-
-def _inertial(built: "Built", rows: dict[str, np.ndarray], pitch: np.ndarray) -> dict[str, np.ndarray]:
-    """What weight and the driven shank do to the foot."""
-    model, foot = built.model, built.foot
-    assert foot is not None
-    driven = np.stack([rows["qacc"][:, model.joint(name).dofadr[0]] for name in JOINTS], axis=1)
-    if built.contact is not None:
-        driven[:, 1] += rows["qacc"][:, model.joint(SINK).dofadr[0]]
-    return {
-        "ankle/moment/gravity": foot.gravity_moment(pitch),
-        "ankle/moment/frame": foot.frame_moment(pitch, driven[:, :2], driven[:, 2]),
-    }
+    _column(
+        "shank/sink",
+        "m",
+        "of the leg from where it was recorded, upward positive",
+        lambda f: f.joint(SINK),
+        contact=True,
+    ),
+    _column(
+        "ankle/moment/gravity",
+        "N*m",
+        "dorsiflexion positive; weight of foot, plate and muscles",
+        _gravity_moment,
+        whole=True,
+    ),
+    _column(
+        "ankle/moment/frame",
+        "N*m",
+        "dorsiflexion positive; inertia of the foot on the driven shank",
+        _frame_moment,
+        whole=True,
+    ),
+)

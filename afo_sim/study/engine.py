@@ -22,8 +22,9 @@ from afo_sim.description.reader import load
 from afo_sim.metrics.metric import Metric
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.simulation.recording import examine
-from afo_sim.simulation.rollout import Rollout, Workspace, row_width, simulate, simulate_together
+from afo_sim.simulation.examine import examine
+from afo_sim.simulation.rollout import Rollout, Workspace, row_width
+from afo_sim.simulation.simulate import simulate, simulate_together
 from afo_sim.study.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
@@ -179,7 +180,7 @@ def _roll_alone(case: Prepared) -> Rollout:
     try:
         return simulate(case.built, case.control)
     except Exception as error:
-        return Rollout({}, error, 0.0)
+        return Rollout({}, case.control[:0], error)
 
 
 def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[Numbered]:
@@ -191,7 +192,7 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
     if rollout.failure is not None:
         return _failed(rollout.failure)
     try:
-        _, found = examine(case.built, case.control, rollout, transient=False)
+        _, found = examine(case.built, rollout, transient=False)
     except Exception as error:
         return _failed(error)
     return Outcome(

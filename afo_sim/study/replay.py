@@ -11,7 +11,7 @@ from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run_built
+from afo_sim.simulation.run import run_built
 from afo_sim.study.engine import OK
 from afo_sim.study.results import OVERRIDES, Results, read
 from afo_sim.study.store import RECORDINGS, read_manifest

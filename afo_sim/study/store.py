@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.versions import versions
 from afo_sim.common.writing import disk, keeping
-from afo_sim.simulation.recording import versions
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.parameter import Choice, Normal, Range
@@ -214,7 +214,8 @@ def program() -> dict[str, Any]:
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
-    old = before.get("versions", {})
+    old = before.get("versions")
+    old = old if isinstance(old, dict) else {}
     told = [
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]

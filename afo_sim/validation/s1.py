@@ -237,8 +237,9 @@ def _contraction() -> list[Row]:
     limits = {}
     for name, angle in (("fit", muscle.braid_angle), ("S1", S1_ANGLE)):
         braid = Braid(muscle.nominal_length, muscle.bore / 2.0, angle)
-        coefficients = LAWS["tondu_lopez_2000"].coefficients(braid, {"k": 1.0})
-        limits[name] = 100.0 * float(contractions(1, coefficients, no_load, np.array([4e5]))[0])
+        law = LAWS["tondu_lopez_2000"]
+        coefficients = law.coefficients(braid, {"k": 1.0})
+        limits[name] = 100.0 * float(contractions(law.native_id, coefficients, no_load, np.array([4e5]))[0])
     law = LAWS[muscle.law]
     free = contractions(law.native_id, muscle.coefficients, no_load, np.array([4e5]))[0]
     reached = float(100.0 * free * muscle.nominal_length / muscle.total_length)

@@ -10,16 +10,17 @@ import sys
 import numpy as np
 import pytest
 from command import call
+from documents import PAGES
 from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim import cli
 from afo_sim.common import assets
-from afo_sim.gait import cycle as gait
-from afo_sim.simulation.files import read_recording
+from afo_sim.gait import file as gait
+from afo_sim.gait.cycle import KINEMATICS
+from afo_sim.simulation.recording import read_recording
 
 ROOT = pathlib.Path(__file__).parents[2]
 GAIT_DATA = ROOT / "gait_data"
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -104,15 +105,17 @@ def test_bad_options_are_one_message_and_exit_2(
     assert not list(tmp_path.iterdir())
 
 
-def test_readmes_commands_run(
+def test_documents_commands_run(
     trial: list[str],
     tmp_path: pathlib.Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", README, flags=re.M)
+    lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", PAGES["gait_data"], flags=re.M)
     assert [line.split()[1] for line in lines] == ["import", "show"]
-    assert all(f"`afo-sim gait {command.name}" in README for command in cli.gait_app.registered_commands)
+    assert all(
+        f"`afo-sim gait {command.name}" in PAGES["commands"] for command in cli.gait_app.registered_commands
+    )
     for file in trial:
         (tmp_path / pathlib.Path(file).name).symlink_to(file)
     monkeypatch.chdir(tmp_path)
@@ -122,14 +125,14 @@ def test_readmes_commands_run(
     assert (tmp_path / "walk.png").is_file()
 
 
-def test_readmes_three_commands_go_from_opensims_files_to_a_report(
+def test_documents_three_commands_go_from_opensims_files_to_a_report(
     trial: list[str],
     tmp_path: pathlib.Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The block as it is printed, on a synthetic trial; the leg then walks as that trial does."""
-    block = README.split("to a report in three commands:\n\n")[1].split("\n\n")[0]
+    block = PAGES["walking"].split("to a report in three commands:\n\n")[1].split("\n\n")[0]
     lines = [line.removeprefix("    afo-sim ") for line in block.splitlines()]
     assert [line.split()[0] for line in lines] == ["gait", "run", "report"]
     for file in trial:
@@ -196,6 +199,6 @@ def test_shipped_strides_are_what_the_script_makes(tmp_path: pathlib.Path) -> No
     for name in ("gatk_stride1", "gatk_stride2"):
         made, shipped = gait.read(tmp_path / f"{name}.csv"), gait.read(GAIT_DATA / f"{name}.csv")
         assert made.notes == shipped.notes
-        for column in ("phase", *gait.KINEMATICS, "grf_x", "grf_z", "cop_x", "ankle_moment"):
+        for column in ("phase", *KINEMATICS, "grf_x", "grf_z", "cop_x", "ankle_moment"):
             a, b = getattr(made, column), getattr(shipped, column)
             assert np.allclose(a, b, atol=1e-6, equal_nan=True), column

@@ -10,9 +10,9 @@ import pytest
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait import cycle as gait
+from afo_sim.gait import file as gait
 from afo_sim.gait.checks import closing_errors, examine, stance
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.gait.cycle import COLUMNS, KINEMATICS, GaitCycle, fit_to_leg
 from afo_sim.gait.fourier import FourierSeries
 
 STRIDES = ("gatk_stride1", "gatk_stride2")
@@ -136,7 +136,7 @@ def test_shipped_stride_is_a_stride(name: str) -> None:
 
 
 def test_ankle_is_shifted_to_the_leg(stride: GaitCycle) -> None:
-    moved, shift = gait.fit_to_leg(stride, 0.068)
+    moved, shift = fit_to_leg(stride, 0.068)
     flat = moved.foot_flat()
     assert moved.ankle_z[flat].mean() == pytest.approx(0.068)
     assert shift == pytest.approx(0.068 - stride.ankle_z[flat].mean())
@@ -281,7 +281,7 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
 def write_changed(path: pathlib.Path, change: Change) -> None:
     from afo_sim.common.phase_table import read_table, write_table
 
-    table = read_table(assets.find_gait("gatk_stride1"), tuple(gait.COLUMNS))
+    table = read_table(assets.find_gait("gatk_stride1"), tuple(COLUMNS))
     change(table.columns)
     write_table(path, table.header, table.columns)
 

@@ -216,7 +216,7 @@ def test_a_single_plate_needs_only_the_posture(walk: Walk, tmp_path: pathlib.Pat
 def test_posture_agrees_with_force_on_the_recorded_trial() -> None:
     """Between the two shipped strides' ends the posture returns within a sample of the next heel strike."""
     from afo_sim.common import assets
-    from afo_sim.gait import cycle as gait
+    from afo_sim.gait import file as gait
     from afo_sim.gait.readers.leg_motion import LegMotion
 
     first, second = (gait.read(assets.find_gait(f"gatk_stride{k}")) for k in (1, 2))
@@ -287,7 +287,7 @@ def test_belt_speed_is_added(walk: Walk, tmp_path: pathlib.Path) -> None:
     forces = write_table(tmp_path / "grf.mot", FAST, columns)
     with pytest.raises(InputError) as caught:
         import_gait([markers, forces], PLAIN)
-    assert caught.value.field == "--belt-speed"
+    assert caught.value.field == "belt_speed"
     assert "a treadmill?" in caught.value.problem
     done = import_gait([markers, forces], Choices(mass=MASS, cutoff=0.0, belt_speed=belt))
     assert_recovered(done, walk)
@@ -398,14 +398,14 @@ def test_bad_files_are_one_message(walk: Walk, tmp_path: pathlib.Path) -> None:
         assert "\n" not in str(caught.value)
 
 
-def test_wrong_options_are_told_in_the_options_words(walk: Walk, tmp_path: pathlib.Path) -> None:
+def test_wrong_choices_are_told_by_their_names(walk: Walk, tmp_path: pathlib.Path) -> None:
     files = [write_trc(tmp_path / "walk.trc", walk, SLOW), write_forces(tmp_path / "grf.mot", walk, FAST)]
     upside_down = {"knee": ("R.Ankle.Lat",), "ankle": ("R.Knee.Lat",)}
     turned = {"heel": ("R.Toe.Lat",), "toe": ("R.Heel",)}
     for options, field, expected in (
-        ({"markers": turned}, "--forward", "walks backward along -x, at -0.98 m/s"),
-        ({"markers": upside_down}, "--up", "m above the laboratory's zero"),
-        ({"forward": "y"}, "--forward", "the leg stands upright"),
+        ({"markers": turned}, "forward", "walks backward along -x, at -0.98 m/s"),
+        ({"markers": upside_down}, "up", "m above the laboratory's zero"),
+        ({"forward": "y"}, "forward", "the leg stands upright"),
         ({"forward": "z"}, "", "too long for a step; both feet on one plate, or wrong axes?"),
         ({"belt_speed": 1.0}, "ankle_x_m", "where the foot is on the floor"),
         ({"cutoff": 0.1}, "", "no whole stride"),
@@ -564,3 +564,52 @@ def test_foot_force_adds_what_two_plates_share(walk: Walk) -> None:
     inside = upward > 100.0
     assert np.allclose(ground.force_z[inside], upward[inside])
     assert np.allclose((ground.moment / np.maximum(ground.force_z, 1.0))[inside], place[inside], atol=1e-6)
+
+
+def test_clock_that_leaps_or_is_no_number_is_refused(walk: Walk, tmp_path: pathlib.Path) -> None:
+    forces = write_forces(tmp_path / "grf.mot", walk, FAST)
+    markers = write_trc(tmp_path / "walk.trc", walk, SLOW)
+    for file, field in ((forces, "time"), (markers, "Time")):
+        lines = file.read_text().splitlines()
+        cells = lines[-3].split("\t")
+        column = 0 if file == forces else 1
+        for clock, expected in (
+            ("nan", "has no finite time"),
+            ("inf", "has no finite time"),
+            ("1e9", "time does not increase"),
+            (cells[column].replace(".", ".0"), "time does not increase"),
+        ):
+            changed = "\t".join([*cells[:column], clock, *cells[column + 1 :]])
+            broken = tmp_path / f"broken{file.suffix}"
+            broken.write_text("\n".join([*lines[:-3], changed, *lines[-2:]]) + "\n")
+            with pytest.raises(InputError, match=expected) as caught:
+                import_gait([broken, markers if file == forces else forces], PLAIN)
+            assert (caught.value.field, caught.value.file) == (field, broken)
+        late = [line.split("\t") for line in lines[-2:]]
+        late = [[*row[:column], str(float(row[column]) + 1e6), *row[column + 1 :]] for row in late]
+        broken.write_text("\n".join([*lines[:-2], *("\t".join(row) for row in late)]) + "\n")
+        with pytest.raises(InputError, match="time leaps from"):
+            import_gait([broken, markers if file == forces else forces], PLAIN)
+
+
+def test_forces_that_are_no_numbers_are_refused_where_they_matter(walk: Walk, tmp_path: pathlib.Path) -> None:
+    markers = write_trc(tmp_path / "walk.trc", walk, SLOW)
+    forward, upward, place = walk.force(FAST)
+    loaded, empty = int(np.argmax(upward)), int(np.argmin(upward))
+    for row, column, value, problem in (
+        (loaded, "vy", np.nan, "its force is not a finite number"),
+        (empty, "vx", np.inf, "its force is not a finite number"),
+        (loaded, "px", np.nan, "its place is not a finite number"),
+        (empty, "px", -np.inf, "its place is not a finite number"),
+        (empty, "px", np.nan, ""),
+    ):
+        columns = {"vx": forward.copy(), "vy": upward.copy(), "px": place.copy()}
+        columns[column][row] = value
+        named = {f"ground_force_{name}": values for name, values in columns.items()}
+        forces = write_table(tmp_path / "grf.mot", FAST, named)
+        if not problem:
+            assert np.isfinite(import_gait([markers, forces], PLAIN).cycle.ankle_moment).all()
+            continue
+        with pytest.raises(InputError, match=problem) as caught:
+            import_gait([markers, forces], PLAIN)
+        assert caught.value.file == forces

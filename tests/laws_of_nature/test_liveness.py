@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.units import EXAMPLES, parse_quantity
+from afo_sim.common.units import EXAMPLES, format_quantity, parse_quantity
 from afo_sim.description.reader import load
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.simulation.recording import Recording
 
 SCENARIO = "seated-antagonist"
@@ -151,10 +151,8 @@ def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Reco
 
 
 LOSSES = {
-    "tondu_lopez_2000_stribeck": ["0.015", "0.105", "0.15 m/s", "1 mm/s"],
-    "vo_minh_2011": ["0.2 bar", "0.02"],
-    "hunt_2017": ["0.2 bar", "0.01 s^-1"],
-    "bouc_wen_1976": ["0.2 bar", "0.02"],
+    name: [str(format_quantity(p.typical, p.unit)) for p in friction.parameters]
+    for name, friction in FRICTIONS.items()
 }
 DAMPER = {
     "contracting": ["500 N*s/m", "1e-3 N*s/(m*Pa)"],

@@ -16,7 +16,7 @@ from afo_sim.description.reader import load
 from afo_sim.model.build import Built, build
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run_built
+from afo_sim.simulation.run import run_built
 
 CONTACT = {"ground.mode": "contact", "duration": "3.7 s"}
 PATIENTS = ("healthy", "drop-foot", "drop-foot-mild", "plantarflexor-weak")

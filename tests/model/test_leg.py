@@ -12,8 +12,9 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.start import equilibrium, get_state
-from afo_sim.simulation.recording import Recording, make_recording
-from afo_sim.simulation.rollout import simulate
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.simulate import simulate
 
 FRICTION = 0.005  # [N·m]
 # The foot swings on its tissue alone: no damper, valves to the air, muscles slack about the angle of rest.
@@ -36,7 +37,7 @@ def swing(displaced: float, **leg: str) -> tuple[Built, Recording, float]:
         angle = float(data.qpos[0])
         data.qpos[0] += displaced
         state = get_state(built.model, data)
-    return built, make_recording(built, control, simulate(built, control, state=state)), angle
+    return built, make_recording(built, simulate(built, control, state=state)), angle
 
 
 def stiffness(built: Built, rest: float) -> tuple[float, float]:

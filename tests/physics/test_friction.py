@@ -9,20 +9,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from afo_sim.physics import friction
-from afo_sim.physics.friction import (
-    bouc_wen_pressure,
-    bouc_wen_rate,
-    contact_surface,
-    hunt_dead_band,
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.friction.bouc_wen import bouc_wen_pressure, bouc_wen_rate
+from afo_sim.physics.friction.hunt import hunt_dead_band
+from afo_sim.physics.friction.maxwell_slip import (
     maxwell_slip_elements,
     maxwell_slip_pressure,
     maxwell_slip_rates,
-    tondu_lopez_friction,
 )
-from afo_sim.physics.frictions import FRICTIONS
+from afo_sim.physics.friction.tondu_lopez import SURFACE_LIMIT, contact_surface, tondu_lopez_friction
 from afo_sim.physics.law import Braid, LawParameter
-from afo_sim.physics.static_force import tondu_lopez_2000
+from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 
 BRAID = Braid(0.1631, 5.75e-3, math.radians(22.0))  # S1's long muscle
 GEOMETRY = (BRAID.nominal_length, BRAID.nominal_radius, BRAID.b)
@@ -33,7 +30,7 @@ S = 0.02  # pre-sliding contraction [-]
 K = Q / (2.5 * S)  # stiffness of one element
 H = 1e-3  # [s]
 
-# Values that every model is tried with; a model with a parameter of a new name must be added here.
+# Values that every model is tried with; of a parameter of another name the typical one.
 TRIED = {
     "static_coefficient": FS,
     "kinetic_coefficient": FK,
@@ -49,8 +46,12 @@ with_memory = pytest.mark.parametrize(
 )
 
 
+def _tried(model):
+    return {p.name: TRIED.get(p.name, p.typical) for p in model.parameters}
+
+
 def _coefficients(model):
-    return model.coefficients(BRAID, {p.name: TRIED[p.name] for p in model.parameters})
+    return model.coefficients(BRAID, _tried(model))
 
 
 def _walk(model, turning_points, step, timestep=H, state=None, coefficients=None):
@@ -127,7 +128,7 @@ def test_contact_surface_is_that_of_a_constant_number_of_rhombi():
 
 
 def test_contact_surface_is_bounded_and_continuous_beyond_lock_and_at_no_length():
-    limit = friction.SURFACE_LIMIT * contact_surface(0.0, *GEOMETRY)
+    limit = SURFACE_LIMIT * contact_surface(0.0, *GEOMETRY)
     lock = 1.0 - 1.0 / math.cos(BRAID.braid_angle)
     for kappa in (lock, lock - 1e-9, -1.0, -1e300, 1.0, 1.0 + 1e-9, 1.5, 5.0, 1e300):
         assert contact_surface(kappa, *GEOMETRY) == pytest.approx(limit, rel=1e-14)
@@ -419,6 +420,29 @@ def test_derivative_is_the_slope_by_contraction_rate(model):
 
 
 @every_friction
+def test_friction_falls_no_faster_than_stated(model):
+    for tried in ({}, {"static_coefficient": FK, "kinetic_coefficient": FS}):  # the second falls with speed
+        values = _tried(model) | {name: v for name, v in tried.items() if name in _tried(model)}
+        coefficients, z = model.coefficients(BRAID, values), [0.0] * model.n_state
+        slopes = [
+            model.evaluate(0.0, rate, 4e5, z, coefficients, H)[1] for rate in np.geomspace(1e-6, 1e2, 400)
+        ]
+        fall, found = model.steepest_fall(BRAID, values, 4e5), -min(slopes) / BRAID.nominal_length
+        assert found <= fall * (1.0 + 1e-9)
+        if fall > 0.0:
+            assert found > 0.95 * fall  # and not much slower either
+
+
+def test_only_a_falling_coefficient_falls():
+    model = FRICTIONS["tondu_lopez_2000_stribeck"]
+    values = _tried(model)
+    assert model.steepest_fall(BRAID, values, 4e5) == 0.0
+    values["static_coefficient"] = FK + 0.015
+    expected = 0.015 / VS * contact_surface(0.0, *GEOMETRY) * 4e5
+    assert model.steepest_fall(BRAID, values, 4e5) == pytest.approx(expected, rel=1e-12)
+
+
+@every_friction
 def test_nan_comes_out(model):
     """Of every argument and coefficient, moving, at rest, stuck and slipping."""
     good = [0.1, 0.3, 4e5, *[0.05 * Q] * model.n_state, *_coefficients(model), H]
@@ -497,7 +521,8 @@ def test_compiled_is_python():
 
 
 def test_registry_is_consistent():
-    assert list(FRICTIONS) == ["tondu_lopez_2000_stribeck", "vo_minh_2011", "hunt_2017", "bouc_wen_1976"]
+    known = ["tondu_lopez_2000_stribeck", "vo_minh_2011", "hunt_2017", "bouc_wen_1976"]
+    assert list(FRICTIONS)[: len(known)] == known  # as their native ids rise
     ids = [model.native_id for model in FRICTIONS.values()]
     assert len(set(ids)) == len(ids) and 0 not in ids  # an unset row has no friction
     for name, model in FRICTIONS.items():
@@ -506,14 +531,14 @@ def test_registry_is_consistent():
         assert model.formula and model.validity and model.source
         for parameter in model.parameters:
             assert isinstance(parameter, LawParameter)
-            assert parameter.lower <= TRIED[parameter.name] <= parameter.upper
+            assert parameter.lower <= _tried(model)[parameter.name] <= parameter.upper
         state = [0.0] * model.n_state
         assert len(model.rates(0.1, state, _coefficients(model), H)) == model.n_state
 
 
 @every_friction
 def test_every_parameter_is_live(model):
-    values = {p.name: TRIED[p.name] for p in model.parameters}
+    values = _tried(model)
     z = [0.02 * Q] * model.n_state
 
     def answers(changed):

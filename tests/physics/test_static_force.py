@@ -13,16 +13,12 @@ from scipy.optimize import brentq, least_squares
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.physics.curves import contractions, forces
-from afo_sim.physics.law import Braid, Law
+from afo_sim.physics.law import MAX_COEFFICIENTS, Braid, Law
 from afo_sim.physics.laws import LAWS
+from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
+from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.pneumatics import braid_volume
-from afo_sim.physics.static_force import (
-    MAX_COEFFICIENTS,
-    chou_hannaford_1996,
-    muscle_static_force,
-    static_force,
-    tondu_lopez_2000,
-)
+from afo_sim.physics.static_force import muscle_static_force, static_force
 
 G = 9.81  # what the fits of S1's tables were made with [m/s²]
 BRAIDS = (Braid(0.1631, 5.75e-3, math.radians(22.0)), Braid(0.215, 5e-3, math.radians(37.0)))
@@ -259,7 +255,7 @@ def test_braid_is_fattest_at_54_74_degrees(degrees):
 
 
 def _change_of_length(force, length, weight):
-    """How far a muscle of active `length` [m] has lifted `weight` [N] when it hangs at rest [cm]."""
+    """Lift of a `weight` [N] at rest by a muscle of active `length` [m], in cm."""
     return 100.0 * length * brentq(lambda kappa: force(kappa) - weight, 0.0, 1.0, xtol=1e-12)
 
 

@@ -161,7 +161,7 @@ def test_ten_minutes_are_written_in_little_memory(ten_minutes: pathlib.Path) -> 
     """Under 300 MB for the whole process, libraries included."""
     code = """
 import pathlib, sys
-from afo_sim.view import write_rrd
+from afo_sim.show.rerun import write_rrd
 folder = pathlib.Path(sys.argv[1])
 write_rrd(folder, folder / "recording.rrd")
 status = pathlib.Path("/proc/self/status").read_text()
@@ -234,7 +234,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
     from afo_sim.model.build import build
     from afo_sim.show.rerun.live import live_viewer
-    from afo_sim.simulation.rollout import run_built
+    from afo_sim.simulation.run import run_built
 
     seen: list[Recording] = []
     with live_viewer(headless=True) as watch:
@@ -251,7 +251,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
 
 def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
     from afo_sim.model.build import build
-    from afo_sim.simulation.rollout import run_built
+    from afo_sim.simulation.run import run_built
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
     for name, values in watched.columns.items():

@@ -14,9 +14,8 @@ from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
 from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
-from afo_sim.simulation.files import read_recording
-from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import run_built
+from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.simulation.run import run_built
 
 BODY_WEIGHT = 75.0 * 9.80665
 

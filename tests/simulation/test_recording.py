@@ -11,8 +11,7 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
-from afo_sim.simulation.files import read_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Recording, read_recording
 
 
 @pytest.fixture(scope="module")

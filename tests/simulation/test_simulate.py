@@ -9,8 +9,9 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.native import slots
-from afo_sim.simulation.recording import Recording, make_recording
-from afo_sim.simulation.rollout import simulate
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.simulate import simulate
 
 
 def test_seated_foot_rises_and_returns_twice(seated: Recording) -> None:
@@ -103,7 +104,7 @@ def broken(mode: str) -> Recording:
     built = build(load("scenario", "seated", {"duration": "3 s", "callback": mode}))
     control = schedule.controls(built)
     control[1500:, built.index.chambers["dorsiflexor"]] = np.nan
-    return make_recording(built, control, simulate(built, control))
+    return make_recording(built, simulate(built, control))
 
 
 @pytest.mark.parametrize("mode", ["native", "python"])
@@ -123,7 +124,7 @@ def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> N
     built = build(load("scenario", "seated", {"duration": "1 s", "callback": mode}))
     muscle = built.index.muscles["plantarflexor_2"]
     built.model.actuator_user[muscle, slots.MUSCLE_COEFFICIENTS] = np.nan
-    run = make_recording(built, schedule.controls(built), simulate(built, schedule.controls(built)))
+    run = make_recording(built, simulate(built, schedule.controls(built)))
     assert "the force is not a number in 'plantarflexor_2'" in run.status
     assert len(run["time"]) == 0
 
@@ -147,7 +148,7 @@ def test_supply_without_pressure_is_a_failure() -> None:
     built = build(load("scenario", "seated", {"duration": "1 s"}))
     control = schedule.controls(built)
     control[500:, built.index.chambers["dorsiflexor"]] = -2e5
-    run = make_recording(built, control, simulate(built, control))
+    run = make_recording(built, simulate(built, control))
     assert "supply's absolute pressure is not positive in 'chamber_dorsiflexor'" in run.status
     assert len(run["time"]) == 500
 
@@ -156,7 +157,7 @@ def test_step_that_warns_is_not_kept() -> None:
     built = build(load("scenario", "seated", {"duration": "1 s"}))
     control = schedule.controls(built)
     control[500:, built.index.passive] = np.nan
-    run = make_recording(built, control, simulate(built, control))
+    run = make_recording(built, simulate(built, control))
     assert not run.ok
     assert len(run["time"]) == 500
     assert all(np.isfinite(values).all() for values in run.columns.values())
@@ -173,7 +174,7 @@ def test_actuator_that_lost_its_parameters_does_not_run(kind: str) -> None:
 
 def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Finite nonsense is nonsense too: MuJoCo warns only beyond 1e10."""
-    monkeypatch.setattr("afo_sim.simulation.rollout.PLAY", -0.4)  # as if a stop had let the ankle pass
+    monkeypatch.setattr("afo_sim.simulation.simulate.PLAY", -0.4)  # as if a stop had let the ankle pass
     run = afo_sim.run("seated", {"duration": "4 s"})
     assert not run.ok
     assert "gone through its stops" in run.status

@@ -12,7 +12,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.description.walking import Gait
-from afo_sim.gait import cycle as gait_file
+from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import fit_to_leg
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import turned

@@ -21,6 +21,7 @@ from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, opened, swept, table
 import afo_sim
 import afo_sim.study
 from afo_sim.cli.sweep import reporter
+from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
@@ -208,9 +209,9 @@ def test_whatever_a_case_raises_is_its_row(
 def test_a_file_that_is_gone_for_a_while_is_no_case_s_row(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any
 ) -> None:
-    leg = afo_sim.assets.find("leg", "adult_75kg")
+    leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, tmp_path / "leg")
-    seated = afo_sim.assets.find("scenario", "seated").read_text()
+    seated = assets.find("scenario", "seated").read_text()
     (tmp_path / "mine.toml").write_text(seated.replace("adult_75kg", "leg/leg.toml"))
     file, out = written(tmp_path, SEATED.replace('"seated"', '"mine.toml"')), tmp_path / "out"
     store = opened(file, out)
@@ -658,9 +659,9 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
 ) -> None:
     before = tmp_path / "before"
     written(before, SEATED.replace('"seated"', '"mine.toml"'))
-    seated = afo_sim.assets.find("scenario", "seated")
+    seated = assets.find("scenario", "seated")
     (before / "mine.toml").write_text(seated.read_text().replace("adult_75kg", "leg/leg.toml"))
-    leg = afo_sim.assets.find("leg", "adult_75kg")
+    leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, before / "leg")
     monkeypatch.chdir(before)
     assert call(capsys, "sweep", "sweep.toml", "--out", "../out", "--part", "1/3")[0] == 0

@@ -1,4 +1,4 @@
-"""The validation says what the papers print, judges by its own tolerances, and is what the README shows."""
+"""The validation says what the papers print, judges by its own tolerances, and is what its page shows."""
 
 import dataclasses
 import json
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import call
+from documents import PAGES
 from matplotlib.figure import Figure
 
 from afo_sim.bench import hanging
@@ -20,7 +21,6 @@ from afo_sim.validation import s1 as validate_s1
 from afo_sim.validation import table as validate
 from afo_sim.validation.table import Row
 
-README = (pathlib.Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BEGIN, END = "<!-- validation begins -->\n", "<!-- validation ends -->"
 KEYS = {
     *("source", "quantity", "published", "simulated", "error", "tolerance", "unit", "sourcing", "passed"),
@@ -124,10 +124,10 @@ def test_numbers_that_are_known_otherwise(rows: list[Row]) -> None:
     assert held_out["the 21.5 cm muscle"] == pytest.approx(0.46, abs=5e-3)
 
 
-def test_readme_shows_this_table(rows: list[Row]) -> None:
-    shown = README.partition(BEGIN)[2].partition(END)[0]
-    how = 'python -c "from afo_sim.validate import *; print(markdown(validate()))"'
-    assert shown.strip() == validate.markdown(rows).strip(), f"put what this prints into the README: {how}"
+def test_document_shows_this_table(rows: list[Row]) -> None:
+    shown = PAGES["validation"].partition(BEGIN)[2].partition(END)[0]
+    how = 'python -c "from afo_sim.validation.table import *; print(markdown(validate()))"'
+    assert shown.strip() == validate.markdown(rows).strip(), f"put this into its page: {how}"
 
 
 def test_json_holds_every_row_as_plain_values(

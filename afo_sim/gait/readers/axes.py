@@ -40,7 +40,7 @@ def find_axes(markers: Markers, choices: Choices) -> Axes:
     up = choices.up or _nearest_axis(np.nanmean(knee - ankle, axis=0))
     if choices.forward and choices.forward[-1] == up[-1]:
         problem = "is the axis in which the leg stands upright"
-        raise InputError(problem, file=markers.file, field="--forward", value=choices.forward)
+        raise InputError(problem, field="forward", value=choices.forward)
     if choices.forward:
         return Axes(choices.forward, up)
     if markers.has("heel", choices) and markers.has("toe", choices):
@@ -52,8 +52,7 @@ def find_axes(markers: Markers, choices: Choices) -> Axes:
         if np.linalg.norm(way) < 0.5:
             raise InputError(
                 "which way the person walks cannot be told without heel and toe markers",
-                file=markers.file,
-                field="--forward",
+                field="forward",
                 allowed="x, y, z, -x, -y, -z",
             )
     way["xyz".index(up[-1])] = 0.0
@@ -62,8 +61,7 @@ def find_axes(markers: Markers, choices: Choices) -> Axes:
     if off > OBLIQUE:
         raise InputError(
             f"the foot points {off:.0f} deg away from the nearest axis, {forward}",
-            file=markers.file,
-            field="--forward",
+            field="forward",
             allowed="a walk along an axis of the laboratory; or the axis to look along, given here",
         )
     return Axes(forward, up)

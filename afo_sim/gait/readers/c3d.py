@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait.readers.markers import Markers
-from afo_sim.gait.readers.plates import Plate
+from afo_sim.gait.readers.plates import Plate, plate
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
@@ -60,7 +60,7 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
 def _plate(path: pathlib.Path, name: str, platform: Any, rate: float, start: float) -> Plate:
     force = np.array(platform["force"]).T
     place = np.array(platform["center_of_pressure"]).T * _unit(path, [platform["unit_position"]])
-    return Plate(name, start + np.arange(len(force)) / rate, np.nan_to_num(force), np.nan_to_num(place))
+    return plate(path, name, start + np.arange(len(force)) / rate, force, place)
 
 
 def _unit(path: pathlib.Path, names: list[str]) -> float:

@@ -35,34 +35,32 @@ class Choices:
     licence: str = "not stated"
 
     def __post_init__(self) -> None:
-        for option, value, allowed in (
-            ("--side", self.side, SIDES),
-            ("--forward", self.forward, (None, *AXES)),
-            ("--up", self.up, (None, *AXES)),
+        for name, value, allowed in (
+            ("side", self.side, SIDES),
+            ("forward", self.forward, (None, *AXES)),
+            ("up", self.up, (None, *AXES)),
         ):
             if value not in allowed:
                 words = ", ".join(a for a in allowed if a)
-                raise InputError("is no choice", field=option, value=value, allowed=words)
+                raise InputError("is no choice", field=name, value=value, allowed=words)
         if self.forward and self.up and self.forward[-1] == self.up[-1]:
-            raise InputError("is the same axis as --up", field="--forward", value=self.forward)
+            raise InputError("is the same axis as up", field="forward", value=self.forward)
         for role in self.markers:
             if role not in ROLES:
-                raise InputError("is no role", field="--marker", value=role, allowed=", ".join(ROLES))
+                raise InputError("is no role", field="marker", value=role, allowed=", ".join(ROLES))
         if self.stride is not None and self.stride < 1:
-            raise InputError("is no stride", field="--stride", value=self.stride, allowed="1, 2, …")
-        for option, number, low, high in (
-            ("--mass", self.mass, 5.0, 300.0),
-            ("--cutoff", self.cutoff, 0.0, math.inf),
-            ("--belt-speed", self.belt_speed, 0.0, 10.0),
-            ("--thigh", self.thigh, 0.1, 0.8),
-            ("--shank", self.shank, 0.1, 0.8),
-            ("--ankle-height", self.ankle_height, 0.02, 0.2),
+            raise InputError("is no stride", field="stride", value=self.stride, allowed="1, 2, …")
+        for name, number, low, high in (
+            ("mass", self.mass, 5.0, 300.0),
+            ("cutoff", self.cutoff, 0.0, math.inf),
+            ("belt_speed", self.belt_speed, 0.0, 10.0),
+            ("thigh", self.thigh, 0.1, 0.8),
+            ("shank", self.shank, 0.1, 0.8),
+            ("ankle_height", self.ankle_height, 0.02, 0.2),
         ):
             if number is not None and not low <= number <= high:
                 allowed_range = f"{low:g} to {high:g}" if high < math.inf else "0 or more"
-                raise InputError(
-                    "is out of range", field=option, value=number, allowed=f"{allowed_range} (SI)"
-                )
+                raise InputError("is out of range", field=name, value=number, allowed=f"{allowed_range} (SI)")
 
     @property
     def letter(self) -> str:

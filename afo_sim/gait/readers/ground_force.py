@@ -123,7 +123,7 @@ def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
         if name not in names:
             near = nearest_name(name, names)
             raise InputError(
-                "there is no such plate", field="--plate", value=name, allowed=", ".join(names), nearest=near
+                "there is no such plate", field="plate", value=name, allowed=", ".join(names), nearest=near
             )
     return [plate for plate in plates if not choices.plates or plate.name in choices.plates]
 
@@ -165,7 +165,7 @@ def _refuse_no_contact(plates: Sequence[Plate], foreign: Sequence[Contact], choi
     spans = ", ".join(f"{c.plate} {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
     raise InputError(
         f"no contact has its centre of pressure under the {choices.side} foot throughout ({spans})",
-        field="--side",
+        field="side",
         value=choices.side,
-        allowed=f"a plate that carries this foot alone, in the motion's axes; or --plate with one of {names}",
+        allowed=f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone",
     )

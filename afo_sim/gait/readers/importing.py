@@ -8,9 +8,10 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import check_writable
+from afo_sim.common.writing import check_writable, together
 from afo_sim.gait.checks import RANGES, examine, findings
-from afo_sim.gait.cycle import FLAT, GaitCycle, write
+from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.gait.file import write
 from afo_sim.gait.readers.axes import Axes
 from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.ground_force import GroundForce, foot_force
@@ -68,12 +69,13 @@ def import_to(
     from afo_sim.show.gait_figure import draw_gait
 
     if path.suffix.lower() != ".csv":
-        raise InputError("is no CSV", field="--out", value=str(path), allowed="a name ending in .csv")
+        raise InputError("is no CSV", field="out", value=str(path), allowed="a name ending in .csv")
     check_writable(path.parent)
     done = import_gait(files, choices)
     picture = path.with_suffix(".png")
-    draw_gait(done.cycle, picture, done)
-    write(path, done.cycle)
+    with together(path.parent) as scratch:
+        draw_gait(done.cycle, scratch / picture.name, done)
+        write(scratch / path.name, done.cycle)
     return done, picture
 
 
@@ -100,16 +102,14 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
 def cut_cycle(trial: Trial, choices: Choices) -> Imported:
     """Find the strides of a trial, and bring one of them to gait phase; errors as `import_gait`."""
     if choices.mass is None:
-        raise InputError(
-            "the body mass is not in the files", field="--mass", allowed='for example --mass "72 kg"'
-        )
+        raise InputError("the body mass is not in the files", field="mass", allowed='for example "72 kg"')
     motion, axes = trial.motion(choices)
     ground = foot_force(trial.plates, motion, axes, choices)
     strides = find_strides(ground, motion)
     chosen = (choices.stride or 1) - 1
     if chosen >= len(strides):
         told = ", ".join(f"{k}: {s.start:.2f} to {s.end:.2f} s" for k, s in enumerate(strides, start=1))
-        raise InputError("there is no such stride", field="--stride", value=choices.stride, allowed=told)
+        raise InputError("there is no such stride", field="stride", value=choices.stride, allowed=told)
     zero, shift, said = _calibration(motion, strides, choices)
     cycle = _cycle(trial, motion, ground, strides[chosen], zero, shift, choices)
     _require_walk(cycle, axes)
@@ -124,20 +124,20 @@ def _require_walk(cycle: GaitCycle, axes: Axes) -> None:
     if abs(speed) < STANDING:
         raise InputError(
             f"the ankle travels at {speed:.2f} m/s only: a treadmill?",
-            field="--belt-speed",
-            allowed='the belt\'s speed, for example --belt-speed "1.2 m/s"',
+            field="belt_speed",
+            allowed='the belt\'s speed, for example "1.2 m/s"',
         )
     if speed < 0.0:
         raise InputError(
             f"the leg walks backward along {axes.forward}, at {speed:.2f} m/s",
-            field="--forward",
-            allowed="the axis of walking; heel and toe not confused; --belt-speed on a treadmill",
+            field="forward",
+            allowed="the axis of walking; heel and toe not confused; the belt speed of a treadmill",
         )
     if not HEIGHTS[0] <= height <= HEIGHTS[1]:
         raise InputError(
             f"the ankle is {height:.3g} m above the laboratory's zero with the foot flat",
-            field="--up",
-            allowed='the axis upward, with the floor at 0; or --ankle-height, for example "7 cm"',
+            field="up",
+            allowed='the axis upward, with the floor at 0; or the ankle height, for example "7 cm"',
         )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.gait.readers.signals import check_clock
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +59,7 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     if stated.isdigit() and int(stated) > len(table):
         problem = f"has {len(table)} rows, its header says {stated}: cut short?"
         raise InputError(problem, file=path)
-    if np.any(np.diff(table[:, 0]) <= 0.0):
-        k = int(np.argmax(np.diff(table[:, 0]) <= 0.0))
-        raise InputError(f"time does not increase after {table[k, 0]:g} s", file=path, field="time")
+    check_clock(path, table[:, 0])
     degrees = {"yes": True, "no": False}.get(header.get("indegrees", "").lower())
     return OpenSimTable(path, table[:, 0], dict(zip(names[1:], table.T[1:], strict=True)), degrees)
 

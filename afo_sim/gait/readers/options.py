@@ -41,7 +41,7 @@ def read_options(given: Mapping[str, Any]) -> Choices:
     if given.get("angles") is not None:
         values["degrees"] = _choice("angles", given["angles"], {"deg": True, "rad": False})
     zero = given.get("ankle_zero", "flat")
-    values["keep_zero"] = _choice("ankle-zero", zero, {"flat": False, "file": True})
+    values["keep_zero"] = _choice("ankle_zero", zero, {"flat": False, "file": True})
     values["markers"] = _markers(given.get("marker") or ())
     return Choices(plates=tuple(given.get("plate") or ()), **values)
 
@@ -50,12 +50,12 @@ def _quantity(name: str, text: str, unit: str) -> float:
     try:
         return parse_quantity(text, unit)
     except ValueError as error:
-        raise InputError(str(error), field="--" + name.replace("_", "-"), value=text) from None
+        raise InputError(str(error), field=name, value=text) from None
 
 
 def _choice(name: str, text: str, choices: Mapping[str, bool]) -> bool:
     if text not in choices:
-        raise InputError("is no choice", field=f"--{name}", value=text, allowed=", ".join(choices))
+        raise InputError("is no choice", field=name, value=text, allowed=", ".join(choices))
     return choices[text]
 
 
@@ -64,6 +64,6 @@ def _markers(texts: Sequence[str]) -> dict[str, tuple[str, ...]]:
     for text in texts:
         role, equals, names = text.partition("=")
         if not equals or not names.strip():
-            raise InputError("is not ROLE=NAME", field="--marker", value=text, allowed="ankle=R.Ankle.Lat")
+            raise InputError("is not ROLE=NAME", field="marker", value=text, allowed="ankle=R.Ankle.Lat")
         found[role.strip()] = tuple(name.strip() for name in names.split(","))
     return found

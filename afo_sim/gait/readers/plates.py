@@ -1,13 +1,17 @@
 """Force plates: the ground's force on whoever stands there, and where it presses."""
 
+import pathlib
 import re
 from dataclasses import dataclass
 
 import numpy as np
 
+from afo_sim.common.errors import InputError
 from afo_sim.gait.readers.opensim_table import OpenSimTable
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
+
+PRESSED = 100.0  # force from which on its place must be known [N]
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +22,25 @@ class Plate:
     time: np.ndarray  # [s] (n,)
     force: np.ndarray  # ground on foot [N] (n, 3)
     place: np.ndarray  # centre of pressure [m] (n, 3); meaningless where hardly anything presses
+
+
+def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, place: np.ndarray) -> Plate:
+    """A plate whose numbers are examined; a place without a number is 0 while hardly anything presses.
+
+    Raises
+    ------
+    InputError
+        A force, or the place of a force, is not a finite number.
+    """
+    for what, bad in (
+        ("force", ~np.isfinite(force).all(axis=1)),
+        ("place", np.isinf(place).any(axis=1)),
+        ("place", np.isnan(place).any(axis=1) & (np.linalg.norm(force, axis=1) > PRESSED)),
+    ):
+        if bad.any():
+            seen = f"its {what} is not a finite number at {time[np.argmax(bad)]:.4g} s"
+            raise InputError(seen, file=file, field=f"plate {name}", allowed=f"a {what} for each loaded row")
+    return Plate(name, time, force, np.nan_to_num(place))
 
 
 def plates_of(table: OpenSimTable) -> list[Plate]:
@@ -33,11 +56,12 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
             found.setdefault(match["plate"], {})[match["kind"] + match["axis"]] = values
     zero = np.zeros_like(table.time)
     return [
-        Plate(
+        plate(
+            table.file,
             name,
             table.time,
-            np.column_stack([np.nan_to_num(parts.get(f"v{axis}", zero)) for axis in "xyz"]),
-            np.column_stack([np.nan_to_num(parts.get(f"p{axis}", zero)) for axis in "xyz"]),
+            np.column_stack([parts.get(f"v{axis}", zero) for axis in "xyz"]),
+            np.column_stack([parts.get(f"p{axis}", zero) for axis in "xyz"]),
         )
         for name, parts in found.items()
         if {"vx", "vy", "px"} <= set(parts)

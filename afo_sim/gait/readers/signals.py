@@ -1,10 +1,44 @@
 """Sampled signals: gaps filled, noise filtered, evenly in time."""
 
+import pathlib
+
 import numpy as np
+
+from afo_sim.common.errors import InputError
 
 LONGEST_GAP = 0.2  # that is filled without distrust [s]
 # Two passes of a second-order Butterworth filter have their -3 dB at this share of one pass's (Winter 2009).
 TWO_PASSES = 0.802
+
+
+def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
+    """Refuse a trial's clock that stands still, runs backward, leaps or holds what is no number.
+
+    Parameters
+    ----------
+    file, field : for the message
+    time : [s] (n,)
+
+    Raises
+    ------
+    InputError
+        The first row at fault.
+    """
+    if not np.all(np.isfinite(time)):
+        row = int(np.argmin(np.isfinite(time)))
+        raise InputError(f"row {row + 1} has no finite time", file=file, field=field, value=float(time[row]))
+    steps = np.diff(time)
+    if len(steps) == 0:
+        raise InputError("has a single row", file=file, field=field, allowed="at least two")
+    if np.any(steps <= 0.0):
+        raise InputError(
+            f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s", file=file, field=field
+        )
+    longest = max(LONGEST_GAP, 3.0 * float(np.median(steps)))
+    if steps.max() > longest:
+        k = int(np.argmax(steps))
+        seen = f"time leaps from {time[k]:g} to {time[k + 1]:g} s"
+        raise InputError(seen, file=file, field=field, allowed=f"steps of at most {longest:.3g} s")
 
 
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:

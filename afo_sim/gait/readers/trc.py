@@ -7,6 +7,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait.readers.markers import Markers
+from afo_sim.gait.readers.signals import check_clock
 
 
 def read_trc(path: pathlib.Path) -> Markers:
@@ -39,8 +40,7 @@ def read_trc(path: pathlib.Path) -> Markers:
     stated = header.get("NumFrames", "")
     if stated.isdigit() and int(stated) > len(table):
         raise InputError(f"has {len(table)} frames, its header says {stated}: cut short?", file=path)
-    if len(table) < 2 or np.any(np.diff(table[:, 1]) <= 0.0):
-        raise InputError("time does not increase", file=path, field="Time")
+    check_clock(path, table[:, 1], "Time")
     points = table[:, 2:].reshape(len(table), len(names), 3) * metre
     points[np.all(points == 0.0, axis=2)] = np.nan  # some systems write a lost marker as 0 0 0
     return Markers(path, table[:, 1], {name: points[:, k] for k, name in enumerate(names)})

@@ -10,6 +10,7 @@ import rerun as rr
 from afo_sim.show.rerun import curves, events, scene, texts, walk_scene
 from afo_sim.show.rerun.clock import GAIT
 from afo_sim.show.rerun.layout import Contents, blueprint
+from afo_sim.show.rerun.saving import saving
 from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation.recording import Recording
 
@@ -106,16 +107,14 @@ def _write(path: pathlib.Path, name: str, shown: list[Shown], rate: float | None
     rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
     stream.set_log_time_enabled(False)
-    stream.save(path, default_blueprint=blueprint(contents(shown)))
-    stream.send_recording_name(name)
-    log_still(stream, shown)
-    for run in shown:
-        _write_run(stream, run, rate)
-    longest = max((run.source for run in shown), key=lambda source: source.n_row / source.rate)
-    curves.log_limits(stream, [run.source for run in shown], _ends(longest))
-    texts.log_texts(stream, [(run.label or run.source.name, run.source) for run in shown])
-    stream.flush()
-    stream.disconnect()
+    with saving(stream, path, blueprint(contents(shown))):
+        stream.send_recording_name(name)
+        log_still(stream, shown)
+        for run in shown:
+            _write_run(stream, run, rate)
+        longest = max((run.source for run in shown), key=lambda source: source.n_row / source.rate)
+        curves.log_limits(stream, [run.source for run in shown], _ends(longest))
+        texts.log_texts(stream, [(run.label or run.source.name, run.source) for run in shown])
 
 
 def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:

@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.description.scenario import Muscle, MuscleGroup
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.show.rerun.clock import GAIT, send

@@ -10,8 +10,8 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.simulation.files import open_parquet, recording_header
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.files import open_parquet
+from afo_sim.simulation.recording import Recording, recording_header
 
 BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
 

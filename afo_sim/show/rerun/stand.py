@@ -12,6 +12,7 @@ from afo_sim.bench.measures import AXES
 from afo_sim.bench.trial import Trial
 from afo_sim.show.rerun.clock import TIMELINE, send
 from afo_sim.show.rerun.recording_file import APPLICATION
+from afo_sim.show.rerun.saving import saving
 from afo_sim.show.rerun.scene import PULLING, SLACK, tube_radius
 from afo_sim.show.stand_figure import SHOWN, colour, set_point_text
 
@@ -32,23 +33,21 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
     name = f"stand: {trials[0].plan.kind}"
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
     stream.set_log_time_enabled(False)
-    stream.save(path, default_blueprint=_layout(trials))
-    stream.send_recording_name(name)
-    stream.log("stand", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    place = 0
-    for trial in trials:
-        for k in range(len(trial.curves)):
-            entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
-            told = set_point_text(trial, k)
-            label = told if len(trials) == 1 else f"{trial.name} {told}"
-            _log_curve(stream, trial, k, entity, label, place * SPACING)
-            place += 1
-    lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
-    lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
-    text = rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
-    stream.log("summary", text, static=True)
-    stream.flush()
-    stream.disconnect()
+    with saving(stream, path, _layout(trials)):
+        stream.send_recording_name(name)
+        stream.log("stand", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        place = 0
+        for trial in trials:
+            for k in range(len(trial.curves)):
+                entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
+                told = set_point_text(trial, k)
+                label = told if len(trials) == 1 else f"{trial.name} {told}"
+                _log_curve(stream, trial, k, entity, label, place * SPACING)
+                place += 1
+        lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
+        lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
+        text = rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+        stream.log("summary", text, static=True)
 
 
 def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:

@@ -15,7 +15,7 @@ import rerun as rr
 
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait import cycle as gait
+from afo_sim.gait import file as gait
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE

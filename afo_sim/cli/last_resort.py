@@ -1,0 +1,179 @@
+"""Errors of any kind as one message and an exit code; a traceback goes to a file."""
+
+import contextlib
+import datetime
+import importlib.metadata
+import os
+import pathlib
+import platform
+import shlex
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from afo_sim.common.errors import AfoSimError, InputError
+
+BUG, INTERRUPTED, TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
+PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: the program stops as after Ctrl-C, and removes its unfinished files."""
+
+
+class _Stopped(Exception):
+    """An interrupt or a closed pipe on its way through Typer, which has its own exit codes for them."""
+
+
+class Commands(TyperGroup):
+    """A group of commands whose errors name options: `--body-mass` for the library's `body_mass`."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            command = self.get_command(ctx, ctx.invoked_subcommand or "")
+            raise _with_option(error, command) from error
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise _Stopped from error
+
+
+def _with_option(error: InputError, command: Any) -> InputError:
+    """The error with the option's name for its field; a field of a file stays."""
+    for parameter in getattr(command, "params", ()) if error.file is None else ():
+        if error.field in (parameter.name, f"{parameter.name}s") and parameter.param_type_name == "option":
+            return error.about(max(parameter.opts, key=len))
+    return error
+
+
+def print_version(asked: bool) -> None:
+    """Print the version of this program and of the simulator below it, and stop."""
+    if asked:
+        versions = _versions()
+        print(f"afo-sim {versions['afo-sim']} (mujoco {versions['mujoco']}, python {versions['python']})")
+        raise typer.Exit
+
+
+def run(app: typer.Typer) -> int:
+    """Run a command line.
+
+    Parameters
+    ----------
+    app : with all of its commands
+
+    Returns
+    -------
+    the exit code
+    """
+    with _terminable() as signals:
+        try:
+            app()
+            code = 0
+        except SystemExit as stop:
+            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        except BaseException as error:
+            code = _report(error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error)
+        code = _flush() or code
+    return TERMINATED if signals and code == INTERRUPTED else code
+
+
+def _report(error: BaseException) -> int:
+    """Say what went wrong, in one message, and return the exit code."""
+    if isinstance(error, BrokenPipeError):
+        return 0  # who reads the output has seen enough
+    code, message = _message(error)
+    with contextlib.suppress(OSError):
+        print(f"afo-sim: {message}", file=sys.stderr, flush=True)
+    return code
+
+
+def _message(error: BaseException) -> tuple[int, str]:
+    from afo_sim.common.writing import reason
+
+    if isinstance(error, AfoSimError):
+        return error.exit_code, str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED, "stopped"
+    if isinstance(error, OSError):
+        return 2, ": ".join(str(part) for part in (error.filename, reason(error)) if part)
+    if isinstance(error, MemoryError):
+        return 2, f"this needs more memory than there is{f': {error}' if str(error) else ''}"
+    if isinstance(error, RecursionError):
+        return 2, "the input is nested too deeply"
+    file = _write_bug(error)
+    where = f"please send {file}" if file else "no file with the details could be written"
+    return BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
+
+
+def _short(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+def _write_bug(error: BaseException) -> pathlib.Path | None:
+    """Write versions, command line and traceback to a file here, or else among the temporary files."""
+    from afo_sim.common.writing import write_text
+
+    now = datetime.datetime.now()
+    lines = [f"date: {now:%Y-%m-%d %H:%M:%S}", f"command: {shlex.join(['afo-sim', *sys.argv[1:]])}"]
+    lines += [f"system: {platform.platform()}"]
+    lines += [f"{package}: {version}" for package, version in _versions().items()]
+    text = "\n".join([*lines, "", *traceback.format_exception(error)])
+    for folder in (pathlib.Path(), pathlib.Path(tempfile.gettempdir())):
+        file = folder / f"afo-sim-bug-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
+        with contextlib.suppress(InputError):
+            write_text(file, text)
+            return file
+    return None
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+@contextmanager
+def _terminable() -> Iterator[list[int]]:
+    """Turn SIGTERM into `Terminated` in the block; the list yielded holds the signals that came."""
+    came: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        came.append(number)
+        raise Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not the main thread
+        yield came
+        return
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _flush() -> int:
+    """Print what still waits; a code where the output's disk is full."""
+    code = 0
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = _report(error)
+        with contextlib.suppress(OSError, ValueError):  # or Python would try again as it ends, and complain
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stdout.fileno())
+            os.close(nowhere)
+    return code

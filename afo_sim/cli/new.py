@@ -1,0 +1,88 @@
+"""The commands that help to write a description: new, keys."""
+
+import pathlib
+from typing import Annotated
+
+import typer
+
+from afo_sim.cli.apps import app
+from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
+from afo_sim.common.errors import InputError, nearest_name
+
+KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "sweep", "search")
+Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help="|".join(KINDS))],
+    name: Annotated[str, typer.Argument(help="of the new file or folder")],
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path(),
+    like: Annotated[str, typer.Option(help="the shipped one whose numbers it starts with")] = "",
+    muscle: Used = None,
+    valve: Used = None,
+    orthosis: Used = None,
+    leg: Used = None,
+    patient: Used = None,
+    scenario: Used = None,
+) -> None:
+    """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
+    if kind not in KINDS:
+        nearest = nearest_name(kind, KINDS)
+        raise InputError("is no kind", field="KIND", value=kind, allowed=", ".join(KINDS), nearest=nearest)
+    given = {
+        "muscle": muscle,
+        "valve": valve,
+        "orthosis": orthosis,
+        "leg": leg,
+        "patient": patient,
+        "scenario": scenario,
+    }
+    uses = {used: where for used, where in given.items() if where}
+    with progress("writing"):
+        if kind in ("sweep", "search"):
+            from afo_sim.study.template import new_study
+
+            file = new_study(kind, name, out, like=like, uses=uses)
+        else:
+            from afo_sim.description.new import new as write
+
+            file = write(kind, name, out, like=like, uses=uses)
+    print(f"written to {file}")
+    print(f"next: {_next(kind, name, file)}")
+
+
+@app.command()
+def keys(
+    scenario: Scenario,
+    word: Annotated[str, typer.Argument(help="only keys that mention it")] = "",
+    sets: Sets = None,
+) -> None:
+    """Every key that --set, a sweep or a search can set: value, range, where the value comes from."""
+    values = read_sets(sets)
+    with progress("reading"):
+        from afo_sim.description.keys import keys as find
+
+        found = find(scenario, word, values)
+    if not found:
+        raise InputError("no key mentions it", field="WORD", value=word, allowed="a part of a key's name")
+    rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
+    header = ["key", "value", "allowed", "SI unit", "from", "meaning"]
+    print_table(f"{scenario}: {len(rows)} keys", header, rows, droppable=5)
+
+
+def _next(kind: str, name: str, file: pathlib.Path) -> str:
+    """What one would do with a new file."""
+    if kind == "scenario":
+        return f"afo-sim run {file}"
+    if kind == "sweep":
+        return f"afo-sim sweep {file}"
+    if kind == "search":
+        return f"afo-sim optimise {file}"
+    if kind == "orthosis":
+        return f"afo-sim new scenario NAME --orthosis {file.parent}"
+    if kind == "leg":
+        return f"afo-sim new scenario NAME --leg {file.parent}"
+    if kind == "patient":
+        return f"afo-sim new scenario NAME --like walk-dropfoot-afo --patient {file.parent}"
+    return f"afo-sim new orthosis NAME --{kind} {file.parent}"

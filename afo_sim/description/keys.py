@@ -1,0 +1,187 @@
+"""Every key of a description that can be set: value, unit, range, meaning, and where the value comes from."""
+
+import os
+import pathlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from afo_sim.common import assets
+from afo_sim.description.leaves import Leaf, Path, core, is_table, leaves
+from afo_sim.description.quantity import Provenance, Quantity, amount
+from afo_sim.description.reader import SPECS, Reading, read
+from afo_sim.description.tree import value_at
+
+
+@dataclass(frozen=True)
+class Key:
+    """A settable key. `value` is as it is written, `unit` the SI unit, "" of bare numbers and words.
+
+    `source` is the file that the value stands in, "default", or "set"; `kind` and `reference` are of the
+    number's provenance, "" where the file tells none.
+    """
+
+    key: str
+    value: str
+    unit: str
+    allowed: str
+    meaning: str
+    source: str
+    kind: str = ""
+    reference: str = ""
+
+    @property
+    def origin(self) -> str:
+        """Where the value comes from, on one line."""
+        told = f"{self.kind}: {self.reference}" if self.kind else ""
+        return "; ".join(filter(None, (self.source, told)))
+
+    def mentions(self, word: str) -> bool:
+        """Whether a word stands in the key or in its meaning."""
+        return word.lower() in self.key.lower() or word.lower() in self.meaning.lower()
+
+
+def keys(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    word: str = "",
+    sets: Mapping[str, Any] | None = None,
+    kind: str = "scenario",
+) -> list[Key]:
+    """What can be set in a description, as it stands.
+
+    Parameters
+    ----------
+    source : a shipped name, a path, or the description as a dict
+    word : only keys that mention it
+    sets : dotted keys and their values, as `load` takes them
+    kind : "scenario", "leg", "orthosis", "muscle", "valve" or "patient"
+
+    Returns
+    -------
+    list of Key, in the description's order; an item of a list is a key of its own
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    reading = read(kind, source, sets)
+    found = (
+        key
+        for leaf in leaves(SPECS[kind], reading.tree.root)
+        if holder(reading.description, leaf.path) is not None
+        for key in _keys_of(reading, leaf)
+    )
+    return [key for key in found if key.mentions(word)]
+
+
+def holder(description: BaseModel, path: Path) -> Any:
+    """The table that a field stands in; None where it is not there."""
+    node: Any = description
+    for name in path[:-1]:
+        node = node.get(name) if isinstance(node, Mapping) else getattr(node, name, None)
+    return node
+
+
+def unit_of(annotation: Any) -> str:
+    """The SI unit of a field, "" of bare numbers, words and lists of several units."""
+    inner, marks = core(annotation)
+    units = {mark.unit for mark in marks if isinstance(mark, Quantity)}
+    if get_origin(inner) is tuple:
+        units |= {unit_of(item) for item in get_args(inner) if item is not Ellipsis}
+    return units.pop() if len(units) == 1 else ""
+
+
+def allowed(annotation: Any) -> str:
+    """What a field takes, in words."""
+    inner, marks = core(annotation)
+    for mark in marks:
+        if isinstance(mark, Quantity):
+            return mark.span
+    if get_origin(inner) is Literal:
+        return " or ".join(f'"{choice}"' for choice in get_args(inner))
+    if get_origin(inner) is tuple:
+        return _allowed_list(get_args(inner))
+    if inner is int:
+        words = (("ge", "at least"), ("le", "at most"))
+        bounds = [f"{word} {getattr(m, name)}" for name, word in words for m in marks if hasattr(m, name)]
+        return f"a whole number, {' and '.join(bounds)}" if bounds else "a whole number"
+    if is_table(inner):
+        return "a name or a path"
+    return "the path of a file" if inner is pathlib.Path else "a text"
+
+
+def _allowed_list(items: tuple[Any, ...]) -> str:
+    if items[-1] is Ellipsis:
+        return f"a list, each item {allowed(items[0])}"
+    parts = [allowed(item) for item in items]
+    count = {2: "two", 3: "three"}.get(len(items), str(len(items)))
+    if len(set(parts)) == 1:
+        return f"{count} of: {parts[0]}"
+    return f"{count}: " + "; ".join(parts)
+
+
+def shown(value: Any, annotation: Any = None) -> str:
+    """A value as a file writes it: SI numbers of a field in its usual unit, the rest as it is."""
+    inner, marks = core(annotation)
+    quantity = next((mark for mark in marks if isinstance(mark, Quantity)), None)
+    if isinstance(value, str) or value is None:
+        return "" if value is None else value
+    if isinstance(value, Mapping):
+        return str(value.get("name", ""))
+    if isinstance(value, list | tuple):
+        kinds = get_args(inner) if get_origin(inner) is tuple else ()
+        several = bool(kinds) and kinds[-1] is Ellipsis
+        items = [
+            shown(item, kinds[0] if several else kinds[k] if k < len(kinds) else None)
+            for k, item in enumerate(value)
+        ]
+        return f"[{', '.join(items)}]"
+    if isinstance(value, float) and quantity is not None and quantity.unit:
+        return amount(value, quantity.unit)
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
+    """A leaf's key, or one for each item of its list."""
+    written = value_at(reading.tree.root, leaf.path)
+    source, provenance = _source(reading, leaf, written)
+    told = (provenance.kind, provenance.source) if provenance else ("", "")
+    default = leaf.default if written is None else written
+    if default is None and isinstance(holder(reading.description, leaf.path), BaseModel):
+        default = getattr(holder(reading.description, leaf.path), leaf.path[-1], None)
+    for name, value, annotation in _items(leaf.key, default, leaf.annotation):
+        facts = (shown(value, annotation), unit_of(annotation), allowed(annotation))
+        yield Key(name, *facts, leaf.meaning, source, *told)
+
+
+def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, Any]]:
+    """(key, value, type) of a field, or of each item of a list."""
+    inner, _ = core(annotation)
+    if get_origin(inner) is not tuple or not isinstance(value, list | tuple) or not value:
+        yield key, value, annotation
+        return
+    kinds = get_args(inner)
+    for k, item in enumerate(value):
+        yield from _items(f"{key}[{k}]", item, kinds[0] if kinds[-1] is Ellipsis else kinds[k])
+
+
+def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Provenance | None]:
+    """Where a value comes from, and its provenance."""
+    table = holder(reading.description, leaf.path)
+    provenance = getattr(table, "provenance", {}).get(leaf.path[-1])
+    tree = reading.tree
+    if any(leaf.path[: len(key)] == key or key[: len(leaf.path)] == leaf.path for key in tree.set_keys):
+        return "set", provenance
+    if written is None:
+        return "default", provenance
+    file = tree.file_of(leaf.path[:-1])[0] or tree.files[()]
+    return ("" if file is None else _short(file)), provenance
+
+
+def _short(file: pathlib.Path) -> str:
+    """A shipped file from models/ on, another as it is."""
+    models = assets.folder("models")
+    return str(file.relative_to(models.parent)) if file.is_relative_to(models) else str(file)

@@ -1,0 +1,172 @@
+"""Files to start from: a new muscle, orthosis, valve, leg, patient or scenario that runs at once."""
+
+import os
+import pathlib
+import re
+import shutil
+from collections.abc import Mapping
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, replacing
+from afo_sim.description.reader import SPECS, load
+from afo_sim.description.template import Template
+from afo_sim.description.tree import FILES
+
+# The shipped product whose numbers a new file has, and those that show what else it may hold.
+LIKE = {
+    "muscle": "s1_215mm",
+    "orthosis": "s1",
+    "valve": "mh1",
+    "leg": "adult_75kg",
+    "patient": "drop-foot",
+    "scenario": "seated",
+}
+SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
+# What no shipped product says.
+EXAMPLES: dict[str, dict[str, Any]] = {
+    "orthosis": {"muscle": {"flexor": {"chamber": "dorsiflexor"}}},
+    "leg": {"body_mass": "75 kg", "body_height": "1.75 m"},
+    "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
+    "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m"},
+}
+# Where a file names others, and as what.
+PLACES: dict[str, dict[str, tuple[str, ...]]] = {
+    "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
+    "scenario": {"leg": (), "orthosis": (), "patient": ()},
+}
+NAME = r"[A-Za-z0-9][\w.-]*"
+
+
+def new(
+    kind: str,
+    name: str,
+    out: str | os.PathLike[str] = ".",
+    *,
+    like: str = "",
+    uses: Mapping[str, str] | None = None,
+) -> pathlib.Path:
+    """Write a commented description that runs as it is.
+
+    Parameters
+    ----------
+    kind : "muscle", "orthosis", "valve", "leg", "patient" or "scenario"
+    name : of the new product; no shipped one's
+    out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
+    like : shipped product whose numbers it starts with
+    uses : {kind: name or path} of what it refers to; a path as seen from here
+
+    Returns
+    -------
+    the file
+
+    Raises
+    ------
+    InputError
+        The file is there, the name is taken, or what it refers to does not fit.
+    """
+    target = target_of(kind, name, pathlib.Path(out))
+    base = assets.find(kind, like or LIKE[kind])
+    values, examples = assets.read_toml(base), _examples(kind)
+    for used, where in (uses or {}).items():
+        _use(values, kind, used, reference(used, where, target.parent))
+    values["description"] = f"{name}, begun from {like or LIKE[kind]}"
+    template = Template(_chambers(kind, values, target))
+    text = template.text(SPECS[kind], values, examples, f"{name}: {kind}.")
+    check_writable(target.parent)
+    _write(target, text, kind, values, base)
+    return target
+
+
+def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
+    """The file of a new product; refuses a name that is none, or taken."""
+    if not re.fullmatch(NAME, name):
+        raise InputError("is no name", field="NAME", value=name, allowed="letters, digits, . - and _")
+    if name in assets.names(kind):
+        raise InputError(f"is the name of a shipped {kind}", field="NAME", value=name, allowed="another name")
+    target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"
+    if target.exists():
+        raise InputError("is there already, and is not overwritten", file=target)
+    return target
+
+
+def reference(kind: str, where: str, folder: pathlib.Path) -> str:
+    """How a file in `folder` names another product: a shipped name, or a path from there."""
+    file = assets.find(kind, where)
+    if where in assets.names(kind):
+        return where
+    path = file.resolve() if kind in assets.FLAT or file.name != f"{kind}.toml" else file.resolve().parent
+    relative = pathlib.Path(os.path.relpath(path, folder.resolve())).as_posix()
+    return f"./{relative}" if relative in assets.names(kind) else relative
+
+
+def _examples(kind: str) -> dict[str, Any]:
+    """What commented keys show: of several products, the first that has the key."""
+    found: dict[str, Any] = {}
+    shipped = [assets.read_toml(assets.find(kind, name)) for name in SHOWN.get(kind, ())]
+    for table in (EXAMPLES.get(kind, {}), *shipped):
+        found = _merged(table, found)
+    return found
+
+
+def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Two tables, in which the one above wins."""
+    merged = dict(below) | dict(above)
+    for key in below.keys() & above.keys():
+        if isinstance(below[key], Mapping) and isinstance(above[key], Mapping):
+            merged[key] = _merged(below[key], above[key])
+    return merged
+
+
+def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
+    """Let a table refer to another product."""
+    places = PLACES.get(kind, {})
+    if used not in places:
+        allowed = ", ".join(f"--{place}" for place in places) or "none of these options"
+        raise InputError(f"does not go with a new {kind}", field=f"--{used}", value=name, allowed=allowed)
+    if not places[used]:
+        if used == "patient" and "gait" not in values:
+            problem = "goes with a scenario that walks"
+            raise InputError(problem, field="--patient", value=name, allowed="--like walk-dropfoot")
+        values[used] = name
+        return
+    group, *keys = places[used]
+    for entry in values.get(group, {}).values():
+        entry.update(dict.fromkeys(keys, name))
+
+
+def _chambers(kind: str, values: dict[str, Any], target: pathlib.Path) -> tuple[str, ...]:
+    """The chambers that a scenario switches; its timing goes over to chambers of other names, in order."""
+    if kind != "scenario":
+        return ()
+    found = tuple(load("orthosis", str(assets.find("orthosis", values["orthosis"], target))).chamber)
+    for key in ("timer", "phases"):
+        table = values.get(key, {})
+        timing = {name: entry for name, entry in table.items() if isinstance(entry, dict)}
+        if timing and not set(timing) <= set(found):
+            kept = {name: entry for name, entry in table.items() if name not in timing}
+            values[key] = kept | dict(zip(found, timing.values(), strict=False))
+    return found
+
+
+def _write(target: pathlib.Path, text: str, kind: str, values: Mapping[str, Any], base: pathlib.Path) -> None:
+    """Write a description and the files that it names; nothing stays of one that does not load."""
+    named = [target.parent / str(values[key]) for key in FILES.get(kind, ()) if key in values]
+    for path in named:
+        if path.exists():
+            raise InputError("is there already, and is not overwritten", file=path)
+    new_folders = [folder for folder in (target.parent, *target.parent.parents) if not folder.exists()]
+    try:
+        for path in named:
+            with replacing(path) as temporary:
+                shutil.copyfile(base.parent / path.name, temporary)
+        with replacing(target) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        load(kind, target)
+    except InputError:
+        for path in (target, *named):
+            path.unlink(missing_ok=True)
+        for folder in new_folders:
+            folder.rmdir()
+        raise

@@ -1,0 +1,187 @@
+"""An orthosis as it is described: muscle groups, where they are mounted, chambers and their valves.
+
+Angles are dorsiflexion positive, positions in metres from the ankle joint: x forward, y left, z up.
+"""
+
+import pathlib
+import re
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from afo_sim.common.errors import nearest_name
+from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
+Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
+Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
+Coordinates = tuple[Length, Length, Length]
+
+
+class Valve(Described):
+    """A solenoid valve: sonic conductance C, critical ratio b (ISO 6358), and its two delays."""
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
+    """Sonic conductance C (ISO 6358) of the open valve."""
+    critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
+    """Critical pressure ratio b (ISO 6358); below it the flow is choked."""
+    opening_delay: Delay
+    """Time from the coil's current to the open valve."""
+    closing_delay: Delay
+    """Time from the end of the current to the shut valve."""
+
+
+class Anchor(Described):
+    """One end of a muscle group: where on which segment, and how far apart its muscles are."""
+
+    segment: Literal["shank", "foot"]
+    """Segment that it is fixed to."""
+    from_ankle: Coordinates
+    """Position in the segment at an ankle angle of zero, from the ankle joint: forward, left, up."""
+    spacing: Distance = 0.0
+    """Distance between parallel muscles, to the side."""
+
+
+class Pulley(Described):
+    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
+
+    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
+    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
+    """
+
+    radius: PositiveLength
+    """Radius of the wheel, the muscle's moment arm."""
+    direction: Literal["positive", "negative"]
+    """Direction in which the muscle turns the joint."""
+    initial_contraction: Contraction = 0.0
+    """Contraction ratio of the muscle at angle zero."""
+    spacing: Distance = 0.0
+    """Distance between parallel muscles in pictures."""
+
+    @property
+    def moment_arm(self) -> float:
+        """−dL/dφ [m]: positive when tension turns the joint to positive angles."""
+        return self.radius if self.direction == "positive" else -self.radius
+
+
+class MuscleGroup(Described):
+    """Parallel muscles of one kind on one chamber, between two anchors or over a pulley."""
+
+    count: int = Field(ge=1, le=20)
+    """Number of parallel muscles."""
+    type: Muscle
+    """Muscle: a shipped name, or the path of a muscle's TOML file or folder."""
+    origin: Anchor | None = None
+    """Anchor of the upper end; with insertion and link_length, or else a pulley."""
+    insertion: Anchor | None = None
+    """Anchor of the lower end."""
+    link_length: Distance | None = None
+    """Rigid cable and hardware in series with the muscle."""
+    slack: Distance = 0.0
+    """Length by which the cable hangs through beyond that."""
+    pulley: Pulley | None = None
+    """Pulley that the muscle's cable runs over, instead of two anchors."""
+    chamber: str | None = None
+    """Chamber that fills the muscles; the group's own name by default."""
+
+    @model_validator(mode="after")
+    def _spans_the_joint(self) -> Self:
+        between = {key: getattr(self, key) for key in ("origin", "insertion", "link_length")}
+        if self.pulley is None:
+            for key, given in between.items():
+                if given is None:
+                    either = "origin, insertion and link_length; or a pulley"
+                    raise refusal("is missing: the muscle is not mounted", either, key)
+        else:
+            for key, given in (between | {"slack": self.slack or None}).items():
+                if given is not None:
+                    raise refusal(
+                        "does not go with a pulley: its length follows from initial_contraction",
+                        "either a pulley, or origin, insertion, link_length and slack",
+                        key,
+                    )
+        if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
+            raise refusal(
+                "both ends are on the same segment: the muscle cannot move the ankle",
+                "the segment that the other end is not on",
+                "insertion.segment",
+            )
+        return self
+
+    @property
+    def series_length(self) -> float:
+        """What the tendon is longer than the active braid [m]: ends, link and slack.
+
+        The tendon of a pulley measures from angle zero, so there it is minus the braid's length.
+        """
+        if self.pulley is not None:
+            return -self.type.nominal_length * (1.0 - self.pulley.initial_contraction)
+        return self.type.end_length + (self.link_length or 0.0) + self.slack
+
+
+class Chamber(Described):
+    """Muscles that share their valves: inlet from the supply, outlet to ambient."""
+
+    inlet: Valve
+    """Valve from the supply: a shipped name, or the path of a valve's TOML file or folder."""
+    outlet: Valve
+    """Valve to the air outside."""
+    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=0.1)]
+    """Volume of the tubes between valves and muscles."""
+    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
+    """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
+
+
+class Orthosis(Described):
+    """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
+
+    Cuff or plate may be missing where the leg's own bodies hold the muscles.
+    """
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+    cuff: pathlib.Path | None = None
+    """MJCF file of the cuff, which is fixed to the shank."""
+    plate: pathlib.Path | None = None
+    """MJCF file of the plate, which is fixed under the foot."""
+    range_of_motion: tuple[Angle, Angle]
+    """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
+    refused."""
+    muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
+    """Muscle groups by name."""
+    chamber: dict[str, Chamber] = Field(default_factory=dict)
+    """Chambers by name; each holds the air of one or several muscle groups."""
+
+    @model_validator(mode="after")
+    def _chambers_exist(self) -> Self:
+        if not self.muscle and (self.cuff is not None or self.plate is not None or self.chamber):
+            raise refusal("there is no muscle", "at least one muscle group", "muscle")
+        for kind in ("muscle", "chamber"):
+            for name in getattr(self, kind):
+                if not re.fullmatch(r"[A-Za-z][\w-]*", name):
+                    raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
+        for name, group in self.muscle.items():
+            if (group.chamber or name) not in self.chamber:
+                raise refusal(
+                    f"there is no chamber {group.chamber or name!r}",
+                    ", ".join(self.chamber),
+                    f"muscle.{name}.chamber",
+                    nearest_name(group.chamber or name, self.chamber) or "",
+                )
+        for name in self.chamber:
+            if not self.muscles_of(name):
+                raise refusal("no muscle hangs on this chamber", "", f"chamber.{name}")
+        if not self.range_of_motion[0] < self.range_of_motion[1]:
+            raise refusal("the first angle is not below the second", "", "range_of_motion")
+        return self
+
+    def muscles_of(self, chamber: str) -> dict[str, MuscleGroup]:
+        """The muscle groups that hang on a chamber."""
+        return {n: g for n, g in self.muscle.items() if (g.chamber or n) == chamber}

@@ -1,0 +1,180 @@
+"""A description being put together: names followed, dotted keys set, the file of each part kept."""
+
+import pathlib
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+
+Path = tuple[str, ...]
+# A string at such a place is the name of another description; "*" is any key.
+REFERENCES: dict[str, dict[Path, str]] = {
+    "scenario": {
+        ("leg",): "leg",
+        ("orthosis",): "orthosis",
+        ("patient",): "patient",
+        ("orthosis", "muscle", "*", "type"): "muscle",
+        ("orthosis", "chamber", "*", "inlet"): "valve",
+        ("orthosis", "chamber", "*", "outlet"): "valve",
+    },
+    "orthosis": {
+        ("muscle", "*", "type"): "muscle",
+        ("chamber", "*", "inlet"): "valve",
+        ("chamber", "*", "outlet"): "valve",
+    },
+}
+FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
+
+
+class Tree:
+    """A description being put together, and which file each part of it came from."""
+
+    def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
+        self.kind, self.root = kind, root
+        self.files: dict[Path, pathlib.Path | None] = {(): file}
+        self.set_keys: set[Path] = set()
+        self.unfound: dict[Path, InputError] = {}  # names that stand for nothing
+
+    def file_of(self, path: Path) -> tuple[pathlib.Path | None, Path]:
+        """The file that a path is written in, and the path within that file."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.files:
+                return self.files[path[:length]], path[length:]
+        return None, path
+
+    def follow(self, path: Path) -> None:
+        """Replace the name at `path`, if it is a reference, by what it names."""
+        kind = self._reference(path)
+        holder = self._holder(path)
+        if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
+            return
+        beside, inner = self.file_of(path)
+        try:
+            file = assets.find(kind, holder[path[-1]], beside)
+        except InputError as error:
+            raise InputError(
+                error.problem,
+                file=beside,
+                field=".".join(inner),
+                value=error.value,
+                allowed=error.allowed,
+                nearest=error.nearest,
+            ) from None
+        holder[path[-1]] = read_table(kind, file)
+        self.files[path] = file
+
+    def follow_all(self, path: Path = ()) -> None:
+        """Follow every reference at and below `path`; what is not found stands in `unfound`."""
+        if path:
+            try:
+                self.follow(path)
+            except InputError as error:
+                self.unfound[path] = error
+        if not self._may_hold_references(path):
+            return
+        holder = self._holder(path)
+        node = self.root if not path else (holder or {}).get(path[-1])
+        if isinstance(node, dict):
+            for key in list(node):
+                self.follow_all((*path, key))
+
+    def set(self, dotted: str, value: Any) -> None:
+        """Put a value at a dotted key, following references on the way down."""
+        path, items = split_key(dotted)
+        self.set_keys.add((*path, *map(str, items)))
+        node = self.root
+        for depth, key in enumerate(path[:-1], start=1):
+            self.follow(path[:depth])
+            child = node.setdefault(key, {})
+            if not isinstance(child, dict):
+                raise InputError(
+                    f"{'.'.join(path[:depth])} is a value, not a table", field=dotted, value=value
+                )
+            node = child
+        if items:
+            value = _with_item(node.get(path[-1]), items, value, dotted)
+        if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
+            value = {"value": value, "source": "set for this run", "kind": "user"}
+        node[path[-1]] = value
+
+    def _may_hold_references(self, path: Path) -> bool:
+        """Whether a reference can stand below `path`."""
+        return any(
+            len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
+            for pattern in REFERENCES.get(self.kind, {})
+        )
+
+    def _reference(self, path: Path) -> str | None:
+        for pattern, kind in REFERENCES.get(self.kind, {}).items():
+            if len(pattern) == len(path) and all(
+                p in ("*", key) for p, key in zip(pattern, path, strict=True)
+            ):
+                return kind
+        return None
+
+    def _holder(self, path: Path) -> dict[str, Any] | None:
+        node: Any = self.root
+        for key in path[:-1]:
+            node = node.get(key) if isinstance(node, dict) else None
+        return node if isinstance(node, dict) else None
+
+
+def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
+    """The names of a dotted key, and the item of a list at its end.
+
+    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
+    (("phases", "dorsiflexor", "inlet"), (0, 1)).
+    """
+    names, bracket, rest = dotted.partition("[")
+    if bracket and not re.fullmatch(r"[0-9]{1,6}\](?:\[[0-9]{1,6}\])*", rest):
+        raise InputError(
+            "is no key: an item of a list is its number in brackets, at the end",
+            field=dotted,
+            allowed="as in insertion.from_ankle[0] or phases.dorsiflexor.inlet[0][1]",
+        )
+    return tuple(names.split(".")), tuple(int(item) for item in re.findall("[0-9]+", rest))
+
+
+def _with_item(told: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
+    """A copy of a list, perhaps of lists, in which one item is replaced."""
+    if not items:
+        return value
+    if isinstance(told, dict) and "value" in told:
+        told = told["value"]
+    if not isinstance(told, list | tuple):
+        raise InputError("is not a list here, so it has no items", field=dotted, value=value)
+    if items[0] >= len(told):
+        allowed = f"[0] to [{len(told) - 1}]" if told else "none: the list is empty"
+        raise InputError(f"there is no item [{items[0]}]", field=dotted, value=value, allowed=allowed)
+    replaced = list(told)
+    replaced[items[0]] = _with_item(told[items[0]], items[1:], value, dotted)
+    return replaced
+
+
+def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
+    """A description's TOML as a dict, named after its file, with the files beside it resolved."""
+    table = assets.read_toml(file)
+    table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
+    gait = table.get("gait")
+    if kind == "scenario" and isinstance(gait, dict) and isinstance(gait.get("cycle"), str):
+        beside = file.parent / gait["cycle"]
+        if beside.is_file():
+            gait["cycle"] = str(beside.resolve())
+    for key in FILES.get(kind, ()):
+        if isinstance(table.get(key), str):
+            table[key] = str((file.parent / table[key]).resolve())
+    return table
+
+
+def value_at(node: Any, path: Path) -> Any:
+    """What is written at a path, None where nothing is; of { value = …, source = … } the value."""
+    for key in path:
+        if isinstance(node, Mapping):
+            node = node.get(key)
+        elif isinstance(node, list | tuple) and key.isdigit() and int(key) < len(node):
+            node = node[int(key)]
+        else:
+            return None
+    return node["value"] if isinstance(node, Mapping) and "value" in node else node

@@ -1,0 +1,61 @@
+"""Gait cycles as CSV files."""
+
+import pathlib
+from typing import Any
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.phase_table import read_header, read_table, write_table
+from afo_sim.gait.checks import examine
+from afo_sim.gait.cycle import COLUMNS, GaitCycle
+
+TEXTS = {"source": "source", "licence": "licence", "side": "side"}
+NUMBERS = {
+    "stride_time_s": "stride_time",
+    "body_mass_kg": "body_mass",
+    "walking_speed_m_per_s": "walking_speed",
+    "ankle_height_m": "ankle_height",
+}
+
+
+def read(path: str | pathlib.Path) -> GaitCycle:
+    """Read a gait cycle from its CSV file, and examine it.
+
+    Parameters
+    ----------
+    path : header lines `# key: value`, then the columns of COLUMNS, separated by commas
+
+    Returns
+    -------
+    GaitCycle, in SI; the file's plantarflexion-positive moment has become dorsiflexion-positive
+
+    Raises
+    ------
+    InputError
+        A key or column is missing or unknown, a cell is no number, or the numbers contradict what they
+        are said to be (unit, sign, axis, stance, period): what was seen, and what was expected.
+    """
+    file = pathlib.Path(path)
+    if read_header(file).get("kind") == "norm":
+        raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
+    table = read_table(file, tuple(COLUMNS))
+    facts: dict[str, Any] = {name: table.text(key) for key, name in TEXTS.items()}
+    facts |= {name: table.number(key) for key, name in NUMBERS.items()}
+    facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
+    notes = {key: text for key, text in table.header.items() if key not in {**TEXTS, **NUMBERS}}
+    cycle = GaitCycle(**facts, notes=notes)
+    examine(cycle, table.file)
+    return cycle
+
+
+def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
+    """Write a gait cycle as CSV, whole or not at all.
+
+    Parameters
+    ----------
+    path : file to write
+    cycle : what to write; its moment is turned back to plantarflexion positive
+    """
+    header = {key: str(getattr(cycle, name)) for key, name in TEXTS.items()}
+    header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
+    columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
+    write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

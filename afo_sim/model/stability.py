@@ -1,0 +1,101 @@
+"""Whether a time step is short enough: numbers of damper, air, braid and friction."""
+
+import math
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    HEAT_CAPACITY_RATIO,
+    in_unit,
+)
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.scenario import Scenario
+from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
+from afo_sim.physics.friction.tondu_lopez import contact_surface
+from afo_sim.physics.pneumatics import laminar_slope
+
+AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2
+AIR_ACCURATE = 0.3  # above it a run warns
+FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
+BRAID_LIMIT = 1.0  # of (rate × time step)² of the braids' stiffness; it is unstable at 4
+
+
+def check_stability(
+    model: mujoco.MjModel, index: Index, scenario: Scenario
+) -> tuple[dict[str, float], list[str]]:
+    """Rate × time step of damper, air and braid; refuse or warn where the step is too long.
+
+    The damper's number h R p_abs Σr²/(L0 I) would have to stay below 2 for an explicit integrator;
+    here it is integrated implicitly and the number is only reported. The air is explicit: laminar
+    flow through open valves, and heat to the wall, must be slow against the step. So is the braid's
+    stiffness, whose number is h² K Σr²/(L0 I), and friction where it falls with speed; where it rises
+    it is implicit like the damper.
+
+    Returns
+    -------
+    ({"damper", "air", "braid", "friction": number}, warnings)
+    """
+    step, orthosis = scenario.timestep, scenario.orthosis
+    absolute = scenario.supply.pressure + AMBIENT_PRESSURE
+    _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
+    groups = list(muscle_names(orthosis).values())
+    damping = np.array([g.type.damping * absolute / g.type.nominal_length for g in groups])
+    stiffness = np.array([g.type.braid_stiffness / g.type.nominal_length for g in groups])
+    damper = float(np.max(step * (arm**2 @ damping) / inertia))
+    braid = float(np.max(step**2 * (arm**2 @ stiffness) / inertia))
+    if braid > BRAID_LIMIT:
+        raise _too_long("the braids are too stiff", step, step * math.sqrt(BRAID_LIMIT / braid))
+    falling = np.array([_falling_friction(g.type, scenario.supply.pressure) for g in groups])
+    friction = float(np.max(step * (arm**2 @ falling) / inertia))
+    if friction > FRICTION_LIMIT:
+        enough = step * FRICTION_LIMIT / friction
+        raise _too_long("friction falls too fast with speed", step, enough)
+    air, warnings = 0.0, []
+    for name in orthosis.chamber:
+        rate = _air_rate(orthosis, name)
+        air = max(air, step * rate)
+        if step * rate > AIR_LIMIT:
+            raise _too_long(f"the air of chamber {name!r} moves too fast", step, AIR_LIMIT / rate)
+        if step * rate > AIR_ACCURATE:
+            warnings.append(
+                f"the air of chamber {name!r} is coarse at this time step (number "
+                f"{step * rate:.2f}): pressures and torques may be off by several per cent; "
+                f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
+            )
+    return {"damper": damper, "air": air, "braid": braid, "friction": friction}, warnings
+
+
+def _falling_friction(muscle: Muscle, pressure: float) -> float:
+    """The steepest fall of a muscle's friction with its speed [N·s/m]: damping of the wrong sign."""
+    if muscle.friction != "tondu_lopez_2000_stribeck":
+        return 0.0
+    q = muscle.frictions[muscle.friction].parameters
+    surface = contact_surface(0.0, muscle.nominal_length, muscle.braid.nominal_radius, muscle.braid.b)
+    fall = (q["static_coefficient"] - q["kinetic_coefficient"]) / q["stribeck_velocity"]
+    return max(fall, 0.0) * surface * pressure
+
+
+def _too_long(reason: str, step: float, enough: float) -> InputError:
+    return InputError(
+        f"{reason} for this time step",
+        field="timestep",
+        value=f"{in_unit(step, 's', 'ms'):g} ms",
+        allowed=f"at most {0.99 * in_unit(enough, 's', 'ms'):.2g} ms",
+    )
+
+
+def _air_rate(orthosis: Orthosis, name: str) -> float:
+    """The fastest rate of a chamber: laminar flow through both valves, and heat to the wall [1/s]."""
+    chamber, muscles = orthosis.chamber[name], orthosis.muscles_of(name).values()
+    volume = chamber.tube_volume + sum(g.count * g.type.dead_volume for g in muscles)
+    volume += sum(g.count * g.type.nominal_length * math.pi * g.type.bore**2 / 4.0 for g in muscles)
+    flow = sum(laminar_slope(v.conductance, v.critical_ratio) for v in (chamber.inlet, chamber.outlet))
+    mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+    heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))
+    return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE * flow / volume + heat

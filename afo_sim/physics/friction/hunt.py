@@ -1,0 +1,62 @@
+"""Coulomb friction in pressure units, Hunt, Graber-Tilton & Quinn 2017."""
+
+import math
+
+from numba.extending import register_jitable
+
+from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.law import LawParameter
+
+
+@register_jitable
+def hunt_dead_band(contraction_rate: float, dead_band: float, creep_rate: float) -> tuple[float, float]:
+    """Coulomb friction in pressure units: q = Q sgn κ̇, smoothed to Q tanh(κ̇/κ̇_r).
+
+    A muscle that holds a load creeps, at most at about κ̇_r.
+
+    Parameters
+    ----------
+    contraction_rate : κ̇ [1/s]
+    dead_band : Q, half the width of the hysteresis loop [Pa]
+    creep_rate : κ̇_r [1/s], above zero
+
+    Returns
+    -------
+    (friction pressure q [Pa], its derivative by κ̇ [Pa·s])
+
+    Source
+    ------
+    Hunt, Graber-Tilton & Quinn 2017, Modeling length effects of braided pneumatic actuators, ASME
+    IDETC, V05AT08A008: P = … + 15.6 kPa · S, S = +1 shortening, −1 lengthening, 0 static.
+    """
+    sign = math.tanh(contraction_rate / creep_rate)
+    return dead_band * sign, dead_band * (1.0 - sign * sign) / creep_rate
+
+
+PARAMETERS = (
+    LawParameter(
+        "dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure", (1e4, 3e4)
+    ),
+    LawParameter(
+        "creep_rate",
+        "κ̇_r",
+        "s^-1",
+        1e-6,
+        1.0,
+        "contraction rate at which friction is 76 % there",
+        (5e-3, 1.5e-2),
+    ),
+)
+
+HUNT_2017 = Friction(
+    name="hunt_2017",
+    native_id=3,
+    unit="Pa",
+    n_state=0,
+    parameters=PARAMETERS,
+    coefficients=lambda braid, q: (q["dead_band"], q["creep_rate"]),
+    kernel=hunt_dead_band,
+    formula="q = Q tanh(κ̇/κ̇_r)",
+    validity="Festo Ø10, Q = 15.6 kPa; no force at rest, so a held muscle creeps",
+    source="Hunt, Graber-Tilton & Quinn 2017",
+)

@@ -1,0 +1,99 @@
+"""Description of a friction model, which acts beside any static force law.
+
+    F = F_static − F_friction
+
+F_friction is positive while the muscle contracts (κ rises), so that it pulls with less force while
+contracting than while extending. Some models give a force; those in pressure units give a friction
+pressure q, and F_friction = q |∂F_static/∂p|: as if the muscle contracted at p − q. The models with a
+memory say how far κ must travel to turn the friction over, those without only how fast it must travel.
+
+Each kernel also gives the derivative by κ̇, for whoever integrates friction implicitly: a friction that
+turns over within a few micrometres is far too stiff to be integrated explicitly. For the same reason a
+model with a memory gives its pressure at the *end* of the step: taken at its start, the elastic part of
+friction would feed energy into the joint at every step.
+
+Symbols in this folder: κ contraction ratio [-], κ̇ contraction rate [1/s], p gauge pressure [Pa], h time
+step [s], L0, r0 nominal length and radius [m], α0 braid angle at rest [rad], b = 1/sin²α0.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from afo_sim.physics.law import Braid, Coefficients, LawParameter, Values
+
+MAX_FRICTION_COEFFICIENTS = 7  # slots of a friction's coefficients in an actuator's row
+State = Sequence[float]
+MOTION = {"N": ("contraction", "rate", "pressure"), "Pa": ("rate",)}  # what a kernel of a unit takes first
+
+
+def no_fall(braid: Braid, parameters: Values, pressure: float) -> float:
+    """The steepest fall of a friction that never falls with speed [N·s/m]."""
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Friction:
+    """A friction model and its kernels.
+
+    unit : "N", a force; "Pa", a pressure, to be multiplied by |∂F_static/∂p|
+    native_id : from 1, by which compiled code knows it; 0 is no friction
+    n_state : states of its memory; 0 for none
+    coefficients : (braid, parameters) → the kernels' coefficients
+    kernel : (κ, κ̇, p, *states, *coefficients[, h]) → (friction [N], its derivative by κ̇ [N·s]); in pressure
+        units (κ̇, *states, *coefficients[, h]) → ([Pa], [Pa·s]). The time step h only where there are states.
+    rate_kernel : (κ̇, *states, *coefficients, h) → rates of the states [Pa/s], a number where there is one
+    steepest_fall : (braid, parameters, p) → most by which the force falls with the shortening velocity
+        [N·s/m]: damping of the wrong sign, which a time step must be short enough for
+    """
+
+    name: str
+    native_id: int
+    unit: Literal["N", "Pa"]
+    n_state: int
+    parameters: tuple[LawParameter, ...]
+    coefficients: Callable[[Braid, Values], Coefficients]
+    kernel: Callable[..., tuple[float, float]]
+    formula: str
+    validity: str
+    source: str
+    rate_kernel: Callable[..., Any] | None = None
+    steepest_fall: Callable[[Braid, Values, float], float] = no_fall
+
+    @property
+    def n_arguments(self) -> int:
+        """Number of the kernel's arguments beside the coefficients."""
+        return len(MOTION[self.unit]) + self.n_state + bool(self.n_state)
+
+    def evaluate(
+        self,
+        contraction: float,
+        rate: float,
+        pressure: float,
+        state: State,
+        coefficients: Coefficients,
+        timestep: float,
+    ) -> tuple[float, float]:
+        """The friction at the end of a step [unit], and its derivative by κ̇ [unit·s]."""
+        motion = (contraction, rate, pressure) if self.unit == "N" else (rate,)
+        return self.kernel(*motion, *state, *coefficients, *([timestep] if self.n_state else ()))
+
+    def rates(
+        self, rate: float, state: State, coefficients: Coefficients, timestep: float
+    ) -> tuple[float, ...]:
+        """Rates of the states [Pa/s], such that an Euler step of h is exact."""
+        if self.rate_kernel is None:
+            return ()
+        found = self.rate_kernel(rate, *state, *coefficients, timestep)
+        return found if self.n_state > 1 else (found,)
+
+
+def check(friction: Friction) -> None:
+    """Refuse the native id of no friction, and states without their rates or the reverse (ValueError)."""
+    if friction.native_id < 1:
+        raise ValueError(f"{friction.name!r} has the native id {friction.native_id}; 0 is no friction")
+    if bool(friction.n_state) != (friction.rate_kernel is not None):
+        raise ValueError(
+            f"{friction.name!r} has {friction.n_state} states and "
+            f"{'no' if friction.rate_kernel is None else 'a'} rate_kernel"
+        )

@@ -1,0 +1,64 @@
+"""The exponential law of fluidic muscles, Sárosi 2012."""
+
+from numba.extending import register_jitable
+
+from afo_sim.physics.guards import BAR, bounded_exp
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
+
+
+@register_jitable
+def sarosi_2012(
+    contraction: float,
+    pressure: float,
+    a1: float,
+    a2: float,
+    a3: float,
+    a4: float,
+    a5: float,
+    a6: float,
+) -> float:
+    """Exponential law: F = (a1 p + a2) e^(a3 κ) + a4 κ p + a5 p + a6, κ in per cent and p in bar.
+
+    Parameters
+    ----------
+    contraction : κ [-]
+    pressure : p, gauge [Pa]
+    a1, a2, a3, a4, a5, a6 : [N/bar, N, 1/%, N/(%·bar), N/bar, N], as they are published
+
+    Returns
+    -------
+    float : signed force [N]
+
+    Source
+    ------
+    Sárosi 2012; Piteľ & Tóthová 2016 (S2), eq. 10; grouping of terms as in public code.
+    """
+    kappa, bar = 100.0 * contraction, pressure / BAR
+    weight = a1 * bar + a2
+    if weight < 0.0:  # at pressures far beyond any muscle's; the exponential would turn over
+        weight = 0.0
+    return weight * bounded_exp(a3 * kappa) + a4 * kappa * bar + a5 * bar + a6
+
+
+PARAMETERS = (
+    LawParameter("a1", "a1", "", -1000.0, 1000.0, "N/bar, before the exponential", (-15.0, 0.0)),
+    LawParameter("a2", "a2", "", 0.0, 1e5, "N, before the exponential", (100.0, 400.0)),
+    LawParameter("a3", "a3", "", -3.0, -1e-3, "1/%, exponent by contraction", (-0.4, -0.15)),
+    LawParameter("a4", "a4", "", -1000.0, 0.0, "N/(%·bar)", (-12.0, -1.0)),
+    LawParameter("a5", "a5", "", -1e4, 1e5, "N/bar", (50.0, 350.0)),
+    LawParameter("a6", "a6", "", -1e5, 1e5, "N", (-350.0, -100.0)),
+)
+
+SAROSI_2012 = Law(
+    name="sarosi_2012",
+    native_id=5,
+    kernel=sarosi_2012,
+    parameters=PARAMETERS,
+    coefficients=plain(PARAMETERS),
+    fitted=without_default(PARAMETERS),
+    formula="(a1 p + a2) e^(a3 κ) + a4 κ p + a5 p + a6",
+    pressure_range=CHARACTERISTIC,
+    contraction_range=(0.0, 0.25),
+    validity="one muscle: its numbers do not transfer to another length",
+    source="Sárosi 2012; S2 eq. 10",
+)

@@ -1,0 +1,206 @@
+"""Every column of a recording: name, unit, sign and formula. A new column is a new row of COLUMNS."""
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
+from afo_sim.simulation.frame import Column, Frame
+from afo_sim.simulation.walk_columns import WALKING, WalkFrame
+
+if TYPE_CHECKING:
+    from afo_sim.model.build import Built
+
+INTERNAL = "internal, dorsiflexion positive"
+
+
+def _time(f: Frame) -> np.ndarray:
+    return (f.first_step + np.arange(f.n)) * f.built.scenario.timestep
+
+
+def _passive_moment(f: Frame) -> np.ndarray:
+    held = f.built.scenario.load_moment + f.dof("qfrc_passive") + f.dof("qfrc_constraint")
+    return f.force(f.built.index.passive) + held
+
+
+def _parameter(f: Frame, muscle: int, slot: int) -> float:
+    return float(f.built.model.actuator_user[muscle, slot])
+
+
+def _length(f: Frame, muscle: int) -> np.ndarray:
+    series = _parameter(f, muscle, native.MUSCLE_SERIES_LENGTH)
+    return f.rows["actuator_length"][:, muscle] - series
+
+
+def _contraction(f: Frame, muscle: int) -> np.ndarray:
+    nominal = _parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH)
+    return (nominal - _length(f, muscle)) / nominal
+
+
+def _moment_arm(f: Frame, muscle: int) -> np.ndarray:
+    model = f.built.model
+    tendon = int(model.actuator_trnid[muscle, 0])
+    at = int(model.ten_J_rowadr[tendon])
+    dofs = list(model.ten_J_colind[at : at + model.ten_J_rownnz[tendon]])
+    return -f.rows["ten_J"][:, at + dofs.index(f.built.index.ankle_dof)]
+
+
+def _air(f: Frame, chamber: int) -> native.Air:
+    return native.read_air(f.built.model, f.rows["act"], chamber)
+
+
+def _flows(f: Frame, chamber: int) -> native.Flows:
+    return native.read_flows(f.built.model, f.rows["userdata"], chamber)
+
+
+def _temperature(f: Frame, chamber: int) -> np.ndarray:
+    air = _air(f, chamber)
+    found: np.ndarray = air.absolute_pressure * _flows(f, chamber).volume / (air.mass * GAS_CONSTANT)
+    return found
+
+
+def _mass_flow_in(f: Frame, chamber: int) -> np.ndarray:
+    inlet, outlet, _ = _flows(f, chamber)
+    return np.maximum(inlet, 0.0) + np.maximum(-outlet, 0.0)
+
+
+def _mass_flow_out(f: Frame, chamber: int) -> np.ndarray:
+    inlet, outlet, _ = _flows(f, chamber)
+    return np.maximum(outlet, 0.0) + np.maximum(-inlet, 0.0)
+
+
+def _valve_flow(f: Frame, valve: int) -> np.ndarray:
+    index = f.built.index
+    chamber, side = {i: name for name, i in index.valves.items()}[valve].rsplit("_", 1)
+    flow: np.ndarray = getattr(_flows(f, index.chambers[chamber]), side)
+    return flow
+
+
+COLUMNS = (
+    Column("time", "s", "start of the step", _time),
+    Column(
+        "ankle/angle", "rad", "dorsiflexion positive", lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]
+    ),
+    Column("ankle/velocity", "rad/s", "dorsiflexion positive", lambda f: f.dof("qvel")),
+    Column(
+        "ankle/moment/orthosis",
+        "N*m",
+        f"{INTERNAL}; all muscles of the orthosis, instantaneous",
+        lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive),
+    ),
+    Column(
+        "ankle/acceleration",
+        "rad/s^2",
+        "dorsiflexion positive; instantaneous, not the step's mean",
+        lambda f: f.dof("qacc"),
+        whole=True,
+    ),
+    Column(
+        "ankle/moment/passive",
+        "N*m",
+        f"{INTERNAL}; tissue, damping, friction and stops",
+        _passive_moment,
+        whole=True,
+    ),
+    Column(
+        "ankle/moment/gravity",
+        "N*m",
+        "dorsiflexion positive; weight of foot, plate and muscles",
+        lambda f: 0.0 - f.dof("qfrc_bias"),
+        whole=True,
+    ),
+    Column(
+        "ankle/moment/load",
+        "N*m",
+        "dorsiflexion positive; the scenario's constant load moment",
+        lambda f: np.full(f.n, -f.built.scenario.load_moment),
+        where=lambda built: built.scenario.load_moment,
+    ),
+    *WALKING,
+    Column("muscle/*/force", "N", "tension positive", lambda f, i: 0.0 - f.force(i)),  # and never −0.0
+    Column("muscle/*/length", "m", "active braid length", _length, whole=True),
+    Column(
+        "muscle/*/velocity",
+        "m/s",
+        "lengthening positive",
+        lambda f, i: f.rows["actuator_velocity"][:, i],
+        whole=True,
+    ),
+    Column("muscle/*/contraction", "", "(L0 - L)/L0, shorter is positive", _contraction, whole=True),
+    Column(
+        "muscle/*/moment_arm",
+        "m",
+        "-dL/dtheta; positive when tension dorsiflexes",
+        _moment_arm,
+        whole=True,
+    ),
+    Column("chamber/*/pressure", "Pa", "gauge", lambda f, i: _air(f, i).absolute_pressure - AMBIENT_PRESSURE),
+    Column("chamber/*/mass", "kg", "air in the chamber", lambda f, i: _air(f, i).mass),
+    Column("chamber/*/volume", "m^3", "muscles and tube", lambda f, i: _flows(f, i).volume),
+    Column("chamber/*/temperature", "K", "absolute", _temperature),
+    Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, through either valve", _mass_flow_in),
+    Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, through either valve", _mass_flow_out),
+    Column("valve/*/coil", "", "command, 0 to 1", lambda f, i: f.control[:, i]),
+    Column(
+        "valve/*/opening",
+        "",
+        "seat, 0 to 1",
+        lambda f, i: native.read_opening(f.built.model, f.rows["act"], i),
+    ),
+    Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", _valve_flow),
+    Column(
+        "supply/pressure",
+        "Pa",
+        "gauge",
+        lambda f: f.control[:, next(iter(f.built.index.chambers.values()))],
+        where=lambda built: built.index.chambers,
+    ),
+    Column(
+        "qpos/*",
+        "rad",
+        "MuJoCo coordinate",
+        lambda f, joint: f.rows["qpos"][:, f.built.model.jnt_qposadr[joint]],
+    ),
+)
+DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
+
+
+def describe(column: str) -> tuple[str, str]:
+    """(unit, sign) of a column."""
+    if column in DESCRIBED:
+        return DESCRIBED[column]
+    kind, _, *last = column.split("/")
+    return DESCRIBED["/".join([kind, "*", *last])]
+
+
+def columns_of(frame: Frame) -> dict[str, np.ndarray]:
+    """All columns of a stretch; of a stretch recorded for metrics alone, those that metrics need."""
+    built = frame.built
+    if built.walk is not None:
+        frame = WalkFrame(built, frame.rows, frame.control, frame.first_step)
+    present = [c for c in COLUMNS if (frame.whole or not c.whole) and c.where(built)]
+    found: dict[str, np.ndarray] = {}
+    for kind, group in itertools.groupby(present, lambda c: c.name.split("/")[0] if "*" in c.name else ""):
+        columns = list(group)
+        for name, number in _owners(built, kind):
+            for column in columns:
+                values = column.formula(frame, number) if kind else column.formula(frame)
+                found[column.name.replace("*", name)] = values
+    return found
+
+
+def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
+    """Names and ids of what a "*" stands for; one without a name where there is no "*"."""
+    index, model = built.index, built.model
+    joints = {model.joint(k).name: k for k in range(model.njnt)}
+    owners: dict[str, dict[str, int]] = {
+        "": {"": 0},
+        "muscle": index.muscles,
+        "chamber": index.chambers,
+        "valve": index.valves,
+        "qpos": joints,
+    }
+    return iter(owners[kind].items())

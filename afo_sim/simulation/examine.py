@@ -1,0 +1,75 @@
+"""Roll-out → Recording: rows become columns, columns become metrics and warnings."""
+
+import numpy as np
+
+from afo_sim.common.versions import versions
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.walking import WalkMetrics, walk_metrics
+from afo_sim.model.build import Built
+from afo_sim.simulation.columns import columns_of
+from afo_sim.simulation.frame import Frame
+from afo_sim.simulation.limits import limit_warnings
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import Rollout
+
+
+def make_recording(built: Built, rollout: Rollout) -> Recording:
+    """Name the rows of a roll-out, and compute metrics and warnings.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    rollout : aligned rows and inputs
+
+    Returns
+    -------
+    Recording at the scenario's record rate; the metrics are of every step.
+    """
+    scenario = built.scenario
+    columns, found = examine(built, rollout)
+    n, stride = len(columns["time"]), scenario.record_stride
+    return Recording(
+        # copies: the recording is its user's, while the recorded walking is shared by later runs
+        columns={name: np.array(values[::stride]) for name, values in columns.items()},
+        metrics=found.totals,
+        strides=found.strides,
+        scenario=scenario.resolved(),
+        model_xml=built.xml,
+        status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
+        warnings=(*built.warnings, *(limit_warnings(built, columns) if n else ()), *found.warnings),
+        timing={
+            "wall_seconds": rollout.wall_seconds,
+            "steps": n,
+            "steps_per_second": n / rollout.wall_seconds if rollout.wall_seconds else 0.0,
+            **{f"{name}_stability_number": number for name, number in built.stability.items()},
+        },
+        versions=versions(),
+        parameters={
+            built.model.actuator(i).name: built.model.actuator_user[i].tolist() for i in range(built.model.nu)
+        },
+    )
+
+
+def examine(
+    built: Built, rollout: Rollout, *, transient: bool = True
+) -> tuple[dict[str, np.ndarray], WalkMetrics]:
+    """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
+    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
+    return columns, _metrics(built, columns, transient) if len(columns["time"]) else WalkMetrics({}, {}, ())
+
+
+def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:
+    """Of walking for each stride and over all; of a fixed shank over all only."""
+    scenario = built.scenario
+    if built.walk is not None:
+        return walk_metrics(columns, scenario.timestep, built.body_mass, transient=transient)
+    words = scenario.leg.directions
+    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
+
+
+def _period(scenario: Scenario) -> float:
+    """What one cycle is: the timer's, or all of the run [s]."""
+    if scenario.timer is not None:
+        return scenario.timer.period
+    return scenario.duration

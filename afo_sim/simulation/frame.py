@@ -1,0 +1,63 @@
+"""What a column is computed from, and what a column is."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from afo_sim.model.build import Built
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A stretch of a simulation, from which columns follow.
+
+    built : compiled scenario
+    rows : aligned rows (n, width)
+    control : inputs of the same steps (n, nu)
+    first_step : number of the first of them
+    """
+
+    built: "Built"
+    rows: dict[str, np.ndarray]
+    control: np.ndarray
+    first_step: int = 0
+
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return len(self.rows["time"])
+
+    @property
+    def whole(self) -> bool:
+        """Whether every field was recorded, not only what metrics need."""
+        return "qacc" in self.rows
+
+    def force(self, actuator: int) -> np.ndarray:
+        """MuJoCo's force of an actuator (n,)."""
+        return self.rows["actuator_force"][:, actuator]
+
+    def dof(self, name: str) -> np.ndarray:
+        """A field at the ankle's degree of freedom (n,)."""
+        return self.rows[name][:, self.built.index.ankle_dof]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One recorded column, or one of each muscle, chamber, valve or joint.
+
+    name : its path; "*" stands for the name of the muscle, chamber, valve or joint
+    unit, sign : as the file's metadata say them
+    formula : of a frame, and of the actuator or joint id where the name has a "*"
+    whole : it needs fields that metrics do not
+    where : whether a scenario has it
+    """
+
+    name: str
+    unit: str
+    sign: str
+    formula: Callable[..., np.ndarray]
+    whole: bool = False
+    where: Callable[["Built"], Any] = lambda built: True

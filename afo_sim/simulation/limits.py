@@ -1,0 +1,86 @@
+"""Warnings of a run: limits that a muscle left, laws asked beyond their range, muscles that never pull."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from afo_sim.description.muscle import Muscle
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
+from afo_sim.physics.hill import braid_force
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import static_force
+
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+
+
+def limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[str]:
+    """Where a muscle leaves its stated limits of pressure, force or contraction."""
+    time = columns["time"]
+    groups = muscle_names(built.scenario.orthosis)
+    for name, group in groups.items():
+        limits = group.type.limits
+        chamber = chamber_of(name, group)
+        pressure = columns[f"chamber/{chamber}/pressure"]
+        force = columns[f"muscle/{name}/force"]
+        contraction = columns[f"muscle/{name}/contraction"]
+        # a slack muscle is shorter on paper only: its cable hangs through
+        pulling = np.where(force > 0.0, contraction, np.minimum(contraction, limits.contraction_max))
+        for word, values, limit, unit in (
+            ("gauge pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
+            ("force", force, limits.force, " N"),
+            ("contraction", pulling, limits.contraction_max, ""),
+            ("stretch", -contraction, -limits.contraction_min, ""),
+        ):
+            worst = int(np.argmax(values))
+            if values[worst] > limit:
+                yield (
+                    f"{name}: {word} reaches {values[worst]:.3g}{unit} at {time[worst]:.3f} s, "
+                    f"beyond its limit of {limit:.3g}{unit}"
+                )
+        if name.endswith("_1"):  # its neighbours say the same
+            yield from _law_warnings(name, group.type, time, pressure, contraction, force)
+        filled = float(pressure.max())
+        if filled > 1e5 and force.max() < 1.0:
+            strongest = static_force(
+                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
+            )
+            reason = (
+                "its cable hangs through; shorten link_length or slack"
+                if strongest > 1.0
+                else f"its law, {group.type.law}, gives no force at that pressure"
+            )
+            yield f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: {reason}"
+    lower, upper = built.model.joint(ANKLE).range
+    angle = columns["ankle/angle"]
+    if angle.min() <= lower or angle.max() >= upper:
+        yield "the ankle reaches a stop of the joint"
+
+
+def _law_warnings(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    contraction: np.ndarray,
+    force: np.ndarray,
+) -> Iterator[str]:
+    """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
+    law = muscle.law_set
+    # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
+    for word, values, (lower, upper), unit in (
+        ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
+        ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
+    ):
+        beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > 1e-9:
+            yield (
+                f"{name.rsplit('_', 1)[0]}: the law {muscle.law} was asked at a {word} of "
+                f"{values[worst]:.3g}{unit} at {time[worst]:.3f} s, outside its range of "
+                f"{lower:g} to {upper:g}{unit}"
+            )

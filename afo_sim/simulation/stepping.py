@@ -1,0 +1,133 @@
+"""MuJoCo steps of a block: through `mujoco.batch`, or by a plain loop where callbacks are Python's."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from mujoco.batch import SimulationError as BatchError
+
+from afo_sim import native
+from afo_sim.simulation.policy import Rows
+
+FAILURES = (mujoco.FatalError, native.KernelFailure)  # a kernel's objection, through mju_error or as itself
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why a simulation goes no further; `spoilt` tells that the step it stopped in has been recorded."""
+
+    reason: str
+    spoilt: bool
+
+
+class Stepper(Protocol):
+    """Simulations that can be advanced by a block of steps."""
+
+    def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
+        """Step, and record every step.
+
+        Parameters
+        ----------
+        alive : numbers of the simulations to step
+        inputs : theirs (len(alive), n_step, n_input)
+        out : C-contiguous arrays to record into, by field of MjData (len(alive), n_step, width)
+
+        Returns
+        -------
+        {simulation: why it stopped}. What fails in one does not touch the others.
+        """
+        ...
+
+
+class BatchStepper:
+    """Any number of simulations in threads, with native callbacks."""
+
+    def __init__(
+        self,
+        models: Sequence[mujoco.MjModel],
+        states: Sequence[np.ndarray],
+        inputs: int,
+        threads: int,
+    ):
+        self.inputs = inputs
+        self.batch = Batch(models[0], nsim=len(models), nthread=threads)
+        if any(model is not models[0] for model in models):
+            self.batch.set_models(list(models))
+        self.batch.state[:] = states
+
+    def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
+        batch = self.batch
+        everyone = len(alive) == batch.nsim
+        recorded = {_recorded(name): values for name, values in out.items()}
+        stopped: dict[int, Stop] = {}
+        try:
+            batch.rollout(
+                inputs.shape[1],
+                inputs,
+                self.inputs,
+                record=list(recorded),
+                ids=None if everyone else list(alive),
+                out=recorded,
+            )
+        except BatchError as error:
+            stopped = {int(k): Stop(batch.error(k), spoilt=False) for k in error.ids}
+        for k in alive:
+            reason = instability(batch.warning[k])
+            if reason is not None and k not in stopped:
+                stopped[k] = Stop(reason, spoilt=True)  # the step that warned has been recorded
+        return stopped
+
+
+class LoopStepper:
+    """The same by `mj_step`, since `mujoco.batch` refuses Python callbacks."""
+
+    def __init__(self, models: Sequence[mujoco.MjModel], states: Sequence[np.ndarray], inputs: int):
+        self.inputs, self.models = inputs, models
+        self.data = [mujoco.MjData(model) for model in models]
+        for model, data, state in zip(models, self.data, states, strict=True):
+            mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+
+    def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
+        stopped = {}
+        for place, k in enumerate(alive):
+            reason = self._advance(k, inputs[place], {name: values[place] for name, values in out.items()})
+            if reason is not None:
+                stopped[k] = Stop(reason, spoilt=False)
+        return stopped
+
+    def _advance(self, k: int, inputs: np.ndarray, out: Rows) -> str | None:
+        model, data = self.models[k], self.data[k]
+        for step, row in enumerate(inputs):
+            mujoco.mj_setState(model, data, row, self.inputs)
+            try:
+                mujoco.mj_step(model, data)
+            except FAILURES as error:
+                return str(error)
+            reason = instability(np.array([[w.lastinfo, w.number] for w in data.warning]))
+            if reason is not None:
+                return reason
+            for name, values in out.items():
+                values[step] = np.reshape(getattr(data, name), -1)
+        return None
+
+
+def _recorded(name: str) -> Any:
+    """The name of a field for Batch: `time` is a scalar of MjData, which it records as a state only."""
+    return int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name
+
+
+def instability(counters: np.ndarray) -> str | None:
+    """MuJoCo's own signs that a simulation has become unstable."""
+    bad = {
+        mujoco.mjtWarning.mjWARN_BADQPOS: "position",
+        mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
+        mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
+        mujoco.mjtWarning.mjWARN_BADCTRL: "control",
+    }
+    for warning, word in bad.items():
+        if counters[int(warning)][-1] > 0:
+            return f"a {word} is not a number, or is too large"
+    return None

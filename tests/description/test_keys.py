@@ -1,0 +1,211 @@
+"""Keys that can be set: all of them, with value, range and source; nearest ones; checked when set."""
+
+import pathlib
+
+import pytest
+from command import call
+
+import afo_sim
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.description.catalogue import PLURALS, product
+from afo_sim.description.field import field_at
+from afo_sim.description.keys import keys
+from afo_sim.description.leaves import leaves, nearest_key
+from afo_sim.description.reader import SPECS, load, with_keys
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.laws import LAWS
+
+
+@pytest.mark.parametrize("name", ["arm-s1", "walk-dropfoot-afo"])
+def test_every_key_is_a_field_of_the_same_unit(name: str) -> None:
+    scenario = load("scenario", name)
+    for key in keys(name):
+        if key.value != "[]":
+            assert field_at(key.key, scenario).unit == key.unit, key
+        assert key.meaning.endswith("."), key
+        assert key.allowed, key
+
+
+def test_every_value_can_be_set_and_changes_nothing() -> None:
+    """What `keys` prints is what `--set` reads."""
+    shipped = load("scenario", "walk-dropfoot-afo")
+    sets = {
+        key.key: float(key.value) if key.value.replace(".", "").isdigit() and not key.unit else key.value
+        for key in keys("walk-dropfoot-afo")
+        if key.value and key.value != "[]" and key.allowed not in ("a name or a path", "a text")
+    }
+    whole = {
+        k: int(v) if isinstance(v, float) and k.endswith(("count", "seed")) else v for k, v in sets.items()
+    }
+    again = load("scenario", "walk-dropfoot-afo", whole)
+    assert len(whole) > 100
+    assert (
+        again.model_copy(update={"provenance": {}}).orthosis.range_of_motion
+        == shipped.orthosis.range_of_motion
+    )
+    for key in whole:
+        value, now = (value_of(s, key) for s in (shipped, again))
+        assert value == now or value == pytest.approx(now, rel=1e-12), key
+
+
+def value_of(scenario: object, key: str) -> object:
+    node: object = scenario
+    for part in key.replace("[", ".").replace("]", "").split("."):
+        if isinstance(node, dict):
+            node = node[part]
+        elif isinstance(node, tuple):
+            node = node[int(part)]
+        elif part in getattr(node, "parameters", {}):
+            node = node.parameters[part]  # type: ignore[attr-defined]
+        else:
+            node = getattr(node, part)
+    return node
+
+
+def test_a_key_says_where_its_value_comes_from(tmp_path: pathlib.Path) -> None:
+    text = (assets.folder("models") / "scenarios" / "seated.toml").read_text()
+    (tmp_path / "mine.toml").write_text(text.replace('"4 bar"', '"3 bar"'))
+    found = {key.key: key for key in keys(tmp_path / "mine.toml", sets={"duration": "2 s"})}
+    assert found["supply.pressure"].source == str(tmp_path / "mine.toml")
+    assert found["supply.pressure"].value == "3 bar"
+    assert (found["duration"].value, found["duration"].source) == ("2 s", "set")
+    assert found["load_moment"].source == "default"
+    valve = found["orthosis.chamber.dorsiflexor.inlet.opening_delay"]
+    assert (valve.source, valve.kind) == ("models/valves/mh1/valve.toml", "published")
+    assert "timer.dorsiflexor.inlet[0][1]" in found
+    assert not any(key.startswith("gait.") for key in found)
+
+
+def test_keys_command_filters(capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed, _ = call(capsys, "keys", "seated", "tube")
+    assert code == 0
+    assert "orthosis.chamber.plantarflexor.tube_volume" in printed
+    assert "duration" not in printed
+    assert call(capsys, "keys", "seated", "zzz")[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        ("pressure", "supply.pressure"),
+        ("conductance", "orthosis.chamber.dorsiflexor.inlet.conductance"),
+        ("orthosis.conductance", "orthosis.chamber.dorsiflexor.inlet.conductance"),
+        ("seed", "gait.seed"),
+        ("perod", "timer.period"),
+        ("supply.presure", "pressure"),
+        ("orthosis.muscle.dorsiflexor.type.bor", "bore"),
+    ],
+)
+def test_unknown_key_suggests_across_levels(key: str, expected: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load("scenario", "seated", {key: 3})
+    assert caught.value.nearest == expected
+
+
+def test_unknown_key_in_a_file_suggests_one_of_that_file(tmp_path: pathlib.Path) -> None:
+    text = (assets.folder("models") / "scenarios" / "seated.toml").read_text()
+    (tmp_path / "mine.toml").write_text('presure = "3 bar"\n' + text)
+    with pytest.raises(InputError, match=r"presure.*did you mean 'supply\.pressure'"):
+        load("scenario", tmp_path / "mine.toml")
+
+
+def test_nothing_is_suggested_for_what_is_like_nothing() -> None:
+    assert nearest_key(("qqqq",), leaves(SPECS["muscle"], {}), ["bore"]) is None
+
+
+def test_all_problems_of_a_file_at_once(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "muscle.toml").write_text(
+        """
+        law = "tondu_lopez_2000_bladder"
+        total_lenth = "21 cm"
+        bore = "11 kg"
+        [laws.tondu_lopez_2000_bladder]
+        k = 9.0
+        bladder = "3 N"
+        pressure_range = ["1 m", "2 bar"]
+        [laws.foo]
+        [limits]
+        pressure = 3
+        """
+    )
+    with pytest.raises(InputError) as caught:
+        load("muscle", tmp_path)
+    problems = [caught.value, *caught.value.others]
+    fields = [problem.field for problem in problems]
+    law = "laws.tondu_lopez_2000_bladder"
+    assert fields[0] == "total_lenth"
+    assert {f"{law}.k", f"{law}.bladder", f"{law}.bladder_force", f"{law}.pressure_range.0"} < set(fields)
+    assert {"laws.foo", "bore", "end_length", "damping", "mass", "limits.pressure", "limits.force"} < set(
+        fields
+    )
+    assert "total_length" not in fields  # its misspelling is told
+    assert len(fields) == len(set(fields))
+    assert str(caught.value).count("\n") == len(problems) - 1
+
+
+def test_unfound_names_stand_among_the_other_problems(tmp_path: pathlib.Path) -> None:
+    text = (assets.folder("models") / "scenarios" / "seated.toml").read_text()
+    text = text.replace('"adult_75kg"', '"adult"').replace('"s1"', '"s2"').replace('"4 bar"', "4")
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load("scenario", tmp_path / "mine.toml")
+    fields = {problem.field for problem in (caught.value, *caught.value.others)}
+    assert fields == {"leg", "orthosis", "supply.pressure"}
+
+
+def test_set_keys_are_checked() -> None:
+    scenario = load("scenario", "seated")
+    assert with_keys(scenario, {"supply.pressure": "3 bar"}).supply.pressure == 3e5
+    muscle = load("muscle", "dmsp_10")
+    swapped = with_keys(scenario, {"orthosis.muscle.dorsiflexor.type": muscle})
+    assert swapped.orthosis.muscle["dorsiflexor"].type.coefficients == muscle.coefficients
+    for sets in ({"duration": "-4 s"}, {"presure": 3}, {"orthosis.muscle.dorsiflexor.count": 99}):
+        with pytest.raises(InputError):
+            with_keys(scenario, sets)
+
+
+def test_replaced_values_are_checked() -> None:
+    scenario, muscle = load("scenario", "seated"), load("muscle", "s1_215mm")
+    assert scenario.with_values(duration=2.0).duration == 2.0
+    assert muscle.with_values(total_length=0.3).total_length == 0.3
+    with pytest.raises(InputError, match="out of range"):
+        scenario.with_values(duration=-4.0)
+    with pytest.raises(InputError, match="no braid is left"):
+        muscle.with_values(end_length=0.3)
+    with pytest.raises(InputError, match="did you mean 'duration'"):
+        scenario.with_values(duraton=4.0)
+    assert muscle.with_values() == muscle
+
+
+@pytest.mark.parametrize("kind", PLURALS.values())
+def test_each_product_is_listed_whole(kind: str) -> None:
+    for name in assets.names(kind):
+        titles = [title for title, _, _ in product(name)]
+        assert any(title.startswith(f"{kind} {name}:") for title in titles)
+        assert all(rows for _, _, rows in product(name))
+
+
+def test_listed_muscle_tells_every_number_and_its_source() -> None:
+    (_, header, rows), *_ = product("s1_215mm")
+    found = {row[0]: dict(zip(header, row, strict=True)) for row in rows}
+    muscle = load("muscle", "s1_215mm")
+    assert {f"limits.{name}" for name in muscle.limits.provenance} < set(found)
+    for name, told in muscle.provenance.items():
+        assert (found[name]["kind"], found[name]["source"]) == (told.kind, told.source)
+
+
+@pytest.mark.parametrize("name", [*LAWS, *FRICTIONS])
+def test_law_is_listed_with_its_parameters(name: str) -> None:
+    rows = next(rows for title, _, rows in product(name) if title == "parameters")
+    assert [row[0] for row in rows] == [p.name for p in {**LAWS, **FRICTIONS}[name].parameters]
+
+
+def test_gaits_are_listed() -> None:
+    for name in assets.gait_names():
+        _, (_, _, columns) = product(name)
+        assert columns
+
+
+def test_typed_by_kind() -> None:
+    assert afo_sim.load("valve", "mh1").conductance > 0.0

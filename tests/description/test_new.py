@@ -1,0 +1,194 @@
+"""Templates: written by `afo-sim new`, complete, and running as they are."""
+
+import pathlib
+import re
+import tomllib
+from typing import Any, get_args, get_origin
+
+import pytest
+from command import call
+
+import afo_sim
+from afo_sim.common.errors import InputError
+from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table
+from afo_sim.description.new import new, reference
+from afo_sim.description.reader import SPECS, load
+from afo_sim.doctor import check_file
+from afo_sim.study import plan as sweeps
+from afo_sim.study.parameter_table import ToldParameter
+from afo_sim.study.search import plan as searches
+from afo_sim.study.template import SEARCH, SWEEP, new_study
+
+
+def every_field(kind: Any) -> set[str]:
+    """Names of all fields of a description, also of its tables, not of what it refers to by name."""
+    found = set()
+    for name, info in fields_of(kind).items():
+        inner = core(info.annotation)[0]
+        inner = get_args(inner)[1] if get_origin(inner) is dict else inner
+        if kind not in SETS or name in RANGES:
+            found.add(name)
+        if is_table(inner) and "name" not in inner.model_fields:
+            found |= every_field(inner)
+    if kind.model_config.get("extra") == "allow":
+        found |= every_field(get_args(kind.__annotations__["__pydantic_extra__"])[1])
+    return found
+
+
+@pytest.mark.parametrize("kind", SPECS)
+def test_template_holds_every_field_and_is_good(kind: str, tmp_path: pathlib.Path) -> None:
+    file = new(kind, "mine", tmp_path)
+    text = file.read_text()
+    written = set(re.findall(r"^(?:# )?\[?([\w.]+)(?:\]| = )", text, re.MULTILINE))
+    parts = {part for key in written for part in key.split(".")}
+    assert every_field(SPECS[kind]) - parts == set()
+    assert load(kind, file).description == load(kind, file).description
+    assert check_file(file)[0] == ("kind", kind)
+
+
+@pytest.mark.parametrize("kind", SPECS)
+def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib.Path) -> None:
+    """A commented key that is taken in is read as a value of its field."""
+    lines = new(kind, "mine", tmp_path).read_text().splitlines()
+    undone = [
+        line.removeprefix("# ") if re.match(r"# (\[[\w.]+\]$|\w+ = )", line) else line for line in lines
+    ]
+    table = tomllib.loads("\n".join(undone))  # TOML refuses a key that is there twice
+    for key, value in table.items():
+        if not isinstance(value, dict) and key not in ("name", "patient"):
+            load(kind, tmp_path / ("mine.toml" if kind == "scenario" else f"mine/{kind}.toml"), {key: value})
+
+
+def test_own_orthosis_with_own_muscle_in_four_commands(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for arguments in (
+        ("new", "muscle", "mine"),
+        ("new", "orthosis", "brace", "--muscle", "mine"),
+        ("new", "scenario", "first", "--orthosis", "brace"),
+        ("run", "first.toml", "--set", "duration=0.2 s", "--no-rrd"),
+    ):
+        code, _, complaint = call(capsys, *arguments)
+        assert code == 0, complaint
+    scenario = load("scenario", "first.toml")
+    assert scenario.orthosis.name == "brace"
+    assert {group.type.name for group in scenario.orthosis.muscle.values()} == {"mine"}
+    run = afo_sim.read_recording("runs/first")
+    assert run.ok
+    assert "muscle/dorsiflexor_1/force" in run.columns
+
+
+def test_new_scenario_runs_as_the_one_that_it_begins_from(tmp_path: pathlib.Path) -> None:
+    sets = {"duration": "0.2 s"}
+    own, shipped = afo_sim.run(new("scenario", "first", tmp_path), sets), afo_sim.run("seated", sets)
+    assert (own["ankle/angle"] == shipped["ankle/angle"]).all()
+
+
+@pytest.mark.parametrize("like", ["arm-s1", "walk-dropfoot-afo", "walk-healthy"])
+def test_scenario_like_another(like: str, tmp_path: pathlib.Path) -> None:
+    own = load("scenario", new("scenario", "mine", tmp_path, like=like)).resolved()
+    shipped = load("scenario", like).resolved()
+    names = ("name", "description")
+    assert {k: v for k, v in own.items() if k not in names} == {
+        k: v for k, v in shipped.items() if k not in names
+    }
+
+
+def test_timing_goes_over_to_the_chambers_of_another_orthosis(tmp_path: pathlib.Path) -> None:
+    uses = {"orthosis": "arm_s1", "leg": "arm"}
+    scenario = load("scenario", new("scenario", "mine", tmp_path, uses=uses))
+    assert scenario.timer is not None
+    assert {name: times.inlet for name, times in scenario.timer.chambers.items()} == {
+        "flexor": ((0.0, 4.0),),
+        "extensor": (),
+    }
+    assert afo_sim.run(scenario.with_values(duration=0.2)).ok
+
+
+def test_patient_and_leg_of_ones_own(tmp_path: pathlib.Path) -> None:
+    patient, leg = new("patient", "someone", tmp_path), new("leg", "limb", tmp_path)
+    uses = {"patient": str(patient.parent), "leg": str(leg)}
+    file = new("scenario", "walk", tmp_path / "deep" / "er", like="walk-dropfoot", uses=uses)
+    scenario = load("scenario", file)
+    assert scenario.patient is not None
+    assert (scenario.patient.name, scenario.leg.name) == ("someone", "limb")
+    assert tomllib.loads(file.read_text())["patient"] == "../../someone"
+
+
+def test_nothing_is_overwritten(tmp_path: pathlib.Path) -> None:
+    file = new("orthosis", "brace", tmp_path)
+    before = file.read_text()
+    with pytest.raises(InputError, match="not overwritten"):
+        new("orthosis", "brace", tmp_path, uses={"muscle": "s1_120mm"})
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "cuff.xml").write_text("mine")
+    with pytest.raises(InputError, match=r"cuff\.xml: is there already"):
+        new("orthosis", "other", tmp_path)
+    assert file.read_text() == before
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["cuff.xml"]
+    assert (tmp_path / "other" / "cuff.xml").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "uses", "like", "expected"),
+    [
+        ("muscle", "s1_215mm", {}, "", "shipped muscle"),
+        ("muscle", "../up", {}, "", "is no name"),
+        ("muscle", "mine", {"leg": "arm"}, "", "does not go with a new muscle"),
+        ("scenario", "mine", {"patient": "healthy"}, "", "scenario that walks"),
+        ("scenario", "mine", {"orthosis": "s"}, "", "no such orthosis"),
+        ("scenario", "mine", {"orthosis": "none", "leg": "nowhere"}, "", "no such leg"),
+        ("scenario", "mine", {}, "seatd", "did you mean 'seated'"),
+    ],
+)
+def test_what_does_not_fit_leaves_nothing(
+    kind: str, name: str, uses: dict[str, str], like: str, expected: str, tmp_path: pathlib.Path
+) -> None:
+    with pytest.raises(InputError, match=expected):
+        new(kind, name, tmp_path, like=like, uses=uses)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_path_that_reads_like_a_shipped_name(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    own = new("muscle", "mine", tmp_path).parent.rename(tmp_path / "dmsp_20")
+    assert reference("muscle", "dmsp_20", tmp_path) == "dmsp_20"
+    assert reference("muscle", str(own), tmp_path) == "./dmsp_20"
+
+
+def options(*kinds: Any) -> set[str]:
+    return {info.alias or name for kind in kinds for name, info in kind.model_fields.items()}
+
+
+def test_sweep_and_search_hold_every_option() -> None:
+    for text, kinds in (
+        (SWEEP, (sweeps._ToldSweep, ToldParameter)),
+        (
+            SEARCH,
+            (searches._ToldSearch, searches._ToldObjective, searches._ToldLimit, searches._ToldPatients),
+        ),
+    ):
+        for option in options(*kinds):
+            assert re.search(rf"^(# )?(\[+{option}[.\]]|{option} = )", text, re.MULTILINE), option
+
+
+@pytest.mark.parametrize("scenario", ["seated", "walk-dropfoot-afo"])
+def test_sweep_and_search_are_good(scenario: str, tmp_path: pathlib.Path) -> None:
+    sweep = sweeps.read(new_study("sweep", "mine", tmp_path, uses={"scenario": scenario}))
+    assert (sweep.scenario, [p.keys for p in sweep.parameters]) == (scenario, [("supply.pressure",)])
+    search = searches.read(new_study("search", "mine2", tmp_path, uses={"scenario": scenario}))
+    assert search.designs.scenario == scenario
+    for name in ("mine", "mine2"):
+        assert check_file(tmp_path / f"{name}.toml")[0][1] in ("sweep", "search")
+
+
+def test_sweep_of_ones_own_scenario_runs(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    new("scenario", "first", tmp_path)
+    new_study("sweep", "many", tmp_path, uses={"scenario": "first.toml"})
+    code, printed, complaint = call(capsys, "sweep", "many.toml", "--threads", "1")
+    assert code == 0, complaint
+    assert "3 of 3 are done" in printed

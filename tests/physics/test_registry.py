@@ -1,0 +1,242 @@
+"""Laws and frictions as files: what is found, what is refused at import, and what compiled code answers."""
+
+import pathlib
+import sys
+import types
+
+import numba
+import numpy as np
+import pytest
+
+from afo_sim.physics import friction, laws, static_force
+from afo_sim.physics.friction import FRICTIONS, dispatch
+from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.law import MAX_COEFFICIENTS, Law
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.registry import typical_coefficients
+
+LAW = """
+from numba.extending import register_jitable
+from afo_sim.physics.law import Law, LawParameter, plain
+
+@register_jitable
+def {kernel}(contraction, pressure, *a):
+    return a[0] * pressure * (1.0 - contraction)
+
+PARAMETERS = tuple(LawParameter(f"a{{i}}", f"a{{i}}", "", 0.0, 1.0, "") for i in range({count}))
+THIS = Law(name="{name}", native_id={native_id}, kernel={kernel}, parameters=PARAMETERS,
+    coefficients=plain(PARAMETERS), fitted=(), formula="", pressure_range=(0.0, 1e6),
+    contraction_range=(0.0, 0.3), validity="", source="")
+"""
+
+FRICTION = """
+from numba.extending import register_jitable
+from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.law import LawParameter, plain
+
+@register_jitable
+def kernel({arguments}):
+    return c * rate, c
+
+@register_jitable
+def moved(rate, x, y, c, step):
+    return rate, c * rate
+
+PARAMETERS = (LawParameter("c", "c", "", 0.0, 1.0, ""),)
+THIS = Friction(name="{name}", native_id={native_id}, unit="{unit}", n_state={n_state}, parameters=PARAMETERS,
+    coefficients=plain(PARAMETERS), kernel=kernel, formula="", validity="", source=""{more})
+"""
+
+
+def law_file(
+    name: str = "new_2026", native_id: int = 77, kernel: str = "kernel", count: int = 1
+) -> dict[str, str]:
+    return {"new_law": LAW.format(name=name, native_id=native_id, kernel=kernel, count=count)}
+
+
+def friction_file(
+    name: str = "new_2026",
+    native_id: int = 77,
+    unit: str = "Pa",
+    n_state: int = 0,
+    arguments: str = "rate, c",
+    more: str = "",
+) -> dict[str, str]:
+    return {
+        "new_friction": FRICTION.format(
+            name=name, native_id=native_id, unit=unit, n_state=n_state, arguments=arguments, more=more
+        )
+    }
+
+
+def with_files(
+    package: types.ModuleType, files: dict[str, str], folder: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The package as if it held these files too."""
+    for name, text in files.items():
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+        monkeypatch.delitem(sys.modules, f"{package.__name__}.{name}", raising=False)
+        monkeypatch.setattr(package, name, None, raising=False)  # what the import leaves is taken away
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
+
+
+@pytest.fixture(autouse=True)
+def nothing_stays(request: pytest.FixtureRequest) -> None:
+    def forget() -> None:
+        for package, name in ((laws, "new_law"), (friction, "new_friction")):
+            sys.modules.pop(f"{package.__name__}.{name}", None)
+
+    request.addfinalizer(forget)
+
+
+@pytest.mark.parametrize(("package", "kind", "known"), [(laws, Law, LAWS), (friction, Friction, FRICTIONS)])
+def test_every_entry_of_every_file_is_known(
+    package: types.ModuleType, kind: type, known: dict[str, object]
+) -> None:
+    files = {p.stem for p in pathlib.Path(package.__path__[0]).glob("*.py")} - {"__init__", "law", "dispatch"}
+    entries = [
+        value
+        for file in files
+        for value in vars(sys.modules[f"{package.__name__}.{file}"]).values()
+        if isinstance(value, kind)
+    ]
+    assert len(entries) == len(known)
+    assert all(known[entry.name] is entry for entry in entries)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("known", [LAWS, FRICTIONS])
+def test_order_is_that_of_the_native_ids(known: dict[str, Law] | dict[str, Friction]) -> None:
+    ids = [entry.native_id for entry in known.values()]
+    assert ids == sorted(ids)
+
+
+def test_ids_mean_what_they_meant() -> None:
+    # A row in a model that was saved says the id alone.
+    first = {law.native_id: law.kernel.__name__ for law in LAWS.values()}
+    assert first[0] == "chou_hannaford_1996"
+    assert first[7] == "takosoglu_2016"
+    assert first[10] == "three_element"
+    assert {f.native_id: f.name for f in FRICTIONS.values()}[2] == "vo_minh_2011"
+
+
+@pytest.mark.parametrize("entries", [LAWS, FRICTIONS])
+def test_typical_values_are_allowed(entries: dict[str, Law] | dict[str, Friction]) -> None:
+    for entry in entries.values():
+        for parameter in entry.parameters:
+            assert parameter.lower <= parameter.typical <= parameter.upper, (entry.name, parameter.name)
+
+
+def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found, in the dispatcher, and the same compiled; the laws before it keep their branches."""
+    with_files(laws, law_file(), tmp_path, monkeypatch)
+    found = laws.collected()
+    assert set(found) == {*LAWS, "new_2026"}
+    one = static_force.over(found.values())
+    static_force.check(one, found)
+    compiled = numba.njit(lambda law, kappa, p, u: one(law, kappa, p, u, 1))
+    for law in found.values():
+        row = np.array([9.0, *typical_coefficients(law), *[0.0] * MAX_COEFFICIENTS])
+        expected = law.kernel(0.1, 3e5, *typical_coefficients(law))
+        assert one(float(law.native_id), 0.1, 3e5, row, 1) == expected
+        assert compiled(float(law.native_id), 0.1, 3e5, row) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        (law_file(native_id=5), r"the native id 5 is given twice: .*'new_2026' in .*new_law.*; \d+ is free"),
+        (law_file(name="sarosi_2012"), r"the name 'sarosi_2012' is given twice: in .* and "),
+        (law_file(count=22), r"'new_2026' has 22 coefficients; an actuator's row has 21 slots"),
+        (
+            {"new_law": law_file()["new_law"].replace("pressure, *a)", "pressure, a, b)")},
+            r"'new_2026' has 1 coefficients, which its kernel does not take: missing .* 'b'",
+        ),
+        ({"new_law": "PARAMETERS = ()\n"}, r"physics\.laws\.new_law holds no Law at its top level"),
+    ],
+    ids=["id", "name", "too many", "other number", "no law"],
+)
+def test_a_wrong_law_is_refused(
+    files: dict[str, str], message: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_files(laws, files, tmp_path, monkeypatch)
+    with pytest.raises(ValueError, match=message):
+        laws.collected()
+
+
+def test_a_law_without_a_branch_is_refused() -> None:
+    some = [law for law in LAWS.values() if law.name != "bolen_2026"]
+    with pytest.raises(ValueError, match=r"'bolen_2026' \(native id 9\) has no branch in static_force"):
+        static_force.check(static_force.over(some), LAWS)
+
+
+def test_laws_of_one_kernel_share_its_id() -> None:
+    assert LAWS["takosoglu_2016"].native_id == LAWS["takosoglu_2016_an"].native_id
+    assert LAWS["takosoglu_2016"].kernel is LAWS["takosoglu_2016_an"].kernel
+
+
+STATES = {"n_state": 2, "arguments": "rate, x, y, c, step", "more": ", rate_kernel=moved"}
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        friction_file(),
+        friction_file(**STATES),  # type: ignore[arg-type]
+        friction_file(unit="N", arguments="contraction, rate, pressure, c"),
+        friction_file(unit="N", **STATES | {"arguments": "contraction, rate, pressure, x, y, c, step"}),  # type: ignore[arg-type]
+    ],
+    ids=["pressure", "pressure with states", "force", "force with states"],
+)
+def test_a_new_file_is_a_friction(
+    files: dict[str, str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_files(friction, files, tmp_path, monkeypatch)
+    found = friction.collected()
+    new, all_ = found["new_2026"], found.values()
+    forces, pressures, rates = (
+        make(all_) for make in (dispatch.forces_over, dispatch.pressures_over, dispatch.rates_over)
+    )
+    dispatch.check(forces, pressures, rates, found)
+    is_force = dispatch.which_are_forces(all_)
+    assert [f.name for f in all_ if is_force(float(f.native_id))] == [f.name for f in all_ if f.unit == "N"]
+    # compiled, with the states behind another actuator's, and the coefficients within a row
+    id_, c = float(new.native_id), typical_coefficients(new)[0]
+    act, row, out = np.array([5.0, 0.1, 0.2]), np.array([9.0, 8.0, c]), np.zeros(3)
+    if new.unit == "N":
+        answer = numba.njit(lambda a, u: forces(id_, 0.1, 0.3, 3e5, a, 1, u, 2, 1e-3))(act, row)
+    else:
+        answer = numba.njit(lambda a, u: pressures(id_, 0.3, a, 1, u, 2, 1e-3))(act, row)
+    assert answer == (c * 0.3, c)
+    if new.n_state:
+        assert numba.njit(lambda a, u, o: rates(id_, 0.3, a, 1, u, 2, 1e-3, o))(act, row, out) == 0.0
+        assert out.tolist() == [0.0, 0.3, c * 0.3]
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        (friction_file(native_id=2), r"the native id 2 is given twice: .*; \d+ is free"),
+        (friction_file(name="hunt_2017"), "the name 'hunt_2017' is given twice"),
+        (friction_file(native_id=0), "'new_2026' has the native id 0; 0 is no friction"),
+        (friction_file(n_state=2), "'new_2026' has 2 states and no rate_kernel"),
+        (friction_file(more=", rate_kernel=moved"), "'new_2026' has 0 states and a rate_kernel"),
+        (
+            friction_file(arguments="rate, c, d"),
+            "'new_2026' has 1 coefficients, which its kernel does not take",
+        ),
+    ],
+    ids=["id", "name", "none", "no rates", "rates", "other number"],
+)
+def test_a_wrong_friction_is_refused(
+    files: dict[str, str], message: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_files(friction, files, tmp_path, monkeypatch)
+    with pytest.raises(ValueError, match=message):
+        friction.collected()
+
+
+def test_a_friction_without_a_branch_is_refused() -> None:
+    some = [f for f in FRICTIONS.values() if f.name != "bouc_wen_1976"]
+    made = [make(some) for make in (dispatch.forces_over, dispatch.pressures_over, dispatch.rates_over)]
+    with pytest.raises(ValueError, match=r"'bouc_wen_1976' \(native id 4\) has no branch in the dispatchers"):
+        dispatch.check(*made, FRICTIONS)
