@@ -99,7 +99,11 @@ def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
 
     plan = read(path)
     cases = cases_of(plan)
-    findings = [("kind", "sweep"), ("scenario", plan.scenario), ("cases", f"{len(cases)} ({plan.design})")]
+    findings = [
+        ("kind", "sweep"),
+        ("scenario", plan.scenario_name),
+        ("cases", f"{len(cases)} ({plan.design})"),
+    ]
     if plan.constraints:
         findings.append(("left out by the constraints", str(cases.dropped)))
     return findings + [
@@ -115,7 +119,7 @@ def _check_search(path: pathlib.Path) -> list[tuple[str, str]]:
     patients = search.judging()
     findings = [
         ("kind", "search"),
-        ("scenario", search.designs.scenario),
+        ("scenario", search.designs.scenario_name),
         ("patients", str(len(patients)) if patients else "the scenario's own"),
         ("objective", f"{search.objective.goal} {search.objective.metric}"),
     ]

@@ -1,4 +1,4 @@
-"""Which law you choose: the same muscle, the same orthosis, every law that is known for it.
+"""The choice of the law: the same muscle, the same orthosis, every law that is known for it.
 
 Prints each law's error on the maker's characteristic of a 10 mm fluidic muscle, and what the foot does with
 it on the orthosis; draws the curves and the angles into runs/compare_laws.png.
@@ -17,7 +17,7 @@ import afo_sim
 from afo_sim.bench.measured import read_measured
 from afo_sim.common import assets
 from afo_sim.description.reader import load
-from afo_sim.fitting.law_fit import rms
+from afo_sim.fitting.identifiability import rms
 from afo_sim.fitting.law_problem import select
 from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS

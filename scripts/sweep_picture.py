@@ -12,6 +12,7 @@ import tempfile
 
 from afo_sim.show import sweep as show
 from afo_sim.study import design, plan, runner
+from afo_sim.study.pool import processors
 from afo_sim.study.results import read
 
 METRICS = ("toe_clearance", "air_per_stride")
@@ -26,7 +27,7 @@ def main() -> None:
     given = parser.parse_args()
     chosen = plan.read(given.sweep)
     store = runner.open_store(chosen, design.cases_of(chosen), given.runs)
-    state = runner.run(store, threads=runner.processors())
+    state = runner.run(store, threads=processors())
     with tempfile.TemporaryDirectory() as folder:
         drawn = show.show(read(given.runs), pathlib.Path(folder), metrics=list(METRICS))
         picture = next(path for path in drawn if path.stem.startswith("main_effects"))

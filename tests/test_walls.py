@@ -38,13 +38,9 @@ UPWARD: set[tuple[str, str]] = {
     ("afo_sim.bench.command", "afo_sim.show.stand_files"),
     ("afo_sim.bench.static_load", "afo_sim.show.figure"),
     ("afo_sim.bench.static_load", "afo_sim.show.stand_figure"),
-    ("afo_sim.fitting.law_files", "afo_sim.show.figure"),
-    ("afo_sim.fitting.run_files", "afo_sim.show.log_figure"),
     ("afo_sim.gait.readers.importing", "afo_sim.show.gait_figure"),
     ("afo_sim.simulation.compare", "afo_sim.show.figure"),
     ("afo_sim.simulation.compare", "afo_sim.show.rerun"),
-    ("afo_sim.study.search.runner", "afo_sim.show.search_figure"),
-    ("afo_sim.study.words", "afo_sim.show.report_figure"),
 }
 CIRCLES: set[frozenset[str]] = {
     frozenset({"afo_sim.show.rerun", "afo_sim.show.rerun.recording_file"}),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import number, read_facts, read_table, scale_of, split_title
+from afo_sim.common.csv_table import number, read_facts, scale_of, split_title, table_of
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
 
@@ -31,6 +31,10 @@ HEADER: dict[str, str | None] = {
     "bore": "m",
     "braid_angle": "rad",
     "hanger": "kg",
+    "damping": "m^2*s",
+    "braid_stiffness": "N",
+    "dead_volume": "m^3",
+    "mass": "kg",
     "source": None,
     "licence": None,
     "note": None,
@@ -44,6 +48,10 @@ POSSIBLE = {
     "bore": (5e-4, 0.2),
     "braid_angle": (0.0873, 0.872),
     "hanger": (0.0, 50.0),
+    "damping": (0.0, 1.0),
+    "braid_stiffness": (1.0, 1e7),
+    "dead_volume": (1e-9, 0.1),
+    "mass": (0.0, 20.0),
 }
 SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
 
@@ -54,7 +62,8 @@ class Measured:
 
     Either `contraction` [-] or `change` of length [m] is given. `force` [N] is the muscle's; when it
     was set by a load, `loaded` is true, and the length is what was measured. `curve` tells the curves
-    apart, by default the pressures.
+    apart, by default the pressures. `slack`, where it is given, marks the forces that a gauge read as zero
+    because the muscle hung slack: there the force is known to be no more than zero.
     """
 
     file: pathlib.Path
@@ -65,6 +74,7 @@ class Measured:
     curve: np.ndarray
     loaded: bool
     facts: dict[str, Any]
+    slack: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.pressure)
@@ -75,15 +85,17 @@ class Measured:
         return f"{self.file.parent.name}/{self.file.stem}"
 
 
-def read_measured(file: pathlib.Path, told: Mapping[str, float] | None = None) -> Measured:
-    """Read a CSV of measured points.
+def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measured:
+    """Measured points from a CSV, or from columns in memory.
 
     Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
-    to each load), source, licence; then one line of column titles with units, then the points.
+    to each load), damping, braid_stiffness, dead_volume, mass, source, licence; then one line of column
+    titles with units, then the points.
 
     Parameters
     ----------
-    file : path
+    data : path to a CSV; {title with unit: array} or a pandas DataFrame of such titles, in which texts (or
+        `attrs`) stand for the header lines
     told : what the header does not say of the muscle, SI; the header has precedence
 
     Returns
@@ -95,7 +107,8 @@ def read_measured(file: pathlib.Path, told: Mapping[str, float] | None = None) -
     InputError
         A column or unit is missing or unknown, a value is no finite number, or too few points.
     """
-    table = read_table(file, EXAMPLE)
+    table = table_of(data, EXAMPLE, "data")
+    file = table.file
     facts = dict(told or {}) | read_facts(table, HEADER)
     check_facts(file, facts)
     columns = [_column(file, title) for title in table.titles]
@@ -182,8 +195,8 @@ def _require(file: pathlib.Path, names: list[str]) -> None:
             raise InputError(problem, file=file, field="header", value=", ".join(names), allowed=EXAMPLE)
 
 
-def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], option: str = "") -> None:
-    """Refuse facts about a muscle that cannot be, from a file's header or from an option."""
+def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str = "") -> None:
+    """Refuse facts about a muscle that cannot be, from a file's header or from the argument `group`."""
     for key, (low, high) in POSSIBLE.items():
         if key in facts and not low <= facts[key] <= high:
             si = HEADER[key] or ""
@@ -192,7 +205,7 @@ def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], option: str
             raise InputError(
                 "is out of range",
                 file=file,
-                field=f"{option} {key}".strip(),
+                field=f"{group}.{key}" if group else key,
                 value=f"{shown[0]} {usual}",
                 allowed=f"{shown[1]} to {shown[2]} {usual}",
             )

@@ -3,6 +3,8 @@
 import json
 import pathlib
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated
 
 import typer
@@ -10,6 +12,33 @@ import typer
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Sets, print_table, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
+from afo_sim.common.errors import InputError
+
+RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
+LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
+OPTIONS = {
+    "law": "--law",
+    "hold_out": "--hold-out",
+    "free": "--free",
+    "fixed": "--fix",
+    "told": "--tell",
+    "loss": "--loss",
+    "like": "--like",
+    "noise": "--noise",
+    "names": "--fit",
+}  # arguments of the library's functions → the options that hold them
+
+
+@contextmanager
+def naming_options() -> Iterator[None]:
+    """Rename the argument in a complaint to the option that it came from."""
+    try:
+        yield
+    except InputError as error:
+        argument, _, key = error.field.partition(".")
+        if error.file is not None or argument not in OPTIONS:
+            raise
+        raise error.about(f"{OPTIONS[argument]} {key}".strip()) from None
 
 
 @app.command("fit-run")
@@ -35,20 +64,32 @@ def fit_run_command(
     told = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
-        from afo_sim.fitting import run_files as fit_run_files
-        from afo_sim.fitting import run_fit as fit_run
+        from afo_sim.common.writing import check_writable, together
+        from afo_sim.fitting import run_scenario
+        from afo_sim.fitting.run_fit import fit_run
+        from afo_sim.show.log_figure import write_log_figure
 
         check_folder(out, "fit to a log")
         check_writable(out)
-        problem = fit_run.pose(scenario, log, names, sets=values, noise=told, hold_out=hold_out)
-        found = fit_run.fit_run(problem, report=lambda text: report(0, 0, text))
-        fit_run_files.write_fit_run(found, out)
-    for title, header, rows in fit_run_files.tables(found):
+        with naming_options():
+            found = fit_run(
+                scenario,
+                log,
+                names,
+                sets=values,
+                noise=told,
+                hold_out=hold_out,
+                report=lambda text: report(0, 0, text),
+            )
+        with together(out, RUN_FILES) as folder:
+            run_scenario.write(found, folder)
+            write_log_figure(found, folder)
+    for title, header, rows in run_scenario.tables(found):
         print_table(title, header, rows)
-    for line in fit_run_files.remarks(found):
+    for line in run_scenario.remarks(found):
         print(line)
-    hint = f"; run it with: afo-sim run {out / fit_run_files.SCENARIO}" if names else ""
+    runnable = bool(names) and found.converged
+    hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
     print(f"written to {out}{hint}")
 
 
@@ -76,27 +117,31 @@ def fit(
 ) -> None:
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
-        from afo_sim.common.writing import check_writable
-        from afo_sim.fitting import command as fit_command
+        from afo_sim.common.writing import check_writable, together
+        from afo_sim.fitting import law_report, law_result
+        from afo_sim.show.fit_figure import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
         check_writable(out)
-        asked = fit_command.Request(
-            tuple(files),
-            tuple(test or ()),
-            law,
-            hold_out,
-            tuple(free or ()),
-            read_sets(fix, "--fix", "k=1"),
-            read_sets(tell, "--tell", 'bore="20 mm"'),
-            loss,
-            like,
-        )
-        answer = fit_command.answer(asked, report=lambda text: report(0, 0, text))
-        fit_command.write(answer, out, like)
-    for title, header, rows in fit_command.tables(answer):
+        with naming_options():
+            found = law_result.fit(
+                files,
+                law=law,
+                hold_out=hold_out,
+                test=test or (),
+                free=free or (),
+                fixed=read_sets(fix, "--fix", "k=1"),
+                told=read_sets(tell, "--tell", 'bore="20 mm"'),
+                loss=loss,
+                like=like,
+                report=lambda text: report(0, 0, text),
+            )
+        with together(out, LAW_FILES) as folder:
+            law_report.write(found, folder)
+            write_fit_figure(found, folder)
+    for title, header, rows in law_report.tables(found):
         print_table(title, header, rows)
-    for line in fit_command.remarks(answer):
+    for line in law_report.remarks(found):
         print(line)
     print(f"written to {out}")
 

@@ -75,7 +75,7 @@ def run(app: typer.Typer) -> int:
     """
     with _terminable() as signals:
         try:
-            app()
+            app(prog_name="afo-sim")
             code = 0
         except SystemExit as stop:
             code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)

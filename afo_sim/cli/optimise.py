@@ -20,7 +20,7 @@ from afo_sim.cli.common import (
 if TYPE_CHECKING:
     from afo_sim.study.search.runner import Opened
 
-CHANGED = ("refuse", "restart")
+CHANGED = ("refuse", "restart", "continue")
 
 
 @app.command()
@@ -33,7 +33,7 @@ def optimise(
     workers: Workers = 0,
     scheduler: Scheduler = "",
     if_changed: Annotated[
-        str, typer.Option(help="where search file or code changed: refuse or restart")
+        str, typer.Option(help="where search file or code changed: refuse, restart or continue")
     ] = "refuse",
     dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
@@ -41,8 +41,10 @@ def optimise(
     check_changed(if_changed, CHANGED, dry_run)
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.study.runner import processors
-        from afo_sim.study.search import answers, plan, runner, words
+        from afo_sim.common.writing import replacing
+        from afo_sim.show.search_figure import draw_search
+        from afo_sim.study.pool import pool, processors
+        from afo_sim.study.search import plan, runner, store, words
 
         search = plan.read(source)
         folder = out or pathlib.Path("runs") / search.file.stem
@@ -51,12 +53,16 @@ def optimise(
         print(_told(opened, workers or (1 if scheduler else threads)))
         if dry_run:
             return
-        with answers.pool(threads, workers, scheduler) as who:
+        with pool(threads, workers, scheduler) as who:
             best = runner.run(
                 opened,
                 who,
                 lambda p: report(p.generations, p.most, f"{p.generations} of {p.most} generations"),
             )
+        figure = folder / store.FIGURE
+        if not opened.finished or not figure.is_file():
+            with replacing(figure) as path:
+                draw_search(opened.problem, opened.units, store.read_designs(folder), path)
     for title, header, rows in words.tables(best):
         print_table(title, header, rows)
     for line in words.statement(best):
@@ -68,6 +74,8 @@ def _told(opened: "Opened", workers: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
     search = opened.search
-    count = search.generations * opened.cases
+    count = search.starts * search.generations * opened.cases
     time = duration(count * opened.seconds / workers)
-    return f"up to {search.generations} generations of {opened.cases} cases; about {time} in all"
+    each = f"up to {search.generations} generations of {opened.cases} cases"
+    starts = f"{search.starts} starts, each " if search.starts > 1 else ""
+    return f"{starts}{each}: {count} runs; about {time} in all"

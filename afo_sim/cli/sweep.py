@@ -70,13 +70,13 @@ def sweep(
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.simulation.files import RERUN
-        from afo_sim.study import design, plan, replay, runner
+        from afo_sim.study import design, plan, pool, replay, runner
 
         chosen = plan.read(source)
         folder = out or pathlib.Path("runs") / chosen.file.stem
         cases = design.cases_of(chosen, sys.maxsize if yes_many else design.MOST)
         store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
-        threads = threads or runner.processors()
+        threads = threads or pool.processors()
         expected = runner.estimate(store, workers or (1 if scheduler else threads), which)
         print(_told(expected, scheduler))
         if dry_run:

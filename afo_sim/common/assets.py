@@ -16,6 +16,7 @@ KINDS = {
     "sweep": "sweeps",
     "search": "searches",
 }
+FOLDERS = ("models", "gait_data")
 FLAT = ("scenario", "sweep", "search")  # kinds whose products are single files, not folders
 
 
@@ -69,6 +70,14 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
         allowed=f"a path to a TOML file, or one of: {', '.join(shipped)}",
         nearest=nearest_name(name, shipped),
     )
+
+
+def file_beside(name: str, beside: pathlib.Path) -> str:
+    """The whole path of a file that lies beside another, or is shipped as `models/…`; else the name."""
+    root, _, rest = name.partition("/")
+    shipped = [folder(root) / rest] if root in FOLDERS and rest else []
+    path = next((path for path in (beside.parent / name, *shipped) if path.is_file()), None)
+    return str(path.resolve()) if path else name
 
 
 def gait_names() -> list[str]:

@@ -3,6 +3,7 @@
 import csv
 import difflib
 import math
+import os
 import pathlib
 import re
 from dataclasses import dataclass
@@ -78,6 +79,42 @@ def read_table(file: pathlib.Path, example: str) -> Table:
             )
         rows.append((number, cells))
     return Table(file, titles, tuple(rows), facts)
+
+
+def table_of(data: Any, example: str, name: str) -> Table:
+    """A table from a file, or from columns in memory.
+
+    Parameters
+    ----------
+    data : path to a CSV; {title with unit: numbers}, or a pandas DataFrame of such titles, in which a title
+        whose value is a text, and the DataFrame's `attrs`, are header lines
+    example : titles as they could be, for messages
+    name : stands in messages for the file of columns in memory
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    InputError
+        As `read_table`; or there is no column, or the columns are of different lengths.
+    """
+    if isinstance(data, str | os.PathLike):
+        return read_table(pathlib.Path(data), example)
+    facts = {str(key).lower(): str(value) for key, value in getattr(data, "attrs", {}).items()}
+    values = {}
+    for title in data:
+        if isinstance(data[title], str):
+            facts[str(title).lower()] = data[title]
+        else:
+            values[str(title)] = [x if isinstance(x, str) else repr(float(x)) for x in data[title]]
+    lengths = {title: len(column) for title, column in values.items()}
+    if len(set(lengths.values())) != 1:
+        problem = "has columns of different lengths" if values else "holds no columns"
+        raise InputError(problem, file=name, value=lengths or None, allowed=example)
+    rows = tuple(enumerate(zip(*values.values(), strict=True), 1))
+    return Table(pathlib.Path(name), tuple(values), rows, facts)
 
 
 def split_title(title: str) -> tuple[str, str]:

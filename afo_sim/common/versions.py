@@ -1,8 +1,45 @@
-"""Versions: what a result was computed with."""
+"""Versions: what a result was computed with. The code's own version is a fingerprint of its rooms."""
 
+import ast
 import functools
+import hashlib
 import importlib.metadata
+import pathlib
 import platform
+
+# The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
+COMPUTING = ("common", "physics", "gait", "description", "native", "metrics", "model", "simulation", "study")
+PACKAGE = pathlib.Path(__file__).resolve().parents[1]
+
+
+@functools.cache
+def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
+    """SHA-256 of the rooms that compute, without comments, docstrings and layout.
+
+    Parameters
+    ----------
+    package : folder of `afo_sim`
+    """
+    found = hashlib.sha256()
+    for room in COMPUTING:
+        for path in sorted((package / room).rglob("*.py")):
+            code = _without_docstrings(ast.parse(path.read_bytes()))
+            found.update(f"{path.relative_to(package).as_posix()}\n{ast.dump(code)}\n".encode())
+    return found.hexdigest()
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    """The same code with all docstrings taken out."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0] if node.body else None
+            if (
+                isinstance(first, ast.Expr)
+                and isinstance(first.value, ast.Constant)
+                and isinstance(first.value.value, str)
+            ):
+                node.body = node.body[1:]
+    return tree
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""What is shipped: one line each, or one product whole."""
+"""Shipped products: one line each, or one of them whole."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

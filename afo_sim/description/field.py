@@ -1,5 +1,6 @@
 """What a dotted key of a scenario holds: a number in a unit, a whole number, or a word."""
 
+import math
 import pathlib
 import types
 import typing
@@ -32,6 +33,7 @@ class Field:
 
     `unit` is the SI unit, "" for bare numbers and words. `annotation` is its type with bounds;
     `description` the kind of description that a word names here ("patient"), "" where it names none.
+    `value` is what the scenario has there [SI], None where nothing.
     """
 
     key: str
@@ -39,6 +41,17 @@ class Field:
     unit: str
     annotation: Any
     description: str = ""
+    value: Any = None
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """What a number may be, at least and at most [SI]; infinite where the description says nothing."""
+        quantity = next((mark for mark in _core(self.annotation)[1] if isinstance(mark, Quantity)), None)
+        if quantity is None:
+            return -math.inf, math.inf
+        lower = quantity.at_least if quantity.at_least is not None else quantity.above
+        upper = quantity.at_most
+        return -math.inf if lower is None else lower, math.inf if upper is None else upper
 
     @property
     def form(self) -> str:
@@ -130,11 +143,11 @@ def field_at(key: str, scenario: Scenario) -> Field:
         raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
     quantity = next((mark for mark in marks if isinstance(mark, Quantity)), None)
     if quantity is not None:
-        return Field(key, "number", quantity.unit, annotation)
+        return Field(key, "number", quantity.unit, annotation, value=told)
     if kind is int:
-        return Field(key, "integer", "", annotation)
+        return Field(key, "integer", "", annotation, value=told)
     if kind is str or kind is pathlib.Path or get_origin(kind) is Literal:
-        return Field(key, "word", "", annotation)
+        return Field(key, "word", "", annotation, value=told)
     description = next((name for name, spec in SPECS.items() if spec is kind), "")
     if description:
         return Field(key, "word", "", annotation, description)

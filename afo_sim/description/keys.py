@@ -4,13 +4,14 @@ import os
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
 from afo_sim.common import assets
-from afo_sim.description.leaves import Leaf, Path, core, is_table, leaves
-from afo_sim.description.quantity import Provenance, Quantity, amount
+from afo_sim.description.leaves import Leaf, Path, core, leaves
+from afo_sim.description.quantity import Provenance
+from afo_sim.description.ranges import allowed, shown, unit_of
 from afo_sim.description.reader import SPECS, Reading, read
 from afo_sim.description.tree import value_at
 
@@ -49,7 +50,7 @@ def keys(
     sets: Mapping[str, Any] | None = None,
     kind: str = "scenario",
 ) -> list[Key]:
-    """What can be set in a description, as it stands.
+    """Settable keys of a description, with their present values.
 
     Parameters
     ----------
@@ -85,65 +86,6 @@ def holder(description: BaseModel, path: Path) -> Any:
     return node
 
 
-def unit_of(annotation: Any) -> str:
-    """The SI unit of a field, "" of bare numbers, words and lists of several units."""
-    inner, marks = core(annotation)
-    units = {mark.unit for mark in marks if isinstance(mark, Quantity)}
-    if get_origin(inner) is tuple:
-        units |= {unit_of(item) for item in get_args(inner) if item is not Ellipsis}
-    return units.pop() if len(units) == 1 else ""
-
-
-def allowed(annotation: Any) -> str:
-    """What a field takes, in words."""
-    inner, marks = core(annotation)
-    for mark in marks:
-        if isinstance(mark, Quantity):
-            return mark.span
-    if get_origin(inner) is Literal:
-        return " or ".join(f'"{choice}"' for choice in get_args(inner))
-    if get_origin(inner) is tuple:
-        return _allowed_list(get_args(inner))
-    if inner is int:
-        words = (("ge", "at least"), ("le", "at most"))
-        bounds = [f"{word} {getattr(m, name)}" for name, word in words for m in marks if hasattr(m, name)]
-        return f"a whole number, {' and '.join(bounds)}" if bounds else "a whole number"
-    if is_table(inner):
-        return "a name or a path"
-    return "the path of a file" if inner is pathlib.Path else "a text"
-
-
-def _allowed_list(items: tuple[Any, ...]) -> str:
-    if items[-1] is Ellipsis:
-        return f"a list, each item {allowed(items[0])}"
-    parts = [allowed(item) for item in items]
-    count = {2: "two", 3: "three"}.get(len(items), str(len(items)))
-    if len(set(parts)) == 1:
-        return f"{count} of: {parts[0]}"
-    return f"{count}: " + "; ".join(parts)
-
-
-def shown(value: Any, annotation: Any = None) -> str:
-    """A value as a file writes it: SI numbers of a field in its usual unit, the rest as it is."""
-    inner, marks = core(annotation)
-    quantity = next((mark for mark in marks if isinstance(mark, Quantity)), None)
-    if isinstance(value, str) or value is None:
-        return "" if value is None else value
-    if isinstance(value, Mapping):
-        return str(value.get("name", ""))
-    if isinstance(value, list | tuple):
-        kinds = get_args(inner) if get_origin(inner) is tuple else ()
-        several = bool(kinds) and kinds[-1] is Ellipsis
-        items = [
-            shown(item, kinds[0] if several else kinds[k] if k < len(kinds) else None)
-            for k, item in enumerate(value)
-        ]
-        return f"[{', '.join(items)}]"
-    if isinstance(value, float) and quantity is not None and quantity.unit:
-        return amount(value, quantity.unit)
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
-
-
 def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
     """A leaf's key, or one for each item of its list."""
     written = value_at(reading.tree.root, leaf.path)
@@ -172,12 +114,15 @@ def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Prove
     """Where a value comes from, and its provenance."""
     table = holder(reading.description, leaf.path)
     provenance = getattr(table, "provenance", {}).get(leaf.path[-1])
-    tree = reading.tree
-    if any(leaf.path[: len(key)] == key or key[: len(leaf.path)] == leaf.path for key in tree.set_keys):
+    tree, path = reading.tree, leaf.path
+    file, inner = tree.file_of(path[:-1])
+    depth = (
+        len(path) - 1 - len(inner)
+    )  # where the file begins: a file that a set name stands for is no set value
+    if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in tree.set_keys):
         return "set", provenance
     if written is None:
         return "default", provenance
-    file = tree.file_of(leaf.path[:-1])[0] or tree.files[()]
     return ("" if file is None else _short(file)), provenance
 
 

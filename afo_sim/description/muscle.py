@@ -348,7 +348,9 @@ def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
             elif parameter.default is not None:
                 read[parameter.name] = parameter.default
             else:
-                raise refusal(f"is missing; {owner.name} needs it", parameter.meaning, parameter.name)
+                span = Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper).span
+                allowed = f"{span} ({parameter.meaning})"
+                raise refusal(f"is missing; {owner.name} needs it", allowed, parameter.name)
         except PydanticCustomError as problem:
             problems.append(problem)
     allowed = ", ".join(names) or "none"

@@ -11,10 +11,11 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.leaves import fields_of, leaves, nearest_key, table_at
+from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
+from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.tree import Path, Tree, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
@@ -106,14 +107,7 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
 
 def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
-    if isinstance(source, Mapping):
-        file, root = None, copy.deepcopy(dict(source))
-    elif isinstance(source, str | os.PathLike):
-        file = assets.find(kind, os.fspath(source))
-        root = read_table(kind, file)
-    else:
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
-    tree = Tree(kind, file, root)
+    tree = _tree(kind, source)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
         tree.set(key, _plain((sets or {})[key]))
@@ -148,34 +142,23 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     return found
 
 
-def _say_who_set(table: Any, *path: str) -> None:
-    """Where a number that is about to be set names its source, name the user instead."""
-    for name in path[:-1]:
-        table = table.get(name) if isinstance(table, dict) else None
-    sources = table.get("provenance") if isinstance(table, dict) else None
-    if sources and path[-1] in sources:
-        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
-
-
-def _plain(value: Any) -> Any:
-    """Descriptions and NumPy's numbers as what TOML could hold."""
-    if isinstance(value, BaseModel):
-        return value.model_dump(mode="json", exclude_none=True)
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
-
-
-def expand(kind: str, source: str | os.PathLike[str]) -> dict[str, Any]:
+def expand(kind: str, source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
-    file = assets.find(kind, os.fspath(source))
-    tree = Tree(kind, file, read_table(kind, file))
+    tree = _tree(kind, source)
     tree.follow_all()
     if tree.unfound:
         raise _first(list(tree.unfound.values()))
     return tree.root
+
+
+def _tree(kind: str, source: Any) -> Tree:
+    """A description as it is written."""
+    if isinstance(source, Mapping):
+        return Tree(kind, None, copy.deepcopy(dict(source)))
+    if not isinstance(source, str | os.PathLike):
+        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+    file = assets.find(kind, os.fspath(source))
+    return Tree(kind, file, read_table(kind, file))
 
 
 def _first(problems: list[InputError]) -> InputError:
@@ -229,10 +212,15 @@ def _place(tree: Tree, path: Path) -> dict[str, Any]:
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
+    told = facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")
+    table = table_at(SPECS[tree.kind], path[:-1])
+    if entry["type"] == "missing" and table and not told:
+        info = fields_of(table)[name]
+        told = f"{allowed(marked(info))} ({(info.description or '').rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")),
+        allowed=str(told),
         nearest=facts.get("nearest") or None,
     )
 
@@ -250,6 +238,26 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     if nearest and nearest not in names:
         nearest = ".".join(nearest.split(".")[len(within) :])
     return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)
+
+
+def _say_who_set(table: Any, *path: str) -> None:
+    """Where a number that is about to be set names its source, name the user instead."""
+    for name in path[:-1]:
+        table = table.get(name) if isinstance(table, dict) else None
+    sources = table.get("provenance") if isinstance(table, dict) else None
+    if sources and path[-1] in sources:
+        sources[path[-1]] = {"kind": "user", "source": "set for this run"}
+
+
+def _plain(value: Any) -> Any:
+    """Descriptions and NumPy's numbers as what TOML could hold."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, Mapping) else value
 
 
 Scenario.with_keys = with_keys

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args, get_origin
 
-from afo_sim.description.keys import allowed, shown, unit_of
 from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table, marked, parameter_leaf
+from afo_sim.description.ranges import allowed, shown, unit_of
 
 WIDTH = 100  # columns of a comment
 Table = Mapping[str, Any]

@@ -26,6 +26,7 @@ REFERENCES: dict[str, dict[Path, str]] = {
     },
 }
 FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
+SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in keys), ("gait", "cycle"))
 
 
 class Tree:
@@ -157,11 +158,10 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     """A description's TOML as a dict, named after its file, with the files beside it resolved."""
     table = assets.read_toml(file)
     table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
-    gait = table.get("gait")
-    if kind == "scenario" and isinstance(gait, dict) and isinstance(gait.get("cycle"), str):
-        beside = file.parent / gait["cycle"]
-        if beside.is_file():
-            gait["cycle"] = str(beside.resolve())
+    for name, key in SCENARIO_FILES if kind == "scenario" else ():
+        holder = table.get(name)
+        if isinstance(holder, dict) and isinstance(holder.get(key), str):
+            holder[key] = assets.file_beside(holder[key], file)
     for key in FILES.get(kind, ()):
         if isinstance(table.get(key), str):
             table[key] = str((file.parent / table[key]).resolve())
@@ -169,7 +169,7 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
 
 
 def value_at(node: Any, path: Path) -> Any:
-    """What is written at a path, None where nothing is; of { value = …, source = … } the value."""
+    """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
     for key in path:
         if isinstance(node, Mapping):
             node = node.get(key)

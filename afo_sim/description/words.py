@@ -9,13 +9,13 @@ Scenario = Mapping[str, Any]
 
 
 def body_mass(scenario: Scenario) -> float:
-    """Of the patient, or of the leg's adult [kg]."""
-    told = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
-    return parse_quantity(told, "kg")
+    """Body mass of the patient, or of the person that the leg belongs to [kg]."""
+    mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
+    return parse_quantity(mass, "kg")
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:
-    """[(what, in words)] of a scenario as `Recording.scenario` holds it."""
+    """Facts of a resolved scenario for a table: (what, in words)."""
     return [*_who(scenario), *_walking(scenario), *_device(scenario)]
 
 
@@ -69,7 +69,7 @@ def _device(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _valves(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    """When each chamber is filled and vented."""
+    """The times at which each chamber is filled and vented."""
     phases, timer = scenario.get("phases"), scenario.get("timer")
     for chamber in scenario["orthosis"].get("chamber", {}):
         if phases:
@@ -89,7 +89,7 @@ def _valves(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _span(start: float | str, end: float | str) -> str:
-    """From gait phase to gait phase, or from time to time."""
+    """An interval of gait phase or of time."""
     if isinstance(start, str) or isinstance(end, str):
         return f"{_in(str(start), 's'):g}–{_in(str(end), 's'):g} s"
     return f"{100.0 * start:g}–{100.0 * end:g} %"

@@ -1,4 +1,4 @@
-"""What data tell about fitted parameters: 95 % intervals, correlations, and a verdict that refuses."""
+"""95 % intervals and correlations of fitted parameters, and a verdict that refuses what data do not tell."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
 
 @dataclass(frozen=True)
 class Estimate:
-    """Where a search ended, parameter by parameter, in any unit that is the same in all arrays.
+    """The end of a search, parameter by parameter, in any unit that is the same in all arrays.
 
     `size` is what an uncertainty is held against, often the value itself; `shown` is the value and its
     half-interval in words; `near` is the share of the range that counts as being at a bound; `counted`
@@ -30,6 +30,11 @@ class Estimate:
     shown: Sequence[str]
     near: float = AT_BOUND
     counted: str = "points"
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:

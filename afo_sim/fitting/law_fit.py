@@ -1,4 +1,4 @@
-"""Measured characteristic → parameters of a law, with what the data can and cannot tell about them.
+"""Parameters of one law from a measured characteristic, with what the data can and cannot tell about them.
 
 Least squares from several starts; 95 % intervals from the linearised model; a verdict that names the
 parameters that the data do not tell apart; errors on points that the fit did not see.
@@ -13,8 +13,17 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.bench.measured import Measured
-from afo_sim.fitting.identifiability import AT_BOUND, Estimate, intervals, refused, verdict
-from afo_sim.fitting.law_problem import Loss, Problem, errors, measurements, pressure_levels, take
+from afo_sim.fitting.identifiability import AT_BOUND, Estimate, intervals, refused, rms, verdict
+from afo_sim.fitting.law_problem import (
+    LawProblem,
+    Loss,
+    agreed_slack,
+    errors,
+    measurements,
+    pressure_levels,
+    take,
+    telling,
+)
 
 Progress = Callable[[str], None]
 
@@ -24,14 +33,15 @@ OUTLYING = 0.01  # residual, over the data's range, from which a robust loss fir
 
 
 @dataclass(frozen=True)
-class Fit:
+class LawFit:
     """Parameters of a law, and how far they can be believed. SI.
 
-    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `held_out`
+    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
+    the number of readings of a slack muscle that the law calls slack, too: they tell no parameter. `held_out`
     are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
     """
 
-    problem: Problem
+    problem: LawProblem
     values: dict[str, float]
     half_width: dict[str, float]
     correlation: np.ndarray
@@ -39,12 +49,19 @@ class Fit:
     agreeing_starts: int
     starts: int
     verdict: tuple[str, ...]
+    silent: int = 0
     held_out: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
 
     @property
     def rms(self) -> float:
         """Of the residuals [N or m]."""
         return rms(self.residuals)
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the residuals [N or m], which counts the parameters against the law."""
+        freedom = len(self.residuals) - self.silent - len(self.values)
+        return float(np.sqrt(np.sum(self.residuals**2) / freedom)) if freedom > 0 else np.inf
 
     def held_out_rms(self, kind: str) -> float:
         """RMS over all points that were left out in turn, by pressure, load, curve, muscle or file."""
@@ -57,11 +74,11 @@ class Fit:
 
     @property
     def identifiable(self) -> bool:
-        """Whether the data tell every parameter."""
+        """True where the data tell every parameter."""
         return not self.verdict
 
 
-def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
+def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
     """Fit a law from several starts.
 
     Parameters
@@ -72,7 +89,7 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
 
     Returns
     -------
-    Fit, without held-out errors
+    LawFit, without held-out errors
     """
     found = _search(problem, problem.data, _starts(problem, starts, seed))
     if starts >= ENOUGH and _agreeing(found) < ENOUGH:
@@ -80,7 +97,7 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
     best = min(found, key=lambda f: f.cost)
     scale, outlying = _scales(problem), OUTLYING
     if problem.loss != "linear":  # what is an outlier, the residuals of the first search tell
-        size = float(np.ptp(measurements(problem, problem.data))) or 1.0
+        size = float(np.ptp(measurements(problem.data))) or 1.0
         first = errors(problem, dict(zip(problem.free, best.x * scale, strict=True)), problem.data) / size
         outlying = max(1.4826 * float(np.median(np.abs(first - np.median(first)))), 1e-9)
         best = _search(problem, problem.data, np.array([best.x * scale]), outlying)[0]
@@ -94,21 +111,22 @@ def fit(problem: Problem, *, seed: int = 0, starts: int = STARTS) -> Fit:
             "there may be a better fit"
         )
         half = dict.fromkeys(half, np.inf)
-    return Fit(problem, values, half, correlation, residuals, agreeing, len(found), tuple(verdict))
+    silent = int(agreed_slack(problem, values, problem.data).sum())
+    return LawFit(problem, values, half, correlation, residuals, agreeing, len(found), tuple(verdict), silent)
 
 
 def _agreeing(found: Sequence[OptimizeResult]) -> int:
-    """How many starts end where the best does, having settled."""
+    """The number of starts that end where the best does, having settled."""
     best = min(f.cost for f in found)
     return sum(bool(f.cost <= best * 1.001 + 1e-300 and f.status > 0) for f in found)
 
 
-def _scales(problem: Problem) -> np.ndarray:
+def _scales(problem: LawProblem) -> np.ndarray:
     """The size of each free parameter, so that the search sees numbers near one."""
     return np.array([max(map(abs, problem.describe(n).start)) or 1.0 for n in problem.free])
 
 
-def _bounds(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(problem: LawProblem) -> tuple[np.ndarray, np.ndarray]:
     described = [problem.describe(name) for name in problem.free]
     lower, upper = np.array([p.lower for p in described]), np.array([p.upper for p in described])
     if "end_length" in problem.free:
@@ -117,18 +135,18 @@ def _bounds(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def _starts(problem: Problem, count: int, seed: int) -> np.ndarray:
+def _starts(problem: LawProblem, count: int, seed: int) -> np.ndarray:
     described = [problem.describe(name) for name in problem.free]
     low, high = np.array([p.start for p in described]).T
     return low + (high - low) * qmc.LatinHypercube(len(described), seed=seed).random(count)
 
 
 def _search(
-    problem: Problem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
+    problem: LawProblem, data: Sequence[Measured], starts: np.ndarray, outlying: float = OUTLYING
 ) -> list[OptimizeResult]:
     """The optimiser's results from each start."""
     scale, (lower, upper) = _scales(problem), _bounds(problem)
-    size = float(np.ptp(measurements(problem, data))) or 1.0
+    size = float(np.ptp(measurements(data))) or 1.0
 
     def residuals(z: np.ndarray) -> np.ndarray:
         return errors(problem, dict(zip(problem.free, z * scale, strict=True)), data) / size
@@ -140,7 +158,7 @@ def _search(
 def _least_squares(
     residuals: Callable[[np.ndarray], np.ndarray],
     z: np.ndarray,
-    problem: Problem,
+    problem: LawProblem,
     loss: Loss,
     outlying: float,
     evaluations: int,
@@ -164,22 +182,24 @@ def _least_squares(
 
 
 def _believe(
-    problem: Problem, best: OptimizeResult, outlying: float
+    problem: LawProblem, best: OptimizeResult, outlying: float
 ) -> tuple[dict[str, float], np.ndarray, list[str]]:
     """95 % half-widths, correlations, and what the data cannot tell."""
     scale = _scales(problem)
     values = best.x * scale
     lower, upper = _bounds(problem)
-    size = float(np.ptp(measurements(problem, problem.data))) or 1.0
+    size = float(np.ptp(measurements(problem.data))) or 1.0
 
     def residuals(z: np.ndarray) -> np.ndarray:
         return errors(problem, dict(zip(problem.free, z * scale, strict=True)), problem.data) / size
 
     # the search's own Jacobian is weighted by the loss; the interval's is not
     jacobian = _least_squares(residuals, best.x, problem, "linear", OUTLYING, 1).jac
+    heard = ~agreed_slack(problem, dict(zip(problem.free, values, strict=True)), problem.data)
+    jacobian = jacobian[heard]
     n, k = jacobian.shape
     inner = np.minimum(values - lower, upper - values) > AT_BOUND * (upper - lower)
-    variance = _variance(residuals(best.x), problem.loss, outlying, n - int(inner.sum()))
+    variance = _variance(residuals(best.x)[heard], problem.loss, outlying, n - int(inner.sum()))
     half, correlation = np.full(k, np.inf), np.eye(k)
     if inner.any():  # a parameter at its bound is held, for the others
         half[inner], correlation[np.ix_(inner, inner)] = intervals(
@@ -215,8 +235,8 @@ def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) 
 
 
 def held_out(
-    result: Fit, test: Sequence[Measured] = (), report: Progress | None = None, *, groups: bool = True
-) -> Fit:
+    result: LawFit, test: Sequence[Measured] = (), report: Progress | None = None, *, groups: bool = True
+) -> LawFit:
     """Errors on points that the fit did not see: curves, pressures, loads, muscles, other files.
 
     Parameters
@@ -228,7 +248,7 @@ def held_out(
 
     Returns
     -------
-    Fit, with `held_out` filled: the errors of each group when it was left out
+    LawFit, with `held_out` filled: the errors of each group when it was left out
     """
     found: dict[str, dict[str, np.ndarray]] = {}
     for kind, members in _groups(result.problem) if groups else ():
@@ -242,13 +262,8 @@ def held_out(
     return replace(result, held_out=found)
 
 
-def rms(values: np.ndarray) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _groups(problem: Problem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
-    """What can be left out: by kind, each group's name and its masks, one per data set."""
+def _groups(problem: LawProblem) -> Iterator[tuple[str, list[tuple[str, list[np.ndarray]]]]]:
+    """Groups of points that can be left out: by kind, each group's name and its masks, one per data set."""
     data = problem.data
     by_kind = {"pressure": pressure_levels(data)}
     if any(d.curve.dtype.kind != "f" for d in data):
@@ -267,13 +282,13 @@ def _groups(problem: Problem) -> Iterator[tuple[str, list[tuple[str, list[np.nda
             )
 
 
-def _leave_out(result: Fit, masks: Sequence[np.ndarray]) -> np.ndarray | None:
+def _leave_out(result: LawFit, masks: Sequence[np.ndarray]) -> np.ndarray | None:
     """Errors on a group when the law is fitted to the rest; None when the rest does not suffice."""
     problem = result.problem
     rest = [take(d, ~m) for d, m in zip(problem.data, masks, strict=True)]
     seen = [d for d in rest if len(d)]
     left = [take(d, m) for d, m in zip(problem.data, masks, strict=True) if m.any()]
-    if sum(len(d) for d in seen) <= len(problem.free):
+    if telling(seen) <= len(problem.free):
         return None
     whole = np.array([result.values[name] for name in problem.free])
     starts = np.vstack([whole, _starts(problem, 3, 1)])

@@ -1,4 +1,4 @@
-"""What is fitted to what: a law, its free and held parameters, the data, and its predictions of them."""
+"""A static fit as it is posed: law, free and held parameters, data, and the law's predictions of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,12 +21,13 @@ GEOMETRY = {
     ),
     "end_length": LawParameter("end_length", "d", "m", 0.0, 0.5, "not contracting", (0.0, 0.06), 0.0),
 }
+SLACK = 1e-3  # of the largest force: a gauge that reads less than this reads zero
 NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
 
 
 @dataclass(frozen=True)
-class Problem:
-    """What is fitted to what: a law, its free parameters, the values of the others, the data."""
+class LawProblem:
+    """A law, its free parameters, the values of the others, and the data that they are fitted to."""
 
     law: Law
     data: tuple[Measured, ...]
@@ -35,7 +36,7 @@ class Problem:
     loss: Loss = "linear"
 
     def describe(self, name: str) -> LawParameter:
-        """What a free or fixed parameter is."""
+        """The description of a free or fixed parameter."""
         return _describe(self.law, name)
 
     @property
@@ -47,12 +48,17 @@ class Problem:
 def select(data: Measured) -> tuple[Measured, int]:
     """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
 
-    Stretched, the braid carries; slack, nothing does; without air there is no muscle.
+    Stretched, the braid carries; without air there is no muscle. A force gauge cannot read less than zero
+    on a slack muscle, while a law goes on below it: readings of zero are marked as `slack`. A load of zero
+    that was hung on the muscle is none of them: its contraction is measured.
     """
     shortening = data.contraction if data.contraction is not None else data.change
     assert shortening is not None
-    keep = (data.pressure > 0.0) & (data.force >= 0.0) & (shortening >= 0.0)
-    return take(data, keep), int(np.sum(~keep))
+    slack = np.zeros(len(data), dtype=bool)
+    if not data.loaded and len(data):
+        slack = np.abs(data.force) <= SLACK * max(float(data.force.max()), 0.0)
+    keep = (data.pressure > 0.0) & ((data.force >= 0.0) | slack) & (shortening >= 0.0)
+    return take(replace(data, slack=slack), keep), int(np.sum(~keep))
 
 
 def take(data: Measured, keep: np.ndarray) -> Measured:
@@ -64,6 +70,7 @@ def take(data: Measured, keep: np.ndarray) -> Measured:
         curve=data.curve[keep],
         contraction=None if data.contraction is None else data.contraction[keep],
         change=None if data.change is None else data.change[keep],
+        slack=None if data.slack is None else data.slack[keep],
     )
 
 
@@ -74,7 +81,7 @@ def pose(
     free: Sequence[str] = (),
     fixed: Mapping[str, float] | None = None,
     loss: Loss = "linear",
-) -> Problem:
+) -> LawProblem:
     """Decide what of a law is free, from the data and from what the caller says.
 
     Parameters
@@ -93,18 +100,35 @@ def pose(
     if law_name not in LAWS:
         raise InputError(
             "is an unknown law",
-            field="--law",
+            field="law",
             value=law_name,
             allowed=", ".join([*LAWS, "all"]),
             nearest=nearest_name(law_name, [*LAWS, "all"]),
         )
     law, given = LAWS[law_name], dict(fixed or {})
+    changes = data[0].contraction is None
+    _require_sensible(law, data, free, given)
+    _require_possible(law, given)
+    given = _stated(data, [*free, *given]) | given
+    wanted = [*law.fitted, *free]
+    if changes and "braid_angle" in law.fitted:
+        wanted.append("end_length")
+    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
+    problem = LawProblem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
+    _require_enough(problem)
+    return problem
+
+
+def _require_sensible(
+    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
+) -> None:
+    """Refuse parameters that the law does not have, or that have no effect on these data."""
     known = [*(p.name for p in law.parameters), *GEOMETRY]
     for name in (*free, *given):
         if name not in known:
             raise InputError(
-                f"is no parameter of {law_name}",
-                field="--free" if name in free else "--fix",
+                f"is no parameter of {law.name}",
+                field="free" if name in free else "fixed",
                 value=name,
                 allowed=", ".join(known),
                 nearest=nearest_name(name, known),
@@ -115,22 +139,12 @@ def pose(
             field="force",
             allowed="forces in all files, or loads in all files",
         )
-    changes = data[0].contraction is None
-    if not changes and "end_length" in (*free, *given):
+    if data[0].contraction is not None and "end_length" in (*free, *given):
         raise InputError(
             "has no effect where contraction ratios were measured",
-            field="--free" if "end_length" in free else "--fix",
+            field="free" if "end_length" in free else "fixed",
             value="end_length",
         )
-    _require_possible(law, given)
-    given = _stated(data, [*free, *given]) | given
-    wanted = [*law.fitted, *free]
-    if changes and "braid_angle" in law.fitted:
-        wanted.append("end_length")
-    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
-    problem = Problem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
-    _require_enough(problem)
-    return problem
 
 
 def _describe(law: Law, name: str) -> LawParameter:
@@ -144,14 +158,14 @@ def _require_possible(law: Law, given: Mapping[str, float]) -> None:
         if not parameter.lower <= value <= parameter.upper:
             raise InputError(
                 "is out of range",
-                field=f"--fix {name}",
+                field=f"fixed.{name}",
                 value=f"{value:g} {parameter.unit}".strip(),
                 allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
             )
 
 
 def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
-    """What the headers state of the braid: it is held, unless it is asked to be free."""
+    """The braid's numbers that headers state: they are held, unless they are asked to be free."""
     found: dict[str, float] = {}
     for name in GEOMETRY:
         values = {d.facts[name] for d in data if name in d.facts}
@@ -161,7 +175,7 @@ def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
             raise InputError(
                 "is stated differently in the files, which are fitted with one value",
                 field=name,
-                allowed=f"the same in all files, or --free {name}",
+                allowed=f"the same in all files, or free: {name}",
             )
         found[name] = values.pop()
     return found
@@ -178,9 +192,8 @@ def _settled(
         if parameter.default is None:
             raise InputError(
                 f"is neither free nor fixed in {law.name}",
-                field="--free",
-                value=name,
-                allowed=f'--free {name}, or --fix {name}="…"',
+                field=name,
+                allowed="a value to hold, or one of the parameters to fit as well",
             )
         settled[name] = parameter.default
     for d in data:
@@ -198,8 +211,13 @@ def _settled(
     return settled
 
 
-def _require_enough(problem: Problem) -> None:
-    points = sum(len(d) for d in problem.data)
+def telling(data: Sequence[Measured]) -> int:
+    """Readings of a muscle that pulls: a slack one tells next to nothing."""
+    return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in data)
+
+
+def _require_enough(problem: LawProblem) -> None:
+    points = telling(problem.data)
     file = problem.data[0].file
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
@@ -214,7 +232,7 @@ def _require_enough(problem: Problem) -> None:
         raise InputError(
             f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
             file=file,
-            allowed="more points than parameters; or a law with fewer, or --fix NAME=VALUE",
+            allowed="more points than parameters; or a law with fewer, or some of them held",
         )
 
 
@@ -240,8 +258,8 @@ def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
     return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
 
 
-def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np.ndarray:
-    """What the law says where the data were measured: force [N], or change of length [m]."""
+def predict(problem: LawProblem, values: Mapping[str, float], data: Measured) -> np.ndarray:
+    """The law's force [N], or change of length [m], where the data were measured."""
     everything = {**problem.fixed, **values}
     total = data.facts.get("total_length", NOMINAL_LENGTH)
     active = total - (everything["end_length"] if data.contraction is None else 0.0)
@@ -254,17 +272,37 @@ def predict(problem: Problem, values: Mapping[str, float], data: Measured) -> np
     return forces(problem.law.native_id, coefficients, kappa, data.pressure)
 
 
-def errors(problem: Problem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
-    """Prediction less measurement over several data sets [N or m]."""
+def measurements(data: Sequence[Measured]) -> np.ndarray:
+    """The measured forces [N], or changes of length [m], of all data end to end."""
+    return np.concatenate([_measurement(d) for d in data])
+
+
+def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Prediction less measurement over several data sets [N or m].
+
+    A slack muscle is predicted as the gauge reads it, max(F, 0).
+    """
     parts = []
     for d in data:
-        measured = d.force if not d.loaded else (d.change if d.contraction is None else d.contraction)
-        parts.append(predict(problem, values, d) - measured)
+        found = predict(problem, values, d)
+        if d.slack is not None:
+            found = np.where(d.slack & (found < 0.0), 0.0, found)
+        parts.append(found - _measurement(d))
     return np.concatenate(parts)
 
 
-def measurements(problem: Problem, data: Sequence[Measured]) -> np.ndarray:
-    """What was measured, end to end: forces [N], or changes of length [m]."""
-    return np.concatenate(
-        [d.force if not d.loaded else (d.change if d.contraction is None else d.contraction) for d in data]
-    )
+def agreed_slack(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Readings of a slack muscle that the law, too, says is slack: they tell nothing of its parameters."""
+    parts = [
+        np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)
+        for d in data
+    ]
+    return np.concatenate(parts)
+
+
+def _measurement(data: Measured) -> np.ndarray:
+    if not data.loaded:
+        return data.force
+    found = data.change if data.contraction is None else data.contraction
+    assert found is not None
+    return found

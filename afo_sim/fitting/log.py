@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import Table, number, read_facts, read_table, scale_of, split_title
+from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
 from afo_sim.description.scenario import Scenario
@@ -65,7 +65,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Log:
-    """What was measured on a device, on its own clock [s]."""
+    """Measurements on a device, on its own clock [s]."""
 
     file: pathlib.Path
     time: np.ndarray
@@ -73,7 +73,7 @@ class Log:
     facts: dict[str, Any]
 
     def channel(self, name: str, field: str) -> Channel:
-        """A channel by its title or by its column; `field` names the option in the message."""
+        """A channel by its title or by its column; `field` names the argument in the message."""
         for channel in self.channels:
             if name == channel.title or (name,) == channel.columns:
                 return channel
@@ -87,15 +87,15 @@ class Log:
         )
 
 
-def read_log(file: pathlib.Path, scenario: Scenario) -> Log:
-    """Read a log against the scenario that it was taken of.
+def read_log(data: Any, scenario: Scenario) -> Log:
+    """A log, read against the scenario that it was taken of.
 
     Titles are `time`, `angle`, `pressure CHAMBER`, `absolute pressure CHAMBER`, `force MUSCLE` (a group's
     name means all its muscles together), or paths of a recording's columns, each with its unit.
 
     Parameters
     ----------
-    file : path
+    data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles
     scenario : whose chambers, muscles and duration the log must fit
 
     Returns
@@ -108,7 +108,8 @@ def read_log(file: pathlib.Path, scenario: Scenario) -> Log:
         A column or unit is missing or unknown, a value is no finite number, times do not increase or lie
         outside the scenario, or there are too few samples.
     """
-    table = read_table(file, EXAMPLE)
+    table = table_of(data, EXAMPLE, "log")
+    file = table.file
     titles = [_meaning(table, title, scenario) for title in table.titles]
     _require(table, titles)
     columns = []
@@ -129,7 +130,7 @@ Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and
 
 
 def _meaning(table: Table, title: str, scenario: Scenario) -> Meaning:
-    """What a title stands for."""
+    """The columns that a title stands for, and its unit."""
     name = " ".join(split_title(title)[0].split())
     known = dict(_names(scenario))
     if name not in known:
@@ -203,7 +204,7 @@ def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
         )
     if time[0] < 0.0 or time[-1] > scenario.duration:
         early = time[0] < 0.0
-        cure = "cut what is before the timer's start" if early else '--set duration="…" lengthens it'
+        cure = "cut what is before the timer's start" if early else "a longer duration"
         raise InputError(
             "is outside the scenario",
             file=table.file,
@@ -221,16 +222,16 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
                 "is constant, so its noise cannot be estimated, and it would outweigh all else",
                 file=log.file,
                 field=channel.title,
-                allowed=f'--noise "{channel.title}=…" with its unit, or a log without this column',
+                allowed="its noise told, or a log without this column",
             )
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
-        channel = log.channel(name, "--noise")
+        channel = log.channel(name, "noise")
         try:
             told = parse_quantity(text, channel.si)
         except ValueError as error:
-            raise InputError(str(error), field=f"--noise {name}", value=text) from None
+            raise InputError(str(error), field=f"noise.{name}", value=text) from None
         if told <= 0.0:
-            raise InputError("is out of range", field=f"--noise {name}", value=text, allowed="more than 0")
+            raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
         noise[channel.title] = told
     return noise

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import format_quantity, in_unit
+from afo_sim.description.field import field_at
 from afo_sim.description.scenario import Scenario
 
 
@@ -15,7 +16,8 @@ class Kind:
     """A dynamic parameter in general. SI; `shown` is the unit for people's eyes.
 
     `key` is the dotted key that it sets, with {} for each muscle group or chamber (`each`); without a key
-    it belongs to the log. A `logarithmic` one is searched, and its interval given, as a ratio; `typical`
+    it belongs to the log. `lower` and `upper` are searched, within what the key's field allows; the unit of a
+    key is its field's. A `logarithmic` one is searched, and its interval given, as a ratio; `typical`
     is its size, from which the search starts where the scenario says zero.
     """
 
@@ -23,15 +25,15 @@ class Kind:
     meaning: str
     key: str
     each: str
-    unit: str
     shown: str
     lower: float
     upper: float
     typical: float
     logarithmic: bool
+    unit: str = ""
 
 
-_CONDUCTANCE = ("chamber", "m^3/(s*Pa)", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
+_CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
 KINDS = {
     kind.name: kind
     for kind in (
@@ -39,7 +41,7 @@ KINDS = {
             "damping",
             "R of the muscles' damper",
             "orthosis.muscle.{}.type.damping",
-            *("muscle", "m^2*s", "m^2*s", 1e-7, 1e-1, 1e-4, True),
+            *("muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
         ),
         Kind("inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
         Kind(
@@ -49,28 +51,28 @@ KINDS = {
             "wall_conductance",
             "heat from the air to the wall, hA",
             "orthosis.chamber.{}.wall_conductance",
-            *("chamber", "W/K", "W/K", 1e-3, 1e2, 0.3, True),
+            *("chamber", "W/K", 1e-3, 1e2, 0.3, True),
         ),
         Kind(
             "tube_volume",
             "between valves and muscles",
             "orthosis.chamber.{}.tube_volume",
-            *("chamber", "m^3", "ml", 1e-8, 1e-3, 4e-6, True),
+            *("chamber", "ml", 1e-8, 1e-3, 4e-6, True),
         ),
         Kind(
             "friction",
             "Coulomb friction about the ankle",
-            *("leg.friction", "", "N*m", "N*m", 0.0, 20.0, 0.1, False),
+            *("leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
         ),
         Kind(
             "inertia",
             "about the ankle, on top of the model's",
-            *("leg.inertia", "", "kg*m^2", "kg*m^2", 0.0, 1.0, 5e-3, False),
+            *("leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
         ),
         Kind(
             "time_offset",
             "what the log's clock reads when the timer starts",
-            *("", "", "s", "ms", -0.5, 0.5, 0.05, False),
+            *("", "", "ms", -0.5, 0.5, 0.05, False, "s"),
         ),
     )
 }
@@ -161,7 +163,10 @@ def _find(name: str, scenario: Scenario) -> Parameter:
     if not kind.key:
         return Parameter(name, kind, 0.0, {})
     keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
-    values = [_value_at(scenario, key) for key in keys]
+    fields = [field_at(key, scenario) for key in keys]
+    low, high = fields[0].bounds
+    kind = replace(kind, unit=fields[0].unit, lower=max(kind.lower, low), upper=min(kind.upper, high))
+    values = [float(field.value) for field in fields]
     start = values[0]
     # from zero no ratio can be kept
     shares = [value / start for value in values] if all(values) else [1.0] * len(values)
@@ -174,10 +179,3 @@ def _find(name: str, scenario: Scenario) -> Parameter:
             allowed=f"{low:g} to {high:g} {kind.shown}",
         )
     return Parameter(name, kind, start, dict(zip(keys, shares, strict=True)))
-
-
-def _value_at(scenario: Scenario, key: str) -> float:
-    node: Any = scenario
-    for part in key.split("."):
-        node = node[part] if isinstance(node, dict) else getattr(node, part)
-    return float(node)

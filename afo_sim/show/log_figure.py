@@ -3,26 +3,31 @@
 import pathlib
 from typing import Any
 
+from afo_sim.common.writing import replacing
 from afo_sim.fitting.log import Channel
-from afo_sim.fitting.run_fit import FitRun, differences
+from afo_sim.fitting.run_fit import FitRun
+from afo_sim.fitting.run_problem import differences
 from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.fit_figure import plain
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 SPARSE = 150  # samples: fewer are drawn one by one
 
 
-def draw_log(fit: FitRun, path: pathlib.Path, suffix: str = "png") -> None:
-    """Draw a row per channel: log, run before and after on the left; run less log on the right.
+def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write fit_run.png and fit_run.pdf, and return the files.
+
+    A row per channel: log, run before and after on the left; run less log on the right.
 
     Parameters
     ----------
     fit : from `fit_run`
-    path, suffix : file and format
+    folder : made if need be
     """
     import matplotlib
     from matplotlib.figure import Figure
 
-    channels = fit.problem.log.channels
+    channels, written = fit.problem.log.channels, list[pathlib.Path]()
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(7.1, 0.9 + 1.7 * len(channels)), layout="constrained")
         axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
@@ -38,7 +43,11 @@ def draw_log(fit: FitRun, path: pathlib.Path, suffix: str = "png") -> None:
         found = [axis.get_legend_handles_labels() for axis in axes[0]]
         handles = {label: handle for pair in found for handle, label in zip(*pair, strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=len(handles))
-        figure.savefig(path, dpi=RESOLUTION, format=suffix)
+        for suffix in ("png", "pdf"):
+            written.append(folder / f"fit_run.{suffix}")
+            with replacing(written[-1]) as path:
+                figure.savefig(path, dpi=RESOLUTION, format=suffix)
+    return written
 
 
 def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
@@ -50,7 +59,7 @@ def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     for label, run, values, look in _runs(fit):
         simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
         axis.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
-    axis.set_ylabel(f"{channel.title}\n[{channel.unit}]")
+    axis.set_ylabel(f"{plain(channel.title)}\n[{plain(channel.unit)}]")
 
 
 def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
@@ -65,7 +74,7 @@ def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
         missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
         label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"
         axis.plot(time[~seen], missed, color=FORECAST, lw=0.8, label=label, zorder=3)
-    axis.set_ylabel(f"[{channel.unit}]")
+    axis.set_ylabel(f"[{plain(channel.unit)}]")
 
 
 def _runs(fit: FitRun) -> list[tuple[str, Any, dict[str, float], dict[str, Any]]]:

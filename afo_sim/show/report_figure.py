@@ -14,6 +14,7 @@ from afo_sim.description.words import body_mass
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.strides import Stride, settled, strides
 from afo_sim.metrics.walking import ORTHOSIS, chambers, dip, has_orthosis
+from afo_sim.metrics.words import plain
 from afo_sim.show.figure import COLOURS, LOAD, MOMENTS, STYLE
 from afo_sim.simulation.recording import Recording
 
@@ -85,13 +86,6 @@ def svg(name: str, size: tuple[float, float], fill: Callable[[Any], None]) -> st
     text = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\1{name}-", text)
     return re.sub(r'\b(width|height)="[\d.]+pt" ?', "", text, count=2)
-
-
-def plain(text: str) -> str:
-    """A name as a figure can show it: no mathematics, no characters that the font lacks."""
-    shown = "".join(c if c.isprintable() and ord(c) < 0x250 else "?" for c in text)
-    shown = shown if len(shown) <= 34 else shown[:33] + "…"
-    return (f" {shown}" if shown.startswith("_") else shown).replace("$", r"\$")
 
 
 def _over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0) -> None:

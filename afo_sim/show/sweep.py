@@ -2,7 +2,7 @@
 
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -23,7 +23,12 @@ IN_ONE = 3  # metrics in one figure
 PANEL = (2.5, 2.3)  # [inch]
 NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
 
-EFFECTS = "main effects: variance explained, mean from low to high"
+EFFECTS = "main effects: share of the variance, mean from low to high"
+BINNED = (
+    "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
+    "so they are at most the first-order Sobol' indices, which the design saltelli tells"
+)
+EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
@@ -69,7 +74,10 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
         if left_out := found[name].left_out:
             of = f"{left_out} of {found[name].blocks} base samples"
             remarks.append(f"Sobol' indices leave out {of}, of which a case has no {name}")
-    effects = {name: effects_of(results, name) for name in known}
+    effects = {name: effects_of(results, name, found.get(name)) for name in known}
+    if effects:
+        whole = results.levels() is not None and not any(map(results.lacking, known))
+        remarks += [] if whole else [EXACT if set(found) == set(known) else BINNED]
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
         remarks.append("–: too few cases at each value, or nothing that varies, to tell a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
@@ -94,15 +102,23 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
     return remarks
 
 
-def effects_of(results: Results, metric: str) -> dict[str, Effect]:
-    """{parameter: its main effect on a metric}, as the sweep's design allows."""
+def effects_of(results: Results, metric: str, indices: Indices | None = None) -> dict[str, Effect]:
+    """{parameter: its main effect on a metric}, as the sweep's design allows.
+
+    Where there are Sobol' indices, the first-order one is the share that is told: two estimates of one
+    quantity would differ, the binned one being low by what the metric does within a bin.
+    """
     saltelli = results.design == sobol.DESIGN
     blocks = results["case"] // sobol.block_size(results) if saltelli else None
     grid = results.levels() is not None and not results.lacking(metric)
-    return {
+    found = {
         name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
         for name in sobol.varied(results)
     }
+    if indices is None:
+        return found
+    first = dict(zip(indices.parameters, indices.first.tolist(), strict=True))
+    return {name: replace(effect, share=first[name]) for name, effect in found.items()}
 
 
 def show(

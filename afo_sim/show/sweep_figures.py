@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.metrics.words import plain
 from afo_sim.show.figure import COLOURS
-from afo_sim.show.report_figure import plain
 from afo_sim.study import pareto
 from afo_sim.study.analysis import Effect, spread
 from afo_sim.study.results import Results

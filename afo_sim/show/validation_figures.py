@@ -12,7 +12,7 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.common.writing import check_writable, together
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
-from afo_sim.fitting import law_problem as fit_problem
+from afo_sim.fitting.law_problem import select
 from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
 from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
@@ -41,7 +41,7 @@ def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
-    check_writable(folder, "--figures")
+    check_writable(folder, "folder")
     written = []
     with matplotlib.rc_context(STYLE), together(folder) as scratch:
         for name, (size, fill) in FIGURES.items():
@@ -109,7 +109,7 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
 def _s3(figure: Any) -> None:
     """Isobaric, isotonic and isometric: the maker's points, S3's printed numbers, the law fitted here."""
     axes = figure.subplots(1, 3)
-    data, _ = fit_problem.select(characteristic(10))
+    data, _ = select(characteristic(10))
     muscle = reader.load("muscle", "dmsp_10")
     for axis, panel in zip(axes, (_isobaric, _isotonic, _isometric), strict=True):
         panel(axis, data, muscle)

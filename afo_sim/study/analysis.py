@@ -33,8 +33,9 @@ class Effect:
 
     `places` are the bins' mean parameter values, or the values themselves (k,), text where the parameter is
     text; `means`, `errors` (standard error) and `counts` belong to them (k,). `share` is the share of the
-    metric's variance that the bins' means explain [-]: an estimate of the first-order Sobol' index, which
-    noise may bring below zero; NaN where nothing varies, or the cases are too few.
+    metric's variance that lies between the bins' means [-]: the first-order Sobol' index less what the metric
+    does within a bin, and an estimate, which noise may bring below zero; NaN where nothing varies, or the
+    cases are too few.
     """
 
     places: np.ndarray

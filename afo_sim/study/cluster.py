@@ -7,9 +7,9 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.study import engine
-from afo_sim.study.engine import Outcome
+from afo_sim.study.engine import Jobs, Outcome
+from afo_sim.study.folder import program
 from afo_sim.study.results import optional
-from afo_sim.study.store import Store, program
 
 AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 
@@ -19,7 +19,7 @@ _one_chunk = threading.Lock()
 
 
 def chunks(
-    scenario: Mapping[str, Any], store: Store, pending: Iterable[int], workers: int, scheduler: str
+    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str
 ) -> Iterator[tuple[int, list[Outcome]]]:
     """Chunks as workers return them, in no particular order.
 
@@ -29,10 +29,9 @@ def chunks(
     Parameters
     ----------
     scenario : what all cases begin with
-    store : of the sweep
+    jobs : the cases
     pending : chunks to compute
-    workers : processes to start on this machine, where there is no scheduler
-    scheduler : address of a running one, or ""
+    scheduler : address of a running cluster
 
     Raises
     ------
@@ -42,14 +41,14 @@ def chunks(
     """
     distributed = library()
     try:
-        with _client(distributed, workers, scheduler) as client:
-            yield from _computed(distributed, client, scenario, store, iter(pending))
+        with _client(distributed, scheduler) as client:
+            yield from _computed(distributed, client, scenario, jobs, iter(pending))
     except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
         raise _broken(error) from None
 
 
 def _computed(
-    distributed: Any, client: Any, scenario: Mapping[str, Any], store: Store, waiting: Iterator[int]
+    distributed: Any, client: Any, scenario: Mapping[str, Any], jobs: Jobs, waiting: Iterator[int]
 ) -> Iterator[tuple[int, list[Outcome]]]:
     running = distributed.as_completed()
     numbers: dict[str, int] = {}
@@ -59,7 +58,7 @@ def _computed(
         """Keep every worker busy, however many have come or gone."""
         ahead = AHEAD * max(len(client.nthreads()), 1)
         while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
-            cases = [(number, store.cases.sets(number)) for number in store.numbers(chunk)]
+            cases = [(number, jobs.sets(number)) for number in jobs.numbers(chunk)]
             future = client.submit(compute, scenario, cases, mine, pure=False)
             numbers[future.key] = chunk
             running.add(future)
@@ -96,7 +95,7 @@ def compute(
     Parameters
     ----------
     scenario, cases : as `engine.outcomes` takes them
-    wanted : the code that must run here, as `store.program` tells it
+    wanted : the code that must run here, as `folder.program` tells it
 
     Raises
     ------
@@ -128,13 +127,11 @@ def _broken(error: BaseException) -> InputError:
     return InputError(problem, allowed="the same command again; what is computed is kept")
 
 
-def _client(distributed: Any, workers: int, scheduler: str) -> Any:
-    if scheduler:
-        try:
-            return distributed.Client(scheduler, timeout="20 s")
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot be reached: {error}", field="--scheduler", value=scheduler) from None
-    return distributed.Client(**local_options(workers))
+def _client(distributed: Any, scheduler: str) -> Any:
+    try:
+        return distributed.Client(scheduler, timeout="20 s")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be reached: {error}", field="--scheduler", value=scheduler) from None
 
 
 def library() -> Any:

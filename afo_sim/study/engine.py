@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -56,6 +56,21 @@ class Prepared:
         model = self.built.model
         sizes = tuple(getattr(model, name) for name in _size_names())
         return (self.built.scenario.callback, len(self.control), *sizes)
+
+
+class Jobs(Protocol):
+    """Numbered cases, cut into chunks of `chunk` cases."""
+
+    @property
+    def chunk(self) -> int: ...
+
+    def numbers(self, chunk: int) -> range:
+        """The cases of a chunk."""
+        ...
+
+    def sets(self, number: int) -> dict[str, Any]:
+        """The overrides of a case by dotted key."""
+        ...
 
 
 Numbered = tuple[int, Outcome]
@@ -204,7 +219,7 @@ def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
 
 
 def _finite(metric: Metric) -> Metric:
-    """The same, or NaN, of which there are many on a machine and one in a row."""
+    """The same; NaN where the value is not finite, so that rows hold one kind of NaN."""
     return metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
 
 

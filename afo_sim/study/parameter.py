@@ -41,6 +41,33 @@ class Range:
 
 
 @dataclass(frozen=True)
+class Span:
+    """A range as it is written, before the unit of its field is known."""
+
+    lower: Any
+    upper: Any
+    steps: int | None = None
+    scale: str = "linear"
+
+    def table(self) -> dict[str, Any]:
+        """As a sweep's file tells it."""
+        scale = {} if self.scale == "linear" else {"scale": self.scale}
+        return {"from": self.lower, "to": self.upper} | ({"steps": self.steps} if self.steps else {}) | scale
+
+
+def span(lower: Any, upper: Any, steps: int | None = None, *, scale: str = "linear") -> Span:
+    """A range of a parameter.
+
+    Parameters
+    ----------
+    lower, upper : as "2 bar", or numbers where the field has no unit
+    steps : how many values a grid takes, both ends among them
+    scale : "linear" or "log"
+    """
+    return Span(lower, upper, steps, scale)
+
+
+@dataclass(frozen=True)
 class Choice:
     """One of some values [SI] or words, by equal shares."""
 

@@ -63,6 +63,11 @@ class ToldParameter(Told):
     from_seed: StrictBool | None = None
 
 
+def is_free(name: str) -> bool:
+    """Whether no other column of the results is called so."""
+    return name not in (*EVERY_ROW, OVERRIDES, WARNINGS) and words(name).group == OTHER
+
+
 class ParameterReader:
     """Reads one [parameters.NAME] of a sweep's `file`; what is wrong names parameter, option and key."""
 
@@ -90,7 +95,7 @@ class ParameterReader:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
             raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
-        if self.name in (*EVERY_ROW, OVERRIDES, WARNINGS) or words(self.name).group != OTHER:
+        if not is_free(self.name):
             problem = "is the name of another column of the results"
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
 

@@ -3,7 +3,8 @@
 import hashlib
 import os
 import pathlib
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -18,8 +19,8 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study.case_table import values_of
 from afo_sim.study.constraint import Constraint, read_constraint
-from afo_sim.study.parameter import Choice, Parameter
-from afo_sim.study.parameter_table import ParameterReader, Told, ToldParameter
+from afo_sim.study.parameter import Choice, Parameter, Span
+from afo_sim.study.parameter_table import ParameterReader, Told, ToldParameter, is_free
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 DESIGNS = ("grid", "list", *RANDOM)
@@ -30,14 +31,15 @@ CHUNK = 32  # cases
 class Plan:
     """A sweep, checked.
 
-    `file` is where it was read; `scenario` a shipped name or a path. `cases` is None for grid and list, and
+    `file` is where it was read; `scenario` a shipped name, a path, or the scenario itself as plain data.
+    `cases` is None for grid and list, and
     for saltelli the number of base samples. `metrics` and `keep` are empty where nothing is told: all
     metrics, no recordings. `set` are fixed overrides by dotted key; `parameters` stand in the file's order.
     """
 
     file: pathlib.Path
     description: str
-    scenario: str
+    scenario: str | dict[str, Any]
     design: str
     cases: int | None
     seed: int
@@ -47,6 +49,12 @@ class Plan:
     set: dict[str, Any]
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...]
+
+    @property
+    def scenario_name(self) -> str:
+        """The scenario in a word."""
+        named = self.scenario if isinstance(self.scenario, str) else self.scenario.get("name")
+        return str(named or "scenario")
 
     def canonical(self) -> dict[str, Any]:
         """What decides the results, as JSON-able data: for telling whether two sweeps are the same.
@@ -87,7 +95,7 @@ class _ToldSweep(Told):
     """A sweep's file as it is written."""
 
     description: StrictStr = ""
-    scenario: StrictStr
+    scenario: StrictStr | dict[str, Any]
     design: StrictStr
     cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
@@ -195,8 +203,99 @@ def _check_count(file: pathlib.Path, told: _ToldSweep) -> None:
             raise InputError(problem, file=file, field=field, value=getattr(told, field))
 
 
-def _scenario_of(file: pathlib.Path, name: str) -> str:
-    """The scenario's name, or its whole path where it lies beside the sweep."""
+def plan_of(
+    scenario: Any,
+    parameters: Mapping[str, Any],
+    *,
+    design: str = "",
+    cases: int | None = None,
+    metrics: Sequence[str] = (),
+    constraints: Sequence[str] = (),
+    sets: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    chunk: int = CHUNK,
+) -> Plan:
+    """A sweep without a file.
+
+    Parameters
+    ----------
+    scenario : a Scenario, one as plain data, a shipped name or a path
+    parameters : {dotted key: values, `span(lower, upper, n)` or a table as [parameters.NAME] has it}; the
+        column is called by the end of the key. A table that has a key of its own is {column: table}
+    design : as in a sweep's file; by default "grid", and "sobol" where the number of `cases` is told
+    metrics : that are kept; all by default
+    constraints : on the parameters, by the names of their columns
+    sets : fixed overrides by dotted key
+    seed, chunk : as in a sweep's file
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    InputError
+        As `read`.
+    """
+    table = {
+        "scenario": plain_scenario(scenario),
+        "design": design or ("grid" if cases is None else "sobol"),
+        "metrics": tuple(metrics),
+        "constraints": tuple(constraints),
+        "set": dict(sets or {}),
+        "seed": seed,
+        "chunk": chunk,
+        "parameters": parameter_tables(parameters),
+    }
+    return of_table(pathlib.Path("sweep"), table | ({} if cases is None else {"cases": cases}))
+
+
+def plain_scenario(scenario: Any) -> str | dict[str, Any]:
+    """A scenario as a plan holds it: a name, a path, or plain data."""
+    if isinstance(scenario, Scenario):
+        return scenario.resolved()
+    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
+
+
+def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
+    found: dict[str, dict[str, Any]] = {}
+    names = column_names([key for key, told in parameters.items() if not _has_key(told)])
+    for key, told in parameters.items():
+        if isinstance(told, Span):
+            told = told.table()
+        elif not isinstance(told, Mapping):
+            told = {"values": tuple(told.tolist() if hasattr(told, "tolist") else told)}
+        found[names.get(key, key)] = dict(told) if _has_key(told) else {"key": key, **told}
+    return found
+
+
+def column_names(keys: Sequence[str]) -> dict[str, str]:
+    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
+    words = {key: re.findall(r"\w+", key) for key in keys}
+
+    def name(key: str, count: int) -> str:
+        return "_".join(words[key][-count:])
+
+    found = {}
+    for key in keys:
+        least = 1 + len(split_key(key)[1])
+        for count in range(least, max(least, len(words[key])) + 1):
+            taken = sum(name(key, count) == name(other, count) for other in keys) > 1
+            if not taken and is_free(name(key, count)):
+                break
+        found[key] = name(key, count)
+    return found
+
+
+def _has_key(told: Any) -> bool:
+    return isinstance(told, Mapping) and ("key" in told or "keys" in told)
+
+
+def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
+    """The scenario's name, its whole path where it lies beside the sweep, or itself."""
+    if not isinstance(name, str):
+        return name
     beside = file.parent / name
     return str(beside.resolve()) if name not in assets.names("scenario") and beside.is_file() else name
 

@@ -14,7 +14,7 @@ from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_built
 from afo_sim.study.engine import OK
 from afo_sim.study.results import OVERRIDES, Results, read
-from afo_sim.study.store import RECORDINGS, read_manifest
+from afo_sim.study.store import RECORDINGS, SWEEP
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     """
     results = read(folder)
     row = row_of(results, case)
-    scenario = read_manifest(folder)["scenario"]
+    scenario = SWEEP.read(folder)["scenario"]
     try:
         built = build(load("scenario", scenario, json.loads(row[OVERRIDES])))
         recording = run_built(built, progress=progress)

@@ -1,41 +1,27 @@
 """A sweep from its plan to its results: what is left to do, done by threads or by a cluster."""
 
 import json
-import os
 import pathlib
 import shutil
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable
 from afo_sim.description.reader import expand
-from afo_sim.study import cluster, engine
-from afo_sim.study.design import Cases
+from afo_sim.study import engine
+from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.folder import Changed
 from afo_sim.study.plan import Plan
-from afo_sim.study.results import MANIFEST
-from afo_sim.study.store import (
-    Store,
-    clear,
-    differences,
-    fingerprint,
-    holds_nothing,
-    holds_results,
-    read_manifest,
-    write_manifest,
-)
+from afo_sim.study.pool import Evaluate, pool
+from afo_sim.study.results import Results, read
+from afo_sim.study.store import SWEEP, Store, fingerprint
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
-Changed = Literal["refuse", "restart", "continue"]
-Done = Iterator[tuple[int, list[Outcome]]]  # chunks as they are computed
-Evaluate = Callable[
-    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int], Iterator[tuple[int, Outcome]]
-]  # as engine.outcomes
 
 ROW_BYTES = 500.0  # of a row's words; a number takes 8
 CHUNK_BYTES = 7e3  # of what a file says of its columns
@@ -89,44 +75,53 @@ def open_store(
     InputError
         The folder holds another sweep or something else, cannot be written to, or no case runs.
     """
-    check_writable(folder)
     now = fingerprint(plan)
-    scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
-    told = _continued(folder, now, changed)
-    if told is None:
-        new = holds_nothing(folder)  # of two processes that begin at once the later one takes nothing away
-        metrics, seconds = _probe(scenario, plan, cases, evaluate)
-        if not new:
-            clear(folder)
-        told = {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
-    mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
-    # where the files of the scenario lie may have changed
-    known = {"fingerprint": now, "scenario": scenario, "sweep_file": str(plan.file), "cases": len(cases)}
-    if told | known | mixed != told:
-        told = told | known | mixed
-        write_manifest(folder, told)
+    known = {
+        "fingerprint": now,
+        "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
+        "sweep_file": str(plan.file),
+        "cases": len(cases),
+    }
+
+    def first() -> dict[str, Any]:
+        metrics, seconds = _tried(known["scenario"], plan, cases, evaluate)
+        return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
+
+    told = SWEEP.open(folder, known, changed, first)
     return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"], bool(told.get("mixed")))
 
 
-def _continued(folder: pathlib.Path, now: Mapping[str, Any], changed: Changed) -> dict[str, Any] | None:
-    """What the folder says of the sweep that goes on in it; None where one begins."""
-    if holds_nothing(folder):
-        return None
-    try:
-        told = read_manifest(folder)
-    except InputError:
-        if not (folder / MANIFEST).is_file():
-            problem = f"holds something else than a sweep ({MANIFEST} is missing)"
-            raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder") from None
-        if changed == "restart":
-            return None
-        raise
-    if told["fingerprint"] == now:
-        return told
-    if changed == "restart" or not holds_results(folder):
-        return None
-    _refuse(folder, told["fingerprint"], now, changed)
-    return told
+def sweep(
+    plan: Plan,
+    folder: pathlib.Path,
+    *,
+    changed: Changed = "refuse",
+    threads: int = 0,
+    workers: int = 0,
+    scheduler: str = "",
+    report: Callable[[Progress], None] | None = None,
+) -> Results:
+    """Compute a whole sweep, or what is left of it.
+
+    Parameters
+    ----------
+    plan : from `plan.read` or `plan.plan_of`
+    folder, changed : as `open_store` takes them
+    threads : as many as processors if 0
+    workers, scheduler, report : as `run` takes them
+
+    Returns
+    -------
+    Results
+
+    Raises
+    ------
+    InputError
+        As `cases_of`, `open_store` and `run`.
+    """
+    store = open_store(plan, cases_of(plan), folder, changed)
+    run(store, threads=threads, workers=workers, scheduler=scheduler, report=report)
+    return read(folder)
 
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:
@@ -138,7 +133,7 @@ def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:
     part : as `run` takes it
     """
     count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
-    each = float(read_manifest(store.folder)["seconds_per_case"])
+    each = float(SWEEP.read(store.folder)["seconds_per_case"])
     return Estimate(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
 
 
@@ -175,14 +170,12 @@ def run(
     state = Progress(count, count - _left(store, part), 0, 0)
     if pending:
         _check_room(store)
-        scenario = read_manifest(store.folder)["scenario"]
+        scenario = SWEEP.read(store.folder)["scenario"]
         due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
-        done: Any = (
-            cluster.chunks(scenario, store, due, workers, scheduler)
-            if workers or scheduler
-            else _chunks(scenario, store, due, threads, evaluate)
-        )
-        with closing(done):
+        with (
+            pool(threads, workers, scheduler) as who,
+            closing(who.outcomes(scenario, store, due, evaluate)) as done,
+        ):
             for chunk, outcomes in done:
                 if store.finished:  # another process has gathered the results
                     break
@@ -236,31 +229,7 @@ def _bytes(store: Store, cases: int) -> float:
     return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + ROW_BYTES)
 
 
-def processors() -> int:
-    """That this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
-
-
-def _chunks(
-    scenario: Mapping[str, Any], store: Store, due: Iterable[int], threads: int, evaluate: Evaluate
-) -> Done:
-    """Chunks computed in this process, each as soon as its last case is."""
-    numbers = (number for chunk in due for number in store.numbers(chunk))
-    cases = ((number, store.cases.sets(number)) for number in numbers)
-    found: dict[int, dict[int, Outcome]] = {}
-    for number, outcome in evaluate(scenario, cases, threads, store.chunk):
-        chunk = number // store.chunk
-        rows = found.setdefault(chunk, {})
-        rows[number] = outcome
-        if len(rows) == len(store.numbers(chunk)):
-            yield chunk, [rows[number] for number in store.numbers(chunk)]
-            del found[chunk]
-
-
-def _tried(cases: Cases) -> list[int]:
+def _telling(cases: Cases) -> list[int]:
     """Cases that tell what metrics there are: first, middle, last, and the first with each word."""
     last = len(cases) - 1
     words = [
@@ -273,33 +242,12 @@ def _tried(cases: Cases) -> list[int]:
     )
 
 
-def _probe(
+def _tried(
     scenario: Mapping[str, Any], plan: Plan, cases: Cases, evaluate: Evaluate
 ) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
-    sets = [plan.set, *(cases.sets(case) for case in _tried(cases))]
-    next(evaluate(scenario, [(0, sets[0])], 1, 1))  # compiles what only the first run compiles
-    begun = time.perf_counter()
-    found = [outcome for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets)), key=_number)]
-    seconds = (time.perf_counter() - begun) / len(sets)
-    units = _units(plan, found)
-    for parameter in plan.parameters:
-        if parameter.name in units:
-            problem = "is the name of a metric"
-            raise InputError(problem, file=plan.file, field=f"parameters.{parameter.name}")
-    return {name: units[name] for name in plan.metrics or units}, seconds
-
-
-def _number(found: tuple[int, Outcome]) -> int:
-    return found[0]
-
-
-def _units(plan: Plan, found: Sequence[Outcome]) -> dict[str, str]:
-    """{metric: unit} of the cases that were tried."""
-    if all(outcome.status != OK for outcome in found):
-        reason = next(outcome.reason for outcome in reversed(found))
-        raise InputError(f"no case that was tried runs: {reason}", file=plan.file)
-    units = {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}
+    sets = [plan.set, *(cases.sets(case) for case in _telling(cases))]
+    units, seconds = probe(scenario, sets, plan.file, evaluate)
     if not units:
         problem = "no case that was tried has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
@@ -308,24 +256,42 @@ def _units(plan: Plan, found: Sequence[Outcome]) -> dict[str, str]:
             problem = "is no metric of this scenario"
             allowed = ", ".join(sorted(units))
             raise InputError(problem, file=plan.file, field="metrics", value=name, allowed=allowed)
-    return units
+    for parameter in plan.parameters:
+        if parameter.name in units:
+            problem = "is the name of a metric"
+            raise InputError(problem, file=plan.file, field=f"parameters.{parameter.name}")
+    return {name: units[name] for name in plan.metrics or units}, seconds
 
 
-def _refuse(
-    folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
-) -> None:
-    """Refuse what must not be mixed; other code may be, if told."""
-    if before.get("sweep") != now["sweep"]:
-        raise InputError(
-            "the folder holds another sweep, or this one before it was changed",
-            field="--out",
-            value=str(folder),
-            allowed="another folder, or --if-changed restart, which throws its results away",
-        )
-    if changed == "refuse":
-        raise InputError(
-            f"the folder's results were computed by other code{differences(before, now)}",
-            field="--out",
-            value=str(folder),
-            allowed="--if-changed restart, which throws them away, or --if-changed continue, which mixes",
-        )
+def probe(
+    scenario: Mapping[str, Any],
+    sets: Sequence[Mapping[str, Any]],
+    file: pathlib.Path,
+    evaluate: Evaluate = engine.outcomes,
+) -> tuple[dict[str, str], float]:
+    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s].
+
+    Parameters
+    ----------
+    scenario : what all cases begin with
+    sets : overrides of each case
+    file : of the study
+    evaluate : what computes cases
+
+    Raises
+    ------
+    InputError
+        None of them runs.
+    """
+    next(evaluate(scenario, [(0, sets[0])], 1, 1))  # compiles what only the first run compiles
+    begun = time.perf_counter()
+    found = [outcome for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets)), key=_number)]
+    seconds = (time.perf_counter() - begun) / len(sets)
+    if all(outcome.status != OK for outcome in found):
+        reason = next(outcome.reason for outcome in reversed(found))
+        raise InputError(f"no case that was tried runs: {reason}", file=file)
+    return {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}, seconds
+
+
+def _number(found: tuple[int, Outcome]) -> int:
+    return found[0]

@@ -1,12 +1,10 @@
 """A sweep's folder: what is swept, the chunks computed so far, the results; each file whole or not at all."""
 
-import hashlib
 import json
 import pathlib
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,17 +12,17 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.versions import versions
 from afo_sim.common.writing import disk, keeping
+from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
+from afo_sim.study.folder import AGAIN, PARTS, Kind
 from afo_sim.study.parameter import Choice, Normal, Range
 from afo_sim.study.plan import Plan
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
-AGAIN = "the same command again when there is room; what is computed is kept"
 GATHERED = 64  # chunks in one row group of the results
-SAID = {"fingerprint": dict, "scenario": dict, "metrics": dict, "chunk": int, "seconds_per_case": float}
-LOOKS = ("cli", "view")  # parts of the package that no result depends on
+SWEEP = Kind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
 @dataclass(frozen=True)
@@ -59,6 +57,10 @@ class Store:
     def numbers(self, chunk: int) -> range:
         """The cases of a chunk."""
         return range(chunk * self.chunk, min((chunk + 1) * self.chunk, len(self.cases)))
+
+    def sets(self, number: int) -> dict[str, Any]:
+        """The overrides of a case."""
+        return self.cases.sets(number)
 
     def pending(self) -> list[int]:
         """The chunks that are not computed yet."""
@@ -125,7 +127,7 @@ class Store:
             fields.append(pa.field(name, pa.string(), metadata={"role": "case"}))
         sweep = {
             "design": plan.design,
-            "scenario": plan.scenario,
+            "scenario": plan.scenario_name,
             "fingerprint": self.sweep,
             "seed": plan.seed,
             "cases": len(self.cases),
@@ -202,75 +204,8 @@ class Store:
 
 
 def fingerprint(plan: Plan) -> dict[str, Any]:
-    """What decides a sweep's results: the sweep, this program's code, what it runs on."""
-    canonical = json.dumps(plan.canonical(), sort_keys=True)
-    return {"sweep": hashlib.sha256(canonical.encode()).hexdigest(), **program()}
-
-
-def program() -> dict[str, Any]:
-    """This program's code and the libraries below it: with the same on two machines, so are the results."""
-    return {"code": _code(), "versions": versions()}
-
-
-def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
-    old = before.get("versions")
-    old = old if isinstance(old, dict) else {}
-    told = [
-        f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
-    ]
-    return f" ({', '.join(told)})" if told else ""
-
-
-def read_manifest(folder: pathlib.Path) -> dict[str, Any]:
-    """What a sweep's folder says of itself.
-
-    Raises
-    ------
-    InputError
-        The folder is no sweep's, or says nothing that can be read.
-    """
-    allowed = "--if-changed restart, which throws the folder's results away"
-    try:
-        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"there is no sweep here ({MANIFEST} is missing)", file=folder) from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"is damaged: {error}", file=folder / MANIFEST, allowed=allowed) from None
-    if not isinstance(told, dict) or not all(isinstance(told.get(key), kind) for key, kind in SAID.items()):
-        raise InputError("is damaged: it lacks a part", file=folder / MANIFEST, allowed=allowed)
-    return told
-
-
-def write_manifest(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
-    """Say what a folder's sweep is.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
-    """
-    with disk(folder, AGAIN), keeping(folder / MANIFEST) as path:
-        path.write_text(json.dumps(told, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-def clear(folder: pathlib.Path) -> None:
-    """Take away all that a sweep has computed; what the folder says of itself stays until it is replaced."""
-    with disk(folder, AGAIN):
-        for name in (CHUNKS, RECORDINGS):
-            if (folder / name).is_dir():
-                shutil.rmtree(folder / name)
-        (folder / RESULTS).unlink(missing_ok=True)
-
-
-def holds_nothing(folder: pathlib.Path) -> bool:
-    """Whether a folder is new; what a killed process has left there unfinished, `.NAME`, does not count."""
-    return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
-
-
-def holds_results(folder: pathlib.Path) -> bool:
-    """Whether a sweep's folder has a row in it."""
-    return (folder / RESULTS).is_file() or any((folder / CHUNKS).glob("*.parquet"))
+    """What decides a sweep's results."""
+    return folder.fingerprint(SWEEP.name, plan.canonical())
 
 
 def _stem(chunk: int) -> str:
@@ -287,15 +222,3 @@ def _spread(spread: Any) -> dict[str, Any]:
     if isinstance(spread, Choice):
         return {"distribution": "values", "values": list(spread.values)}
     return {"distribution": OWN_SEED}
-
-
-@cache
-def _code() -> str:
-    """Of this package's files, but for those that only show."""
-    package = pathlib.Path(__file__).resolve().parents[1]
-    found = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        part = path.relative_to(package)
-        if part.parts[0] not in LOOKS:
-            found.update(f"{part.as_posix()}\n".encode() + path.read_bytes())
-    return found.hexdigest()

@@ -8,7 +8,6 @@ import numpy as np
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES, in_unit
 from afo_sim.metrics import words as metric_words
-from afo_sim.show.report_figure import plain
 from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
@@ -41,7 +40,9 @@ class Scale:
     @property
     def title(self) -> str:
         """Label and unit, for an axis."""
-        return f"{plain(self.label)} [{self.unit}]" if self.unit else plain(self.label)
+        return (
+            f"{metric_words.plain(self.label)} [{self.unit}]" if self.unit else metric_words.plain(self.label)
+        )
 
     def text(self, value: object) -> str:
         """A value of the column with its digits, without the unit."""

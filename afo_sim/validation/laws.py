@@ -1,4 +1,4 @@
-"""What S0, S2, S3 and the authors of the force laws printed, and what their texts no longer hold."""
+"""Numbers that S0, S3 and the authors of the force laws printed, and those that are lost from their texts."""
 
 import math
 from collections.abc import Sequence
@@ -10,35 +10,22 @@ from afo_sim.bench.measured import Measured, read_measured
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
-from afo_sim.fitting import law_fit as fit
-from afo_sim.fitting import law_problem as fit_problem
+from afo_sim.fitting.law_problem import select
 from afo_sim.physics.curves import forces
-from afo_sim.physics.hill import braid_force, three_element_damping
+from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.validation.row import Row, compared, curve, implied, lost, number
+from afo_sim.validation.row import Row, curve, implied, lost, number
 
 BAR, KPA = 1e5, 1e3  # [Pa]
 FLUIDIC = {10: "dmsp_10", 20: "dmsp_20"}  # bore [mm] → muscle with the maker's characteristic
 MAKER = "maker's, second-hand; fitted here"
 SECOND_HAND = "printed, read second-hand"
 MANUSCRIPT = "printed in the manuscript"
-WHY_BOUND = "bound on the fit's RMS"
-WHY_TOO_MANY = (
-    "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012` instead, and only "
-    "the error on unseen pressures says anything"
-)
 WHY_MAKER = "the maker states ±10 % of its curves"
 WHY_TENTH = "by hand from the printed numbers, to 1 N"
 WHY_OTHERS = "other people's muscle of this type: how far two sources differ, not how well either is computed"
 
-# S2's four approximations → bound on the RMS over the maker's curve at 10 and 20 mm [N].
-S2_LAWS = {
-    "kerscher_2006": ("eq. 3–7", 9.6, 21.5),
-    "maximum_force": ("eq. 8–9", 2.4, 3.7),
-    "sarosi_2012": ("eq. 10", 1.9, 2.1),
-    "polynomial": ("eq. 11", 0.6, None),
-}
 S3_A, S3_B = 17.0, 8.0
 S3_N = {6.0: 3.2, 5.0: 3.5}  # pressure [bar] → n; printed "3.2/35" and not assigned to pressures
 # Sárosi's coefficients of a 10 mm muscle, for which no length is known: N, bar and per cent.
@@ -78,12 +65,13 @@ def s3_force(data: Measured, a: float, n: float, contraction: np.ndarray, pressu
     return forces(LAWS["takosoglu_2016"].native_id, s3_coefficients(data, a, n), contraction, pressure)
 
 
-def _one(muscle: Muscle, law: str, contraction: float, pressure: float) -> float:
+def one_force(muscle: Muscle, law: str, contraction: float, pressure: float) -> float:
+    """Signed force of one of a muscle's laws at one point [N]."""
     return float(law_force(muscle, law, np.array([contraction]), np.array([pressure]))[0])
 
 
 def s0() -> list[Row]:
-    """What is lost of S0."""
+    """The numbers of S0, all lost."""
     return [
         lost(
             "S0",
@@ -99,87 +87,8 @@ def s0() -> list[Row]:
     ]
 
 
-def _s2() -> list[Row]:
-    found = [*_chart_corner()]
-    for law, (equation, *bounds) in S2_LAWS.items():
-        for bore, bound in zip(FLUIDIC, bounds, strict=True):
-            found.append(_on_makers_curve(law, equation, bore, bound))
-    why = "the paper names Matlab's Curve Fitting Toolbox and prints no value"
-    return [*found, lost("S2", "coefficients of eq. 3–11; damping R; the bracket of eq. 8", why)]
-
-
-def _chart_corner() -> list[Row]:
-    """S2's chart ends at −3 % and 600 kPa, "up to 2000 N": the maker's table, muscle and laws there."""
-    data, muscle = characteristic(20), reader.load("muscle", "dmsp_20")
-    stretched = np.isclose(data.contraction, -0.03)  # type: ignore[arg-type]
-    line = np.polyfit(data.pressure[stretched], data.force[stretched], 1)
-    braid = braid_force(-0.03, muscle.braid_stiffness)
-    what = "20 mm at −3 %, 600 kPa"
-    found = [
-        number(
-            "S2 figure 4",
-            f"{what}: {name}",
-            2000.0,
-            simulated,
-            200.0,
-            "N",
-            sourcing=f"printed (“up to”); {how}",
-            why=WHY_MAKER,
-        )
-        for name, simulated, how in (
-            (
-                f"maker's table, along its {stretched.sum()} points at −3 %",
-                float(np.polyval(line, 6.0 * BAR)),
-                "table second-hand",
-            ),
-            (
-                "muscle, law at 0 and the braid's stiffness",
-                _one(muscle, muscle.law, 0.0, 6.0 * BAR) + braid,
-                "muscle fitted here",
-            ),
-        )
-    ]
-    why = (
-        "laws are fitted to κ ≥ 0 and only continued here; the simulator never asks them below zero, where "
-        "the braid carries"
-    )
-    for law in S2_LAWS:
-        force = _one(muscle, law, -0.03, 6.0 * BAR)
-        found.append(
-            compared(
-                "S2 figure 4",
-                f"{what}: `{law}` continued below κ = 0",
-                2000.0,
-                force,
-                "N",
-                sourcing="printed (“up to”); fitted here",
-                why=why,
-            )
-        )
-    return found
-
-
-def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) -> Row:
-    """A shipped law on the maker's curve that it was fitted to, and what it misses of unseen pressures."""
-    data, _ = fit_problem.select(characteristic(bore))
-    muscle = reader.load("muscle", FLUIDIC[bore])
-    assert data.contraction is not None
-    errors = law_force(muscle, law, data.contraction, data.pressure) - data.force
-    unseen = fit.held_out(fit.fit(fit_problem.pose(law, [data]), starts=4)).held_out_rms("pressure")
-    return curve(
-        f"S2 {equation}",
-        f"`{law}` on the {bore} mm curve, RMS",
-        errors,
-        bound,
-        "N",
-        sourcing=MAKER,
-        why=WHY_BOUND if bound else WHY_TOO_MANY,
-        held_out={"pressure": unseen},
-    )
-
-
 def _s3() -> list[Row]:
-    data, _ = fit_problem.select(characteristic(10))
+    data, _ = select(characteristic(10))
     found = []
     for bar, n in S3_N.items():
         ours = s3_fit(data, bar)
@@ -254,7 +163,7 @@ def _sarosi() -> list[Row]:
         )
     ]
     for name, bore in (("DMSP-20-200N", 20), ("DMSP-20-400N", 20), ("10 mm muscle", 10)):
-        data, _ = fit_problem.select(characteristic(bore))
+        data, _ = select(characteristic(bore))
         law = LAWS["sarosi_2012"]
         errors = forces(law.native_id, sets[name], data.contraction, data.pressure) - data.force  # type: ignore[arg-type]
         found.append(_against_maker("Sárosi 2012", f"{name}'s coefficients", bore, errors, SECOND_HAND))
@@ -275,7 +184,7 @@ def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float
     """
     force, stiffness = [], []
     for pressure in (low, high):
-        at_rest, shorter = (_one(muscle, muscle.law, kappa, pressure * KPA) for kappa in (0.0, 0.1))
+        at_rest, shorter = (one_force(muscle, muscle.law, kappa, pressure * KPA) for kappa in (0.0, 0.1))
         force.append(at_rest)
         stiffness.append((at_rest - shorter) / (0.1 * muscle.nominal_length * 1e3))
     slopes = [(y[1] - y[0]) / (high - low) for y in (force, stiffness)]
@@ -364,7 +273,7 @@ def _bolen() -> list[Row]:
                     "Bolen 2026",
                     f"force of {bore} mm × {1e3 * length:g} mm at rest length, 620 kPa",
                     round(f1 * math.atan(f2 * (length - f3))),
-                    _one(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
+                    one_force(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
                     0.5,
                     "N",
                     sourcing="computed from coefficients printed in the manuscript",
@@ -381,11 +290,11 @@ def _martens() -> list[Row]:
 def _others(source: str, law: str, sourcing: str) -> list[Row]:
     found = []
     for bore, name in FLUIDIC.items():
-        data, _ = fit_problem.select(characteristic(bore))
+        data, _ = select(characteristic(bore))
         assert data.contraction is not None
         errors = law_force(reader.load("muscle", name), law, data.contraction, data.pressure) - data.force
         found.append(_against_maker(source, "coefficients", bore, errors, sourcing))
     return found
 
 
-PARTS = (_s2, _s3, _kerscher, _sarosi, _reynolds, _serres, _bolen, _martens)
+PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen, _martens)

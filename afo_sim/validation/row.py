@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.fitting.law_fit import rms
+from afo_sim.fitting.identifiability import rms
 
 Outcome = Literal["good", "FAILED", "erratum", "disagrees", "compared", "lost"]
 NOT_RECOVERABLE = "not recoverable"
@@ -138,7 +138,7 @@ def contradicted(
 
 
 def lost(source: str, quantity: str, why: str) -> Row:
-    """What the paper once said and its text no longer holds. Nothing stands in for it."""
+    """A number that the paper printed and its text no longer holds. Nothing stands in for it."""
     return Row(source, quantity, None, None, None, None, "", NOT_RECOVERABLE, True, "lost", why)
 
 

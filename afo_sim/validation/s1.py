@@ -1,4 +1,4 @@
-"""What Keerthana et al. (S1) printed: bench and simulation tables, two models, and 37 %."""
+"""Keerthana et al. (S1): bench and simulation tables, two models, and 37 %."""
 
 import math
 
@@ -10,8 +10,9 @@ from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
-from afo_sim.fitting import law_fit as fit
-from afo_sim.fitting import law_problem as fit_problem
+from afo_sim.fitting.identifiability import rms
+from afo_sim.fitting.law_fit import fit_law, held_out
+from afo_sim.fitting.law_problem import pose
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
@@ -125,12 +126,12 @@ def _bench() -> list[Row]:
 
 
 def _held_out(tables: dict[int, Measured]) -> dict[str, float]:
-    problem = fit_problem.pose("tondu_lopez_2000_bladder", [tables[1], tables[2]])
-    result = fit.held_out(fit.fit(problem, starts=4))
+    problem = pose("tondu_lopez_2000_bladder", [tables[1], tables[2]])
+    result = held_out(fit_law(problem, starts=4))
     found = {kind: CM * result.held_out_rms(kind) for kind in ("load", "pressure")}
     for left_out, errors in result.held_out["muscle"].items():
         length = "12 cm" if "120" in left_out else "21.5 cm"
-        found[f"the {length} muscle"] = CM * fit.rms(errors)
+        found[f"the {length} muscle"] = CM * rms(errors)
     return found
 
 
@@ -162,8 +163,8 @@ def _own_simulation() -> list[Row]:
             implied(
                 f"S1 table {ROMAN[k]}",
                 f"S1's own simulation against table {ROMAN[k - 2]}, RMS of {good.sum()} cells",
-                fit.rms((printed - bench)[good]),
-                fit.rms((simulated - bench)[good]),
+                rms((printed - bench)[good]),
+                rms((simulated - bench)[good]),
                 ROUNDED,
                 "cm",
                 sourcing="computed from printed tables",

@@ -8,9 +8,10 @@ from typing import Any
 
 from afo_sim.validation import laws as validate_laws
 from afo_sim.validation import s1 as validate_s1
+from afo_sim.validation import s2 as validate_s2
 from afo_sim.validation.row import Row
 
-PARTS = (validate_laws.s0, *validate_s1.PARTS, *validate_laws.PARTS)
+PARTS = (validate_laws.s0, *validate_s1.PARTS, *validate_s2.PARTS, *validate_laws.PARTS)
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
 SOURCING = HEADER.index("how well sourced")
 LEGEND = (

@@ -73,6 +73,11 @@ def test_a_key_says_where_its_value_comes_from(tmp_path: pathlib.Path) -> None:
     assert found["load_moment"].source == "default"
     valve = found["orthosis.chamber.dorsiflexor.inlet.opening_delay"]
     assert (valve.source, valve.kind) == ("models/valves/mh1/valve.toml", "published")
+    swapped = keys("seated", "bore", {"orthosis.muscle.dorsiflexor.type": "dmsp_10"})
+    assert [key.source for key in swapped if "Inner diameter" in key.meaning] == [
+        "models/muscles/dmsp_10/muscle.toml",
+        "models/muscles/s1_215mm/muscle.toml",
+    ]
     assert "timer.dorsiflexor.inlet[0][1]" in found
     assert not any(key.startswith("gait.") for key in found)
 

@@ -1,20 +1,28 @@
 """Dynamic fits: planted values come back, what the log does not tell is refused, the written files run."""
 
+import dataclasses
 import json
 import pathlib
+import shutil
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
 from command import call
 
 import afo_sim
+from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description.reader import load
-from afo_sim.fitting.run_files import scenario_toml, write_fit_run
-from afo_sim.fitting.run_fit import FitRun, differences, fit_run, pose, run_at
+from afo_sim.fitting.log import read_log
+from afo_sim.fitting.run_fit import FitRun, fit_run
+from afo_sim.fitting.run_misfit import channel_errors, doubts
 from afo_sim.fitting.run_parameter import find_parameters
+from afo_sim.fitting.run_problem import differences, pose, run_at
+from afo_sim.fitting.run_scenario import remarks, scenario_toml, write
+from afo_sim.show.log_figure import write_log_figure
 from afo_sim.simulation.recording import Recording
 
 SHORT = {"duration": "8 s"}
@@ -57,7 +65,7 @@ def write_log(
 
 
 def fitted(file: pathlib.Path, *names: str, **options: Any) -> FitRun:
-    return fit_run(pose("seated", file, names, sets=SHORT | options.pop("sets", {}), **options))
+    return fit_run("seated", file, names, sets=SHORT | options.pop("sets", {}), **options)
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +132,7 @@ def test_one_chamber_alone(planted: pathlib.Path) -> None:
 
 def test_written_scenario_runs_and_is_the_fitted_run(found: FitRun, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "scenario.toml"
-    file.write_text(scenario_toml(found), encoding="utf-8")
+    file.write_text(scenario_toml(found, tmp_path), encoding="utf-8")
     run = afo_sim.run(file)
     rows = len(run["time"])
     assert rows == 8000
@@ -193,8 +201,118 @@ def test_overlay_fits_nothing(planted: pathlib.Path, tmp_path: pathlib.Path) -> 
     errors = overlay.errors["angle"]
     assert errors.before == errors.after
     assert errors.held_out is None
-    write_fit_run(overlay, tmp_path)
+    write(overlay, tmp_path)
+    write_log_figure(overlay, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"fit_run.json", "fit_run.png", "fit_run.pdf"}
+
+
+LEAK = 0.04  # of the inlet's conductance
+
+
+@pytest.fixture(scope="module")
+def leaking(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """A log of a dorsiflexor that leaks while it is filled: its outlet opens for a step, over and over.
+
+    The outlet answers within a step, and is open for LEAK × inlet/outlet of the time.
+    """
+    inlet, outlet, step = 4e-10, 5.5e-10, 5e-4
+    period = round(outlet / (LEAK * inlet)) * step
+    slow = 4.0 + 4e-3 - step  # the shipped outlet's dead time
+    opened = [[f"{k * period!r} s", f"{k * period + step!r} s"] for k in range(int(4.0 / period))]
+    sets = {
+        "orthosis.chamber.dorsiflexor.outlet.opening_delay": "0 s",
+        "orthosis.chamber.dorsiflexor.outlet.closing_delay": "0 s",
+        "timer.dorsiflexor.outlet": [*opened, [f"{slow!r} s", "8 s"]],
+    }
+    run = afo_sim.run("seated", SHORT | FINE | VALVES | sets)
+    return write_log(tmp_path_factory.mktemp("leaking") / "leak.csv", run)
+
+
+def test_a_leak_is_told_by_its_channel(leaking: pathlib.Path) -> None:
+    found = fitted(leaking, "inlet_conductance", "outlet_conductance")
+    (line,) = (w for w in found.warnings if w.startswith("pressure dorsiflexor"))
+    assert "times its noise" in line
+    assert "a leak" in line
+    errors, noise = found.errors["pressure dorsiflexor"], found.problem.noise["pressure dorsiflexor"]
+    assert errors.chi_squared == pytest.approx((errors.after / noise) ** 2)
+    assert errors.chi_squared > 1.5
+    assert any(line in remark for remark in remarks(found))
+
+
+def test_a_run_that_explains_the_log_is_not_doubted(found: FitRun) -> None:
+    assert not [w for w in found.warnings if "its noise" in w]
+    for errors in found.errors.values():
+        assert errors.chi_squared == pytest.approx(1.0, abs=0.2)
+        assert errors.chi_squared_held_out == pytest.approx(1.0, abs=0.35)
+
+
+def test_channels_are_judged_one_by_one() -> None:
+    """One bad channel among good ones, and one that is bad only where it was held out."""
+    random = np.random.default_rng(2)
+    rest = np.arange(1000) >= 700
+    noise = {"angle": 0.1, "pressure flexor": 2.0, "force flexor": 5.0}
+    good = {title: spread * random.standard_normal(1000) for title, spread in noise.items()}
+    last = good | {"force flexor": 2.0 * good["force flexor"]}
+    unseen = last | {"pressure flexor": np.where(rest, 6.5, 1.0) * good["pressure flexor"]}
+    columns = {
+        "angle": "ankle/angle",
+        "pressure flexor": "chamber/flexor/pressure",
+        "force flexor": "muscle/flexor_1/force",
+    }
+    pressure, force = doubts(channel_errors(noise, good, last, unseen, rest), columns)
+    assert pressure.startswith("pressure flexor: its errors are 6.")
+    assert "held out" in pressure
+    assert "after the fit" not in pressure
+    assert "a leak" in pressure
+    assert force.startswith("force flexor: its errors are 2")
+    assert "the muscle's law" in force
+    assert not list(doubts(channel_errors(noise, good, good, good, rest), columns))
+
+
+def test_fitted_scenario_runs_where_its_folder_was_moved(found: FitRun, tmp_path: pathlib.Path) -> None:
+    """Shipped files by shipped name, the user's own beside the scenario: nothing absolute."""
+    mine = tmp_path / "mine" / "leg.xml"
+    mine.parent.mkdir()
+    mine.write_text(pathlib.Path(found.problem.scenario["leg"]["file"]).read_text("utf-8"), encoding="utf-8")
+    leg = found.problem.scenario["leg"] | {"file": str(mine)}
+    problem = dataclasses.replace(found.problem, scenario=found.problem.scenario | {"leg": leg})
+    write(dataclasses.replace(found, problem=problem), tmp_path / "before")
+    text = (tmp_path / "before" / "scenario.toml").read_text(encoding="utf-8")
+    assert str(tmp_path) not in text
+    assert str(assets.folder("models")) not in text
+    shutil.rmtree(mine.parent)
+    (tmp_path / "before").rename(tmp_path / "after")
+    run = afo_sim.run(tmp_path / "after" / "scenario.toml", {"duration": "0.5 s"})
+    assert np.array_equal(run["ankle/angle"], found.after["ankle/angle"][: len(run["time"])])
+
+
+def test_fitted_scenario_is_an_object_that_runs(found: FitRun) -> None:
+    assert found.scenario.name == "seated-fitted"
+    inlet = found.scenario.orthosis.chamber["dorsiflexor"].inlet
+    assert inlet.conductance == pytest.approx(found.values["inlet_conductance"])
+    assert "95 % interval" in inlet.provenance["conductance"].source
+
+
+def test_log_in_memory_is_the_file(planted: pathlib.Path) -> None:
+    frame = pandas.read_csv(planted, skipinitialspace=True)
+    columns = {title: frame[title].to_numpy() for title in frame.columns}
+    scenario = load("scenario", "seated", SHORT)
+    logs = [read_log(data, scenario) for data in (planted, frame, columns)]
+    for log in logs[1:]:
+        assert np.array_equal(log.time, logs[0].time)
+        for one, other in zip(log.channels, logs[0].channels, strict=True):
+            assert (one.title, one.unit) == (other.title, other.unit)
+            assert np.array_equal(one.values, other.values)
+
+
+def test_figure_of_a_log_takes_dollars_for_letters(planted: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    overlay = fitted(planted)
+    channels = tuple(dataclasses.replace(c, title=f"a$b_{{ {c.title}") for c in overlay.problem.log.channels)
+    log = dataclasses.replace(overlay.problem.log, channels=channels)
+    noise = {c.title: 1.0 for c in channels}
+    problem = dataclasses.replace(overlay.problem, log=log, noise=noise)
+    write_log_figure(dataclasses.replace(overlay, problem=problem), tmp_path)
+    assert (tmp_path / "fit_run.png").stat().st_size > 5000
 
 
 BAD = {
@@ -202,7 +320,7 @@ BAD = {
     "unknown chamber": (["tube_volume.dorsiflexr"], {}, "no such chamber.*dorsiflexor'"),
     "part of what has none": (["friction.dorsiflexor"], {}, "no such part"),
     "twice": (["damping", "damping.dorsiflexor"], {}, "'damping' sets already"),
-    "share": (["damping"], {"hold_out": 0.95}, "--hold-out.*0 to 0.9"),
+    "share": (["damping"], {"hold_out": 0.95}, "hold_out.*0 to 0.9"),
     "noise": (["damping"], {"noise": {"torque": "1 N*m"}}, "no such channel"),
     "beyond the search": (
         ["damping"],

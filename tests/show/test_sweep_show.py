@@ -348,6 +348,43 @@ def test_binned_shares_of_ishigami(tmp_path: pathlib.Path) -> None:
         assert abs(effect.share - expected) < 0.02
 
 
+@pytest.mark.parametrize("n", [16, 1024])
+def test_of_a_saltelli_design_one_share_is_told(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, n: int
+) -> None:
+    """Of few cases a bin is as wide as half a wave of sin² x2: between the bins' means nothing is left."""
+    monkeypatch.setenv("COLUMNS", "200")
+    x = saltelli(PI, n)
+    folder = write_sweep(tmp_path / "s", "saltelli", bare(x), {"y": (ishigami(x), "")})
+    results = afo_sim.study.read(folder)
+    found = show.findings(results, {"y": "lowest"})
+    index = found.indices["y"].first
+    binned = analysis.effect(x["x2"], ishigami(x), bins=4).share
+    true = ishigami_indices()[0][1]
+    assert true > 0.4 and binned < 0.1
+    assert [found.effects["y"][name].share for name in ("x1", "x2", "x3")] == index.tolist()
+    show_folder(folder, None, ["y:lowest"], 1)
+    said = capsys.readouterr().out
+    rows = [line.split() for line in said.splitlines() if line.startswith("x2")]
+    assert rows[0][1] == f"{100.0 * max(index[1], 0.0):.0f}"  # main effects, in percent
+    assert float(rows[1][1]) == pytest.approx(index[1], abs=5e-3)  # Sobol' indices
+    assert show.EXACT.split(",")[0] in " ".join(said.split()) and "means of bins" not in said
+    if n == 1024:
+        assert index[1] == pytest.approx(true, abs=0.03)
+
+
+def test_shares_between_bins_are_named_as_such(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    x = {name: values[0] for name, values in bare(saltelli(PI, 16)).items()}
+    folder = write_sweep(tmp_path / "s", "random", bare(x), {"y": (ishigami(x), "")})
+    show_folder(folder, None, ["y:lowest"], 1)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "variance explained" not in said
+    assert "shares of the variance lie between the means of bins" in said
+
+
 def test_of_a_sum_first_order_is_total(tmp_path: pathlib.Path) -> None:
     x = saltelli({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)}, 1024)
     y = 3.0 * x["a"] + 2.0 * x["b"] + x["c"]

@@ -1,5 +1,6 @@
 """The files of a run: complete, readable by others, whole or absent."""
 
+import dataclasses
 import json
 import pathlib
 
@@ -11,6 +12,7 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
+from afo_sim.simulation import shown
 from afo_sim.simulation.recording import Recording, read_recording
 
 
@@ -95,6 +97,54 @@ def test_interrupted_writing_leaves_the_old_file(tmp_path: pathlib.Path) -> None
         raise KeyboardInterrupt
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def short(seated: Recording) -> Recording:
+    """Another run: the first second alone."""
+    columns = {name: values[:1000] for name, values in seated.columns.items()}
+    return dataclasses.replace(seated, columns=columns, status="failed: cut off")
+
+
+def test_run_that_cannot_be_written_whole_leaves_the_old_one(
+    seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seated.save(tmp_path, rrd=False)
+    (tmp_path / "notes.txt").write_text("mine")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    class Broken:
+        def write(self, *given: object) -> None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(shown, "_shows", [Broken()])
+    with pytest.raises(KeyboardInterrupt):
+        short(seated).save(tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_run_whose_files_were_on_their_way_is_read_whole(
+    seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed after all files were complete, before the first or after some had reached their places."""
+    replace, moved = pathlib.Path.replace, []
+
+    def dying(path: pathlib.Path, target: pathlib.Path) -> pathlib.Path:
+        if len(moved) == lives:
+            raise KeyboardInterrupt
+        moved.append(target)
+        return replace(path, target)
+
+    for lives in (0, 1, 2):
+        folder = tmp_path / str(lives)
+        seated.save(folder)
+        moved.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(pathlib.Path, "replace", dying)
+            with pytest.raises(KeyboardInterrupt):
+                short(seated).save(folder, rrd=False)
+        assert read_recording(folder).status == "failed: cut off"
+        assert {p.name for p in folder.iterdir()} == {"recording.parquet", "summary.json", "model.xml"}
+        assert json.loads((folder / "summary.json").read_text())["status"] == "failed: cut off"
 
 
 def test_without_rrd_no_other_runs_rrd_stays(seated: Recording, tmp_path: pathlib.Path) -> None:

@@ -14,7 +14,7 @@ from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.study import cluster, engine, runner, store
+from afo_sim.study import cluster, engine, folder, runner
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # of a cluster that is torn down
@@ -79,11 +79,11 @@ def test_a_worker_of_many_threads_takes_one_chunk_at_a_time() -> None:
 
 def test_a_worker_with_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     cases = [(0, {"duration": "0.3 s"})]
-    other = store.program() | {"versions": store.program()["versions"] | {"mujoco": "3.0"}}
+    other = folder.program() | {"versions": folder.program()["versions"] | {"mujoco": "3.0"}}
     with pytest.raises(InputError, match=r"other code.*mujoco .*, not 3\.0"):
         cluster.compute(expand("scenario", "seated"), cases, other)
     with pytest.raises(InputError, match="other code than this process: of afo-sim"):
-        cluster.compute(expand("scenario", "seated"), cases, store.program() | {"code": "0"})
+        cluster.compute(expand("scenario", "seated"), cases, folder.program() | {"code": "0"})
 
 
 def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,7 +26,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.study import engine, plan, replay, runner, sobol, store
+from afo_sim.study import engine, folder, plan, replay, runner, sobol, store
 from afo_sim.study.engine import Outcome
 from afo_sim.study.runner import Progress
 from afo_sim.study.store import Store
@@ -462,8 +462,8 @@ def test_chunks_of_another_size_or_sweep_are_not_mixed_in(tmp_path: pathlib.Path
     runner.run(large, part=(2, 3))
     mine = opened(written(tmp_path, SEATED), tmp_path / "out")
     (tmp_path / "out" / "chunks").mkdir()
-    for folder, chunk in (("b", "0000000"), ("c", "0000001")):
-        shutil.copy(tmp_path / folder / "out" / "chunks" / f"{chunk}.parquet", tmp_path / "out" / "chunks")
+    for at, chunk in (("b", "0000000"), ("c", "0000001")):
+        shutil.copy(tmp_path / at / "out" / "chunks" / f"{chunk}.parquet", tmp_path / "out" / "chunks")
     with pytest.raises(InputError, match=r"2 of 3 chunks are damaged or of another sweep"):
         runner.run(mine)
     runner.run(mine)
@@ -603,7 +603,7 @@ def test_other_code_is_refused_until_told(
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
-    monkeypatch.setattr(store, "_code", lambda: "0" * 64)
+    monkeypatch.setattr(folder, "code_fingerprint", lambda: "0" * 64)
     code, _, complained = call(capsys, "sweep", file, "--out", out)
     assert code == 2 and "computed by other code" in complained and "continue" in complained
     code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")

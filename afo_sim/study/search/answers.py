@@ -1,16 +1,14 @@
 """What the patients make of designs: every design simulated with every patient, by the sweeps' engine."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from afo_sim.study import cluster, engine
 from afo_sim.study.design import Cases
-from afo_sim.study.engine import OK, Outcome
-from afo_sim.study.store import Store
+from afo_sim.study.engine import OK
+from afo_sim.study.pool import Pool
 
 CHUNK = 32  # cases that a thread or a worker takes at a time
 
@@ -26,30 +24,6 @@ class Answers:
 
 
 Evaluate = Callable[[Columns], Answers]  # {parameter: values (n,) [SI]} → answers of n designs
-
-
-@dataclass(frozen=True)
-class Pool:
-    """Who simulates: threads of this process, or the Dask cluster at an address."""
-
-    threads: int = 1
-    scheduler: str = ""
-
-
-@contextmanager
-def pool(threads: int, workers: int, scheduler: str) -> Iterator[Pool]:
-    """Threads, or a cluster: of so many workers on this machine, or the one at an address.
-
-    Raises
-    ------
-    InputError
-        Dask is not installed.
-    """
-    if scheduler or not workers:
-        yield Pool(threads, scheduler)
-        return
-    with cluster.library().LocalCluster(**cluster.local_options(workers)) as local:
-        yield Pool(threads, local.scheduler_address)
 
 
 def answers(
@@ -74,9 +48,10 @@ def answers(
     InputError
         The cluster cannot be reached, or its workers die over and over.
     """
-    many = len(patients) if patients else 1
     jobs = _Jobs(designs, patients)
-    found = dict(_outcomes(scenario, jobs, who))
+    many, chunks = jobs.many, range(-(-len(jobs) // CHUNK))
+    done = who.outcomes(scenario, jobs, chunks)
+    found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
     shape = len(designs), many
     values = {name: np.full(shape, np.nan) for name in metrics}
     reasons = [""] * len(designs)
@@ -93,12 +68,13 @@ def answers(
 
 
 class _Jobs:
-    """Designs times patients as numbered cases, in the form in which a cluster takes a sweep's."""
+    """Designs times patients as numbered cases."""
+
+    chunk = CHUNK
 
     def __init__(self, designs: Cases, patients: Cases | None):
         self.designs, self.patients = designs, patients
         self.many = len(patients) if patients else 1
-        self.cases = self
 
     def __len__(self) -> int:
         return len(self.designs) * self.many
@@ -110,13 +86,3 @@ class _Jobs:
 
     def numbers(self, chunk: int) -> range:
         return range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self)))
-
-
-def _outcomes(scenario: Mapping[str, Any], jobs: _Jobs, who: Pool) -> Iterator[tuple[int, Outcome]]:
-    if not who.scheduler:
-        cases = ((number, jobs.sets(number)) for number in range(len(jobs)))
-        yield from engine.outcomes(scenario, cases, who.threads, CHUNK)
-        return
-    pending = list(range(-(-len(jobs) // CHUNK)))
-    for chunk, outcomes in cluster.chunks(scenario, cast(Store, jobs), pending, 0, who.scheduler):
-        yield from zip(jobs.numbers(chunk), outcomes, strict=True)

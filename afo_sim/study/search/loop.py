@@ -17,17 +17,28 @@ from afo_sim.study.search.evolution import Evolution
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: ranges, constraints on them, and what makes a design good."""
+    """What is searched: ranges, constraints on them, what makes a design good, and from how many starts.
+
+    Every start is a search of its own with its own seed, and none learns from another: how far apart they end
+    tells how far the result depends on chance.
+    """
 
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...]
     aim: Aim
     seed: int
     population: int | None = None
+    starts: int = 1
 
-    def evolution(self) -> Evolution:
-        """The optimiser at its start."""
-        return Evolution(len(self.parameters), self.seed, self.population)
+    @property
+    def seeds(self) -> list[int]:
+        """Of each start; the first one's is the search's own."""
+        others = [np.random.SeedSequence([self.seed, k]).generate_state(1)[0] for k in range(1, self.starts)]
+        return [self.seed, *map(int, others)]
+
+    def evolutions(self) -> list[Evolution]:
+        """The optimiser of each start."""
+        return [Evolution(len(self.parameters), seed, self.population) for seed in self.seeds]
 
     def values(self, shares: np.ndarray) -> Columns:
         """{parameter: values (n,) [SI]} of shares from 0 to 1 (n, parameters)."""
@@ -36,7 +47,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Progress:
-    """Generations that are done, how many there will be at most, and the best design so far."""
+    """Generations of all starts that are done, how many there will be at most, the best design so far."""
 
     generations: int
     most: int
@@ -59,38 +70,56 @@ def evolve(
     ----------
     problem : what is searched
     folder : where generations are kept
-    generations : after which to stop
+    generations : after which each start stops
     evaluate : what the patients make of designs
     report : told after every generation
 
     Returns
     -------
-    (all designs in the order in which they were tried, whether the search has settled)
+    (all designs in the order in which they were tried, whether every start has settled)
 
     Raises
     ------
     InputError
         The folder cannot be written to, or holds designs that this optimiser would not have asked for.
     """
-    evolution = problem.evolution()
+    evolutions = problem.evolutions()
     done: list[Columns] = []
-    while len(done) < generations and not evolution.settled:
-        values = problem.values(evolution.ask())
-        columns = store.read_generation(folder, len(done))
-        if columns is None:
-            columns = _judged(problem, len(done), values, evaluate)
-            store.write_generation(folder, len(done), columns)
-        elif any(not np.array_equal(columns.get(name), values[name]) for name in values):  # type: ignore[arg-type]
-            raise InputError(
-                f"generation {len(done)} holds other designs than are asked for here: another processor?",
-                file=folder,
-                allowed="--if-changed restart",
-            )
-        evolution.tell(problem.aim.ranks(columns))
-        done.append(columns)
-        if report is not None:
-            report(_progress(problem.aim, done, generations))
-    return store.joined(done), evolution.settled
+    for generation in range(generations):
+        for start, evolution in enumerate(evolutions):
+            if evolution.settled:
+                continue
+            columns = _generation(problem, folder, (generation, start), evolution, evaluate, done)
+            evolution.tell(problem.aim.ranks(columns))
+            done.append(columns)
+            if report is not None:
+                report(_progress(problem.aim, done, generations * len(evolutions)))
+    return store.joined(done), all(evolution.settled for evolution in evolutions)
+
+
+def _generation(
+    problem: Problem,
+    folder: pathlib.Path,
+    which: tuple[int, int],
+    evolution: Evolution,
+    evaluate: Evaluate,
+    done: Sequence[Columns],
+) -> Columns:
+    """The designs of a generation of a start, from the folder or judged now."""
+    number = which[0] * problem.starts + which[1]
+    values = problem.values(evolution.ask())
+    columns = store.read_generation(folder, number)
+    if columns is None:
+        first = sum(len(each["design"]) for each in done)
+        columns = _judged(problem, which, first, values, evaluate)
+        store.write_generation(folder, number, columns)
+    elif any(not np.array_equal(columns.get(name), values[name]) for name in values):  # type: ignore[arg-type]
+        raise InputError(
+            f"generation {number} holds other designs than are asked for here: another processor?",
+            file=folder,
+            allowed="--if-changed restart",
+        )
+    return columns
 
 
 def best_of(aim: Aim, columns: Columns) -> int:
@@ -103,8 +132,15 @@ def row(columns: Columns, number: int) -> Columns:
     return {name: values[number : number + 1] for name, values in columns.items()}
 
 
-def _judged(problem: Problem, generation: int, values: Columns, evaluate: Evaluate) -> Columns:
-    """A generation's table. Designs outside the constraints are not simulated."""
+def of_start(columns: Columns, start: int) -> Columns:
+    """The designs of one start."""
+    return {name: values[columns["start"] == start] for name, values in columns.items()}
+
+
+def _judged(
+    problem: Problem, which: tuple[int, int], first: int, values: Columns, evaluate: Evaluate
+) -> Columns:
+    """A generation's table, its designs numbered from `first`. What is outside the constraints is not run."""
     count = len(next(iter(values.values())))
     off = outside([constraint.excess(values) for constraint in problem.constraints], count)
     judged, reasons = problem.aim.unknown(count), np.full(count, "", dtype=object)
@@ -114,8 +150,8 @@ def _judged(problem: Problem, generation: int, values: Columns, evaluate: Evalua
         for name, column in problem.aim.judge(found.metrics).items():
             judged[name][inside] = column
         reasons[inside] = found.reasons
-    numbers = np.arange(generation * count, (generation + 1) * count)
-    head = {"generation": np.full(count, generation), "design": numbers}
+    head = {name: np.full(count, value) for name, value in zip(("generation", "start"), which, strict=True)}
+    head["design"] = np.arange(first, first + count)
     return head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
 
 

@@ -1,10 +1,8 @@
 """A design search as its TOML file describes it: parameters, objective, limits, patients."""
 
-import hashlib
-import importlib.metadata
-import json
 import os
 import pathlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -20,16 +18,28 @@ from afo_sim.description.quantity import refusal
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study import plan as sweep_plan
 from afo_sim.study.design import Cases, case_seeds, cases_of
-from afo_sim.study.parameter import Parameter, Range
+from afo_sim.study.folder import fingerprint
+from afo_sim.study.parameter import Parameter, Range, Span
 from afo_sim.study.parameter_table import Told
 from afo_sim.study.plan import Plan
 from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
-from afo_sim.study.store import fingerprint
+from afo_sim.study.search.loop import Problem
 
 GENERATIONS = 40
+STARTS = 3
 FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
 JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
-FIXED_COLUMNS = ("generation", "design", "outside", "lacking", OBJECTIVE, "feasible", "violation", "reason")
+FIXED_COLUMNS = (
+    "generation",
+    "start",
+    "design",
+    "outside",
+    "lacking",
+    OBJECTIVE,
+    "feasible",
+    "violation",
+    "reason",
+)
 
 
 @dataclass(frozen=True)
@@ -70,9 +80,21 @@ class Search:
     limits: tuple[ToldLimit, ...]
     generations: int
     population: int | None
+    starts: int = STARTS
 
-    def aim(self, units: Mapping[str, str]) -> Aim:
+    def problem(self, aim: Aim) -> Problem:
+        """What the optimiser searches."""
+        plan = self.designs
+        return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
+
+    def aim(self, units: Mapping[str, str], *, sampled: bool = False) -> Aim:
         """Objective and limits, by the units that the scenario's metrics have.
+
+        Parameters
+        ----------
+        units : {metric: unit}
+        sampled : of the patients that designs are chosen by: where these are drawn from a population, limits
+            are such that the share of the population is expected to keep them
 
         Raises
         ------
@@ -88,9 +110,9 @@ class Search:
                 raise InputError(
                     problem, file=self.file, field=field, value=name, allowed=allowed, nearest=near
                 )
-        return Aim(self.objective, tuple(self._limit(k, units) for k in range(len(self.limits))))
+        return Aim(self.objective, tuple(self._limit(k, units, sampled) for k in range(len(self.limits))))
 
-    def _limit(self, number: int, units: Mapping[str, str]) -> Limit:
+    def _limit(self, number: int, units: Mapping[str, str], sampled: bool) -> Limit:
         told = self.limits[number]
         bound = told.bound.replace("%", " percent") if isinstance(told.bound, str) else told.bound
         try:
@@ -98,7 +120,8 @@ class Search:
         except ValueError as error:
             field = f"limits[{number}].{told.option}"
             raise InputError(str(error), file=self.file, field=field, value=told.bound) from None
-        return Limit(told.metric, told.at_least, value, told.share, told.number)
+        drawn = sampled and self.patients is not None and self.patients.cases is not None
+        return Limit(told.metric, told.at_least, value, told.share, told.number, drawn)
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
@@ -134,12 +157,9 @@ class Search:
             "objective": repr(self.objective),
             "limits": repr(self.limits),
             "population": self.population,
+            "starts": self.starts,
         }
-        found = fingerprint(self.designs)
-        del found["sweep"]
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-        versions = found["versions"] | {"cma": _version("cma")}
-        return found | {"search": digest, "versions": versions}
+        return fingerprint("search", told, "cma")
 
 
 class _ToldObjective(Told):
@@ -192,10 +212,11 @@ class _ToldSearch(Told):
     """A search's file as it is written."""
 
     description: StrictStr = ""
-    scenario: StrictStr
+    scenario: StrictStr | dict[str, Any]
     seed: StrictInt = Option(default=0, ge=0)
     generations: StrictInt = Option(default=GENERATIONS, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
+    starts: StrictInt = Option(default=STARTS, ge=1, le=100)
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
     parameters: dict[str, Any] = Option(min_length=1)
@@ -217,7 +238,65 @@ def read(path: str | os.PathLike[str]) -> Search:
         The first thing that is wrong, with its field, value and what is allowed.
     """
     file = assets.find("search", os.fspath(path))
-    table = assets.read_toml(file)
+    return of_table(file, assets.read_toml(file))
+
+
+def search_of(
+    scenario: Any,
+    over: Mapping[str, Any],
+    *,
+    lowest: str = "",
+    highest: str = "",
+    of: Literal["mean", "median", "worst"] = "mean",
+    limits: Sequence[str] = (),
+    patients: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> Search:
+    """A design search without a file.
+
+    Parameters
+    ----------
+    scenario : as `study.plan.plan_of` takes it
+    over : {dotted key: (lower, upper), a span, or a table as [parameters.NAME] has it}
+    lowest, highest : the metric that is to be so; one of the two
+    of : what of the metric over the patients
+    limits : as "toe_clearance >= 10 mm", with " in 95 %" after it where not all patients need keep it
+    patients : as [patients] has them; the scenario's own alone if None
+    options : `seed`, `generations`, `population`, `starts`, `constraints`, `sets`, as in a file
+
+    Raises
+    ------
+    InputError
+        As `read`.
+    """
+    file = pathlib.Path("search")
+    if bool(lowest) == bool(highest):
+        raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
+    ranges = {key: Span(*told) if isinstance(told, tuple) else told for key, told in over.items()}
+    table = {
+        "scenario": sweep_plan.plain_scenario(scenario),
+        "parameters": sweep_plan.parameter_tables(ranges),
+        "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
+        "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
+        "set": dict(options.pop("sets", None) or {}),
+        **options,
+    }
+    return of_table(file, table | ({"patients": dict(patients)} if patients else {}))
+
+
+def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
+    """A limit in one line as the table that a search's file has."""
+    found = re.fullmatch(r"\s*(\w+)\s*(>=|<=)\s*(.+?)(?:\s+in\s+([\d.]+)\s*%)?\s*", text)
+    if found is None:
+        example = "toe_clearance >= 10 mm in 95 %"
+        raise InputError("is no limit", file=file, field=f"limits[{number}]", value=text, allowed=example)
+    metric, sign, bound, share = found.groups()
+    table: dict[str, Any] = {"metric": metric, "at_least" if sign == ">=" else "at_most": bound}
+    return table | ({"share": float(share) / 100.0} if share else {})
+
+
+def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Search:
+    """A search that stands in `file` as `table`; raises as `read`."""
     try:
         told = _ToldSearch.model_validate(table)
     except ValidationError as error:
@@ -246,6 +325,7 @@ def read(path: str | os.PathLike[str]) -> Search:
         limits=limits,
         generations=told.generations,
         population=told.population,
+        starts=told.starts,
     )
 
 
@@ -301,10 +381,3 @@ def _of_patients(error: InputError) -> InputError:
     facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
     field = f"patients.{error.field}"
     return InputError(error.problem, file=error.file, field=field, **facts)  # type: ignore[arg-type]
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"

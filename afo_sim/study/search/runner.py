@@ -1,28 +1,28 @@
 """A design search from its description to its result, in a folder that it can be resumed from."""
 
+import json
 import math
 import pathlib
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
-from afo_sim.common.writing import disk, keeping
+from afo_sim.description.portable import portable
 from afo_sim.description.reader import expand, load
-from afo_sim.show.search_figure import draw_search
-from afo_sim.study import engine
 from afo_sim.study.design import Cases
-from afo_sim.study.engine import OK
+from afo_sim.study.folder import Changed, write_json, write_text
+from afo_sim.study.pool import Pool, pool
+from afo_sim.study.runner import probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
-from afo_sim.study.search.answers import Answers, Columns, Pool, answers
+from afo_sim.study.search.answers import Answers, Columns, answers
 from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, Progress, best_of, evolve, row
+from afo_sim.study.search.loop import Problem, Progress, best_of, evolve, of_start, row
 from afo_sim.study.search.plan import Search
+from afo_sim.study.search.words import spread_over_starts
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class Opened:
     problem: Problem
     seconds: float
     best: dict[str, Any] | None
+    mixed: bool = False
 
     @property
     def finished(self) -> bool:
@@ -47,57 +48,71 @@ class Opened:
 
     @property
     def cases(self) -> int:
-        """Simulations in a generation."""
-        return self.problem.evolution().population * (len(self.patients) if self.patients else 1)
+        """Simulations in a generation of one start."""
+        return self.problem.evolutions()[0].population * (len(self.patients) if self.patients else 1)
 
 
-def open_search(search: Search, folder: pathlib.Path, changed: store.Changed = "refuse") -> Opened:
+def open_search(search: Search, folder: pathlib.Path, changed: Changed = "refuse") -> Opened:
     """A search in its folder: a new one, or one to be continued.
 
     Parameters
     ----------
     search : to be done
     folder : made if need be
-    changed : what to do where the folder holds another search, or designs computed by other code
+    changed : where the folder holds another search or designs of other code, as `Kind.open` takes it
 
     Raises
     ------
     InputError
-        As `store.opened`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
+        As `Kind.open`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
     """
     patients = search.judging()
     search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
     Evolution(len(plan.parameters), plan.seed, search.population)  # says so at once if cma is missing
-    fingerprint = search.fingerprint()
-    told = store.opened(folder, fingerprint, changed)
-    if not told:
-        scenario = expand("scenario", plan.scenario)
-        units, seconds = _probe(scenario, search, patients)
+    known = {
+        "fingerprint": search.fingerprint(),
+        "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
+        "search_file": str(search.file),
+    }
+
+    def first() -> dict[str, Any]:
+        units, seconds = _tried(known["scenario"], search, patients)
         search.aim(units)
-        told = {
-            "fingerprint": fingerprint,
-            "scenario": scenario,
-            "search_file": str(search.file),
-            "metrics": units,
-            "seconds_per_case": seconds,
-        }
-        store.begin(folder, told)
-    aim = search.aim(told["metrics"])
+        return {"metrics": units, "seconds_per_case": seconds}
+
+    told = store.SEARCH.open(folder, known, changed, first)
+    aim = search.aim(told["metrics"], sampled=True)
     return Opened(
         search=search,
         folder=folder,
         scenario=told["scenario"],
         units=told["metrics"],
         patients=patients,
-        problem=Problem(plan.parameters, plan.constraints, aim, plan.seed, search.population),
+        problem=search.problem(aim),
         seconds=float(told["seconds_per_case"]),
         best=store.read_best(folder),
+        mixed=bool(told.get("mixed")),
     )
 
 
+def optimise(
+    search: Search,
+    folder: pathlib.Path,
+    *,
+    changed: Changed = "refuse",
+    threads: int = 0,
+    workers: int = 0,
+    scheduler: str = "",
+    report: Callable[[Progress], None] | None = None,
+) -> dict[str, Any]:
+    """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
+    with pool(threads, workers, scheduler) as who:
+        return run(open_search(search, folder, changed), who, report)
+
+
 def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
-    """Search to the end, or on to it; what was done before is not done again.
+    """Search to the end; what was done before is not done again.
 
     Parameters
     ----------
@@ -131,27 +146,21 @@ def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = N
     again = None
     if fresh is not None and best[OUTSIDE][0] == 0.0:
         found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
-        again = problem.aim.judge(found.metrics) | {"reason": np.array(found.reasons, dtype=object)}
-    told = _told(opened, columns, best, settled)
-    told["fresh_patients"] = _fresh(problem.aim, fresh, again)
-    _write(opened, columns, best, told)
+        again = search.aim(opened.units).judge(found.metrics) | {
+            "reason": np.array(found.reasons, dtype=object)
+        }
+    told = _told(opened, columns, best, settled) | {"fresh_patients": _fresh(problem.aim, fresh, again)}
+    _write(opened, columns, told)
     return told
 
 
-def _probe(
+def _tried(
     scenario: Mapping[str, Any], search: Search, patients: Cases | None
 ) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
     middle = {p.name: p.spread.at(np.array([0.5])) for p in search.designs.parameters}  # type: ignore[union-attr]
     sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
-    tried = [search.designs.set, sets]
-    next(engine.outcomes(scenario, [(0, tried[0])]))  # compiles what only the first run compiles
-    begun = time.perf_counter()
-    found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(tried))]
-    seconds = (time.perf_counter() - begun) / len(tried)
-    if all(outcome.status != OK for outcome in found):
-        raise InputError(f"no case that was tried runs: {found[-1].reason}", file=search.file)
-    return {name: m.unit for outcome in found for name, m in outcome.metrics.items()}, seconds
+    return probe(scenario, [search.designs.set, sets], search.file)
 
 
 def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dict[str, Any]:
@@ -159,12 +168,13 @@ def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dic
     problem, aim = opened.problem, opened.problem.aim
     simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
     sets = opened.search.as_cases({p.name: best[p.name] for p in problem.parameters}).sets(0)
-    return {
+    found: dict[str, Any] = {
         "search": opened.search.file.stem,
-        "scenario": opened.search.designs.scenario,
+        "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
         "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
         "settled": settled,
+        "starts": _starts(opened, columns),
         "generations": int(columns["generation"][-1]) + 1,
         "designs": len(columns["design"]),
         "simulated": simulated,
@@ -193,6 +203,26 @@ def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dic
         ],
         "sets": sets,
     }
+    return found | ({"mixed": True} if opened.mixed else {})
+
+
+def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
+    """The best design of each start, by which the spread over seeds is told."""
+    problem = opened.problem
+    found: list[dict[str, Any]] = []
+    for start, seed in enumerate(problem.seeds):
+        own = of_start(columns, start)
+        best = row(own, best_of(problem.aim, own))
+        found.append(
+            {
+                "seed": seed,
+                "design": int(best["design"][0]),
+                "feasible": bool(problem.aim.feasible(best)[0]),
+                "objective": _number(best[OBJECTIVE]),
+                "parameters": {p.name: float(best[p.name][0]) for p in problem.parameters},
+            }
+        )
+    return found
 
 
 def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, Any] | None:
@@ -218,7 +248,7 @@ def _number(column: np.ndarray) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _write(opened: Opened, columns: Columns, best: Columns, told: Mapping[str, Any]) -> None:
+def _write(opened: Opened, columns: Columns, told: Mapping[str, Any]) -> None:
     """All files of the result, the one that says so last."""
     aim, folder = opened.problem.aim, opened.folder
     units = {p.name: p.unit for p in opened.problem.parameters}
@@ -228,16 +258,16 @@ def _write(opened: Opened, columns: Columns, best: Columns, told: Mapping[str, A
     judged = {"feasible": aim.feasible(columns), "violation": aim.violation(columns)}
     about = {key: told[key] for key in ("search", "scenario", "objective", "limits")}
     store.write_designs(folder, columns | judged, units, about)
-    store.write_text(folder / store.SCENARIO, _scenario_toml(opened, told))
-    with disk(folder, store.AGAIN), keeping(folder / store.FIGURE) as path:
-        draw_search(opened.problem, opened.units, columns, path)
-    store.write_best(folder, told)
+    write_text(folder / store.SCENARIO, _scenario_toml(opened, told))
+    write_json(folder / store.BEST, told)
 
 
 def _scenario_toml(opened: Opened, told: Mapping[str, Any]) -> str:
-    """The scenario with the best design's values."""
-    scenario = load("scenario", opened.scenario, told["sets"]).resolved()
+    """The scenario with the best design's values; the files that it needs are copied beside it."""
+    scenario = portable(load("scenario", opened.scenario, told["sets"]).resolved(), opened.folder)
     scenario["name"] = f"{opened.search.file.stem}-best"
     kind = "best design" if told["feasible"] else "design that violates its limits least (none keeps them)"
     head = f"# The {kind} of {told['designs']} that the search {opened.search.file.name} tried.\n"
+    for line in spread_over_starts(told):
+        head += f"# {line}\n"
     return head + toml_text(scenario)

@@ -2,82 +2,27 @@
 
 import json
 import pathlib
-import shutil
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, disk, keeping
-from afo_sim.study.store import differences, holds_nothing
+from afo_sim.common.writing import disk, keeping
+from afo_sim.study.folder import AGAIN, PARTS, Kind
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"
-AGAIN = "the same command again when there is room; finished generations are kept"
+SEARCH = Kind("search", MANIFEST, GENERATIONS, (BEST, DESIGNS, SCENARIO, FIGURE), PARTS)
 
 Columns = dict[str, np.ndarray]
-Changed = Literal["refuse", "restart"]
-
-
-def opened(folder: pathlib.Path, fingerprint: Mapping[str, Any], changed: Changed) -> dict[str, Any]:
-    """What a folder's search says of itself; {} where a new one begins.
-
-    Parameters
-    ----------
-    folder : made if need be
-    fingerprint : of the search
-    changed : "restart" begins anew, and `begin` throws another search's designs away
-
-    Raises
-    ------
-    InputError
-        The folder holds another search, this one computed by other code, or something else; or it cannot
-        be written to.
-    """
-    check_writable(folder)
-    if holds_nothing(folder):
-        return {}
-    told = _json(folder / MANIFEST)
-    before = told.get("fingerprint", {})
-    if before == fingerprint:
-        return told
-    if changed == "restart":
-        return {}
-    problem = "the folder holds another search, or this one before it was changed"
-    if before.get("search") == fingerprint["search"]:
-        problem = f"the folder's designs were computed by other code{differences(before, fingerprint)}"
-    allowed = "another folder, or --if-changed restart, which throws its designs away"
-    raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
-
-
-def begin(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
-    """Say what a folder's search is; what another one has left there goes."""
-    if (folder / MANIFEST).is_file() and _json(folder / MANIFEST).get("fingerprint") != told["fingerprint"]:
-        clear(folder)
-    _write_json(folder / MANIFEST, told)
-
-
-def clear(folder: pathlib.Path) -> None:
-    """Take away all that a search has written."""
-    shutil.rmtree(folder / GENERATIONS, ignore_errors=True)
-    for name in (BEST, DESIGNS, SCENARIO, FIGURE, MANIFEST):
-        (folder / name).unlink(missing_ok=True)
 
 
 def read_generation(folder: pathlib.Path, number: int) -> Columns | None:
     """A generation's designs, or None where it is not computed yet."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
 
     path = _path(folder, number)
-    if not path.is_file():
-        return None
-    try:
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowInvalid) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
-    return {name: table[name].to_numpy() for name in table.column_names}
+    return _read_table(path) if path.is_file() else None
 
 
 def write_generation(folder: pathlib.Path, number: int, columns: Columns) -> None:
@@ -92,20 +37,20 @@ def write_designs(
     _write_table(folder / DESIGNS, columns, units, about)
 
 
+def read_designs(folder: pathlib.Path) -> Columns:
+    """All designs of a search that has a result."""
+    return _read_table(folder / DESIGNS)
+
+
 def read_best(folder: pathlib.Path) -> dict[str, Any] | None:
     """The result, if there is one."""
-    return _json(folder / BEST) if (folder / BEST).is_file() else None
-
-
-def write_best(folder: pathlib.Path, told: Mapping[str, Any]) -> None:
-    """The result; that it is there says that all else is."""
-    _write_json(folder / BEST, told)
-
-
-def write_text(path: pathlib.Path, text: str) -> None:
-    """A text, on disk."""
-    with disk(path.parent, AGAIN), keeping(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    path = folder / BEST
+    if not path.is_file():
+        return None
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
 
 
 def joined(generations: Sequence[Columns]) -> Columns:
@@ -136,16 +81,12 @@ def _write_table(
         pq.write_table(pa.table(list(arrays.values()), schema=schema), temporary)
 
 
-def _write_json(path: pathlib.Path, told: Mapping[str, Any]) -> None:
-    write_text(path, json.dumps(told, indent=1, ensure_ascii=False) + "\n")
+def _read_table(path: pathlib.Path) -> Columns:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
-
-def _json(path: pathlib.Path) -> dict[str, Any]:
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        problem = f"holds something else than a search ({path.name} is missing)"
-        raise InputError(problem, field="--out", value=str(path.parent), allowed="an empty folder") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=path) from None
-    return told if isinstance(told, dict) else {}
+        table = pq.ParquetFile(path).read()
+    except (OSError, pa.ArrowException) as error:
+        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
+    return {name: table[name].to_numpy() for name in table.column_names}

@@ -48,6 +48,9 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     else:
         said.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
     said.append(f"{tried}; {how}")
+    said += spread_over_starts(best)
+    if best.get("mixed"):
+        said.append("the designs were computed by more than one version of the code")
     ends = [p["name"] for p in best["parameters"] if _at_an_end(p)]
     if ends:
         said.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
@@ -57,6 +60,26 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     elif best["feasible"] and not _holds(fresh):
         said.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return said
+
+
+def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
+    """How far apart the starts of the search have ended; nothing of a single one."""
+    starts, goal = best["starts"], best["objective"]
+    if len(starts) < 2:
+        return []
+    values = [start["objective"] for start in starts if start["feasible"]]
+    lacking = f", and {len(starts) - len(values)} found none that keeps every limit"
+    if not values:
+        return [f"none of {len(starts)} starts found a design that keeps every limit"]
+    low, high = min(values), max(values)
+    label = metric_words.words(goal["metric"]).label
+    size = max(abs(low), abs(high))
+    share = f", {100.0 * (high - low) / size:.2g} % apart" if size else ""
+    return [
+        f"{len(starts)} starts from different seeds: {_metric(low, goal['unit'])} to "
+        f"{_metric(high, goal['unit'])} of {label[:1].lower() + label[1:]}{share}"
+        f"{lacking if len(values) < len(starts) else ''}"
+    ]
 
 
 def _at_an_end(parameter: Mapping[str, Any]) -> bool:

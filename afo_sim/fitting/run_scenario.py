@@ -1,53 +1,45 @@
-"""What a dynamic fit leaves behind: its numbers, a scenario that runs at once, and its tables as text."""
+"""A dynamic fit in files and in words: the fitted scenario, its numbers, tables and remarks to print."""
 
 import pathlib
 from typing import Any
 
 from afo_sim.common.toml_text import toml_text
-from afo_sim.common.writing import together, write_json, write_text
+from afo_sim.common.writing import write_json, write_text
 from afo_sim.description import reader
+from afo_sim.description.portable import portable
 from afo_sim.fitting.run_fit import FitRun
-from afo_sim.show.log_figure import draw_log
 
-SCENARIO, NUMBERS, FIGURE = "scenario.toml", "fit_run.json", "fit_run"
-MISFIT = 1.5  # times the noise: above it the model lacks something that the log shows
+SCENARIO, NUMBERS = "scenario.toml", "fit_run.json"
 
 
-def write_fit_run(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write fit_run.json, fit_run.png/.pdf and, if a search has settled, scenario.toml: all or none.
+def write(fit: FitRun, folder: pathlib.Path) -> None:
+    """Write fit_run.json and, if a search has settled, scenario.toml.
 
     Parameters
     ----------
     fit : from `fit_run`
-    folder : made if need be
+    folder : made if need be; the scenario runs wherever it is moved to
     """
-    with together(folder, (NUMBERS, SCENARIO, f"{FIGURE}.png", f"{FIGURE}.pdf")) as scratch:
-        write_json(scratch / NUMBERS, as_json(fit))
-        if fit.values and fit.converged:
-            write_text(scratch / SCENARIO, scenario_toml(fit))
-            reader.load("scenario", scratch / SCENARIO)  # it must be one
-        for suffix in ("png", "pdf"):
-            draw_log(fit, scratch / f"{FIGURE}.{suffix}", suffix)
+    write_json(folder / NUMBERS, as_json(fit))
+    if fit.values and fit.converged:
+        write_text(folder / SCENARIO, scenario_toml(fit, folder))
+        reader.load("scenario", folder / SCENARIO)  # it must be one
 
 
-def scenario_toml(fit: FitRun) -> str:
-    """The scenario with the fitted values, each with its source; what belongs to the log as a comment."""
-    problem = fit.problem
-    sets: dict[str, Any] = {}
-    comments = [f"# Fitted to {problem.log.file.name}; what it does not say is as it was before."]
-    for parameter in problem.parameters:
-        low_high, value = fit.interval[parameter.name], fit.values[parameter.name]
-        unit = parameter.kind.shown
-        belief = f"no interval: {fit.reason(parameter.name)}"
-        if low_high is not None:
-            low, high = map(parameter.shown, low_high)
-            belief = f"95 % interval {low:.4g} to {high:.4g} {unit}"
-        source = f"fitted to {problem.log.file.name}; {belief}"
-        sets |= parameter.sets(value, source)
+def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
+    """The fitted scenario as it stands in a folder; what belongs to the log as a comment.
+
+    Parameters
+    ----------
+    fit : from `fit_run`
+    folder : where the text will stand; files that are not shipped are copied there
+    """
+    comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
+    for parameter in fit.problem.parameters:
         if not parameter.keys:
-            comments.append(f"# {parameter.name} = {parameter.shown(value):.4g} {unit}, of the log: {belief}")
-    scenario = reader.load("scenario", problem.scenario, sets).resolved()
-    scenario["name"] = f"{scenario['name'] or 'scenario'}-fitted"
+            value = f"{parameter.shown(fit.values[parameter.name]):.4g} {parameter.kind.shown}"
+            comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
+    scenario = portable(fit.scenario.resolved(), folder)
     return "\n".join(comments) + "\n" + toml_text(scenario)
 
 
@@ -80,9 +72,12 @@ def as_json(fit: FitRun) -> dict[str, Any]:
                 "rms_after": errors.after,
                 "rms_before_held_out": errors.before_held_out,
                 "rms_held_out": errors.held_out,
+                "chi_squared": errors.chi_squared,
+                "chi_squared_held_out": errors.chi_squared_held_out,
             }
             for title, errors in fit.errors.items()
         },
+        "warnings": list(fit.warnings),
         "held_out_share": problem.hold_out,
         "samples": len(problem.log.time),
         "errors_in_noise": fit.misfit,
@@ -121,13 +116,8 @@ def remarks(fit: FitRun) -> list[str]:
     """Lines to print below the tables."""
     samples, plural = len(fit.problem.log.time), "s" if fit.runs > 1 else ""
     lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
-    if fit.values and fit.misfit > MISFIT:
-        lines.append(
-            "the run differs from the log by more than noise: something else is missing in the scenario, and "
-            "the values make up for it as well as they can"
-        )
     if not fit.converged:
         lines.append("the search was stopped before it converged")
     lines += [f"the log does not tell: {line}" for line in fit.verdict]
-    lines += [f"warning: {warning}" for warning in fit.after.warnings]
+    lines += [f"warning: {warning}" for warning in fit.warnings]
     return lines

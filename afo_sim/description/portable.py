@@ -1,0 +1,82 @@
+"""A scenario that may move with its folder: own files lie beside it, shipped ones keep their shipped name."""
+
+import copy
+import pathlib
+import shutil
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.description.tree import SCENARIO_FILES
+
+BESIDE = "files"  # folder of what is copied
+ASSETS = {
+    "mesh": ("meshdir", "assetdir"),
+    "hfield": ("assetdir",),
+    "texture": ("texturedir", "assetdir"),
+}
+
+
+def portable(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
+    """The same scenario with paths that hold wherever its folder goes.
+
+    A shipped file is named as `models/…`, which any installation has; any other is copied to `files/` in the
+    folder, with the meshes that it needs from its own folder, and named relative to the folder. A model that
+    needs files from outside its own folder stays where it is, by its whole path.
+
+    Parameters
+    ----------
+    scenario : plain data, as `Scenario.resolved` gives it
+    folder : in which the scenario's TOML file will stand; made if need be
+
+    Returns
+    -------
+    plain data to write as `folder/NAME.toml`
+    """
+    found = copy.deepcopy(dict(scenario))
+    for table, key in SCENARIO_FILES:
+        holder = found.get(table)
+        if isinstance(holder, dict) and holder.get(key) and pathlib.Path(holder[key]).is_file():
+            holder[key] = _placed(pathlib.Path(holder[key]).resolve(), folder.resolve(), f"{table}_{key}")
+    return found
+
+
+def _placed(file: pathlib.Path, folder: pathlib.Path, name: str) -> str:
+    """What is written for a file; copies it if need be."""
+    for root in assets.FOLDERS:
+        shipped = assets.folder(root).resolve()
+        if file.is_relative_to(shipped):
+            return f"{root}/{file.relative_to(shipped).as_posix()}"
+    if file.is_relative_to(folder):
+        return file.relative_to(folder).as_posix()
+    parts = _parts(file)
+    if parts is None:
+        return str(file)
+    for part in parts:
+        copied = folder / BESIDE / name / part.relative_to(file.parent)
+        copied.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(part, copied)
+    return f"{BESIDE}/{name}/{file.name}"
+
+
+def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pathlib.Path] | None:
+    """A file and what it needs, if all of it lies in the file's folder; None where it does not."""
+    found = [file]
+    if file.suffix.lower() not in (".xml", ".mjcf", ".urdf") or file in above:
+        return found
+    root = ElementTree.parse(file).getroot()
+    compiler = {k: v for node in root.iter("compiler") for k, v in node.attrib.items()}
+    for node in root.iter():
+        named = node.get("file") or node.get("filename")
+        if not named:
+            continue
+        place = next((compiler[d] for d in ASSETS.get(node.tag, ()) if d in compiler), "")
+        part = (file.parent / place / named).resolve()
+        if not part.is_file() or not part.is_relative_to(file.parent):
+            return None
+        more = _parts(part, (*above, file)) if node.tag == "include" else [part]
+        if more is None:
+            return None
+        found += more
+    return found

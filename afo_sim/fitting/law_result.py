@@ -1,0 +1,255 @@
+"""Fits of force laws to a measured characteristic: points in, ranked laws and a muscle that runs out."""
+
+import dataclasses
+import math
+import os
+import pathlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+import numpy as np
+
+from afo_sim.bench.measured import HEADER, Measured, check_facts, read_measured
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import parse_quantity
+from afo_sim.description.muscle import Muscle
+from afo_sim.fitting.law_fit import LawFit, fit_law, held_out
+from afo_sim.fitting.law_muscle import LIKE, muscle
+from afo_sim.fitting.law_problem import GEOMETRY, Loss, pose, select
+from afo_sim.fitting.law_ranking import doubts, rank
+from afo_sim.physics.laws import LAWS
+
+HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
+
+    `left_out` counts the points that no static law is about; `like` is the muscle from which comes what the
+    data do not tell.
+    """
+
+    fits: tuple[LawFit, ...]
+    skipped: dict[str, str]
+    left_out: int
+    like: str
+
+    @property
+    def best(self) -> LawFit:
+        """The fit that is ranked first."""
+        return self.fits[0]
+
+    @property
+    def muscle(self) -> Muscle:
+        """The fitted muscle, ready to run; with data of several muscles, the first of `muscles`."""
+        return next(iter(self.muscles.values()))
+
+    @property
+    def muscles(self) -> dict[str, Muscle]:
+        """The fitted muscle of each data set, by the data's name."""
+        data_sets = self.best.problem.data
+        return {data.name: muscle(self.best, data, self.like) for data in data_sets}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The best law's fitted parameters [SI]."""
+        return dict(self.best.values)
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """95 % interval of each of them [SI]; None where the data do not tell it."""
+        return {
+            name: None if math.isinf(half) else (self.best.values[name] - half, self.best.values[name] + half)
+            for name, half in self.best.half_width.items()
+        }
+
+    @property
+    def residuals(self) -> np.ndarray:
+        """Prediction less measurement of the best law, point by point [N or m]."""
+        return self.best.residuals
+
+    @property
+    def ranking(self) -> tuple[str, ...]:
+        """The laws that were fitted, best first."""
+        return tuple(fit.problem.law.name for fit in self.fits)
+
+    @property
+    def slack(self) -> int:
+        """Readings of zero that are taken as of a slack muscle."""
+        return sum(int(d.slack.sum()) for d in self.best.problem.data if d.slack is not None)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to look twice, each a sentence."""
+        return tuple(doubts(self.fits))
+
+
+def fit(
+    data: Any,
+    *,
+    law: str = "all",
+    hold_out: str = "all",
+    test: Any = (),
+    free: Sequence[str] = (),
+    fixed: Mapping[str, Any] | None = None,
+    told: Mapping[str, Any] | None = None,
+    loss: str = "linear",
+    like: str = LIKE,
+    report: Callable[[str], None] = lambda text: None,
+) -> StaticFit:
+    """Fit one force law, or all of them, to a measured characteristic.
+
+    Parameters
+    ----------
+    data : path to a CSV, {title with unit: array}, a pandas DataFrame of such titles, or a list of these, one
+        for each muscle
+    law : name, or "all"
+    hold_out : what is left out in turn to tell the error on unseen points, of HOLD_OUT
+    test : further data that are predicted, not fitted
+    free : parameters to fit beside those that the law usually is fitted by
+    fixed : parameters to hold, for example {"braid_angle": "24 deg"}
+    told : what the data do not say of the muscle, for example {"bore": "20 mm"}
+    loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers
+    like : muscle to take from what the data do not tell
+    report : called with what is being done
+
+    Returns
+    -------
+    StaticFit
+
+    Raises
+    ------
+    InputError
+        A file, column, unit, law, parameter or argument is wrong, or no law can be fitted to the data.
+    """
+    fixed, told = dict(fixed or {}), dict(told or {})
+    _check(law, hold_out, loss, like, fixed)
+    sources, tests = _several(data), _several(test)
+    _require_different(sources, tests)
+    points, left_out = _read(sources, told)
+    unseen, _ = _read(tests, told)
+    found, skipped = [], {}
+    for name in LAWS if law == "all" else [law]:
+        report(f"fitting {name}")
+        try:
+            held = _fixed(name, fixed, only=law != "all")
+            problem = pose(name, points, free=free, fixed=held, loss=loss)  # type: ignore[arg-type]
+        except InputError as error:
+            if law != "all":
+                raise
+            skipped[name] = error.problem
+            continue
+        result = fit_law(problem)
+        if hold_out != "none" or unseen:
+            result = held_out(result, unseen, report, groups=hold_out != "none")
+        found.append(_only(result, hold_out))
+    if not found:
+        raise InputError(f"no law can be fitted: {next(iter(skipped.values()))}", file=points[0].file)
+    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+
+
+def _several(data: Any) -> list[Any]:
+    """The data sets of an argument that may hold one or more."""
+    return list(data) if isinstance(data, list | tuple) else [data]
+
+
+def _only(result: LawFit, hold_out: str) -> LawFit:
+    """The fit with the held-out errors that were asked for; those of further data always."""
+    if hold_out in ("all", "none"):
+        return result
+    if hold_out not in result.held_out:
+        raise InputError(
+            "cannot be left out of these data",
+            field="hold_out",
+            value=hold_out,
+            allowed=", ".join(["all", "none", *result.held_out]),
+        )
+    kept = {kind: e for kind, e in result.held_out.items() if kind in (hold_out, "file")}
+    return dataclasses.replace(result, held_out=kept)
+
+
+def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
+    parameters = {p.name for each in LAWS.values() for p in each.parameters} | set(GEOMETRY)
+    checks: list[tuple[str, str, Sequence[str], str]] = [
+        ("hold_out", hold_out, HOLD_OUT, "is no choice"),
+        ("loss", loss, get_args(Loss), "is no choice"),
+        ("law", law, ("all", *LAWS), "is no choice"),
+    ]
+    checks += [("fixed", name, sorted(parameters), "is no parameter of any law") for name in fixed]
+    for field, value, allowed, problem in checks:
+        if value not in allowed:
+            raise InputError(
+                problem,
+                field=field,
+                value=value,
+                allowed=", ".join(allowed),
+                nearest=nearest_name(value, allowed),
+            )
+    try:
+        assets.find("muscle", like)
+    except InputError as error:
+        raise InputError(
+            error.problem, field="like", value=like, allowed=error.allowed, nearest=error.nearest
+        ) from None
+
+
+def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
+    """Refuse a file that is to be fitted twice, or fitted and predicted."""
+    files = [pathlib.Path(s).resolve() for s in sources if isinstance(s, str | os.PathLike)]
+    others = [pathlib.Path(s).resolve() for s in tests if isinstance(s, str | os.PathLike)]
+    for file in files:
+        if [*files, *others].count(file) > 1:
+            raise InputError("is given twice: its points would count double", file=file)
+
+
+def _read(sources: Sequence[Any], told: Mapping[str, Any]) -> tuple[list[Measured], int]:
+    """The usable points of each data set, with what the caller tells of the muscle; how many are not."""
+    facts: dict[str, Any] = {}
+    for key, text in told.items():
+        unit = HEADER.get(key)
+        if unit is None:
+            names = [name for name, si in HEADER.items() if si]
+            raise InputError(
+                "is nothing that can be told",
+                field="told",
+                value=key,
+                allowed=", ".join(names),
+                nearest=nearest_name(key, names),
+            )
+        facts[key] = _quantity(f"told.{key}", text, unit)
+    check_facts(None, facts, "told")
+    data, left_out = [], 0
+    for source in sources:
+        measured = read_measured(source, facts)
+        usable, dropped = select(measured)
+        if not len(usable):
+            raise InputError("has no point with pressure, tension and contraction", file=measured.file)
+        data.append(usable)
+        left_out += dropped
+    return data, left_out
+
+
+def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float]:
+    """Values of the parameters that are held; with several laws, of those that this law has."""
+    units = {p.name: p.unit for p in (*LAWS[law].parameters, *GEOMETRY.values())}
+    known = {name: text for name, text in texts.items() if name in units}
+    if only and len(known) < len(texts):
+        name = next(name for name in texts if name not in units)
+        raise InputError(
+            f"is no parameter of {law}",
+            field="fixed",
+            value=name,
+            allowed=", ".join(units),
+            nearest=nearest_name(name, units),
+        )
+    return {name: _quantity(f"fixed.{name}", text, units[name]) for name, text in known.items()}
+
+
+def _quantity(field: str, text: Any, unit: str) -> float:
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=text) from None

@@ -1,0 +1,137 @@
+"""Figure of a static fit: the best law over the points, its residuals, the laws' errors."""
+
+import dataclasses
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim.bench.measured import Measured
+from afo_sim.common.writing import replacing
+from afo_sim.fitting.law_fit import LawFit
+from afo_sim.fitting.law_muscle import residual_unit
+from afo_sim.fitting.law_problem import predict, pressure_levels, take
+from afo_sim.fitting.law_ranking import kinds
+from afo_sim.fitting.law_result import StaticFit
+from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+
+
+def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write fit.png and fit.pdf, and return the files.
+
+    Parameters
+    ----------
+    found : from `fit`
+    folder : made if need be
+    """
+    import matplotlib
+
+    written = []
+    with matplotlib.rc_context(STYLE):
+        figure = _figure(found.fits)
+        for suffix in ("png", "pdf"):
+            written.append(folder / f"fit.{suffix}")
+            with replacing(written[-1]) as path:
+                figure.savefig(path, dpi=RESOLUTION, format=suffix)
+    return written
+
+
+def _figure(fits: Sequence[LawFit]) -> Any:
+    """A panel for each data set, one of the residuals, and one of the laws where there are several."""
+    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
+
+    best = fits[0]
+    count = len(best.problem.data) + 1 + (len(fits) > 1)
+    figure = Figure(figsize=(3.6 * count, 3.3), layout="constrained")
+    axes = figure.subplots(1, count)
+    for axis, data in zip(axes, best.problem.data, strict=False):
+        _draw_curves(axis, best, data)
+    _draw_residuals(axes[len(best.problem.data)], best)
+    if len(fits) > 1:
+        _draw_ranking(axes[-1], fits)
+    figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
+    return figure
+
+
+def plain(text: str) -> str:
+    """A user's text without what Matplotlib would read as mathematics."""
+    return text.replace("$", r"\$")
+
+
+def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
+    """Points, and the law's line through them at each pressure."""
+    factor, unit = residual_unit(fit)
+    levels = pressure_levels(fit.problem.data)[fit.problem.data.index(data)]
+    for level in np.unique(levels):
+        colour = _colour(data, level * 1e5)
+        points = take(data, levels == level)
+        label = f"{level:g} bar"
+        if data.loaded:
+            line = _line(points, force=np.linspace(0.7 * points.force.min(), 1.1 * points.force.max(), 60))
+            measured = points.change if points.change is not None else points.contraction
+            axis.plot(line.force, factor * predict(fit.problem, fit.values, line), color=colour)
+            axis.plot(points.force, factor * np.asarray(measured), "o", ms=4, color=colour, label=label)
+        else:
+            x = points.contraction if points.contraction is not None else points.change
+            grid = np.linspace(0.0, float(np.max(x)) * 1.05 + 0.005, 80)  # type: ignore[arg-type]
+            name = "contraction" if points.contraction is not None else "change"
+            line = _line(points, **{name: grid})
+            axis.plot(grid, predict(fit.problem, fit.values, line), color=colour)
+            slack = np.zeros(len(points), dtype=bool) if points.slack is None else points.slack
+            axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
+            axis.plot(x[slack], points.force[slack], "o", ms=4, mfc="none", color=colour)  # type: ignore[index]
+    axis.set_title(plain(data.name))
+    axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
+    axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
+    if data.loaded and data.contraction is not None:
+        axis.set_ylabel("contraction ratio κ [-]")
+    if not data.loaded and data.contraction is None:
+        axis.set_xlabel("change of length [m]")
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if data.loaded else 0.0)
+    axis.legend()
+
+
+def _colour(data: Measured, pressure: float) -> Any:
+    from matplotlib import colormaps
+
+    return colormaps["viridis"](0.9 * (pressure - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
+
+
+def _line(points: Measured, **columns: np.ndarray) -> Measured:
+    """A data set to predict a smooth curve at: the points' mean pressure, other columns replaced."""
+    size = len(next(iter(columns.values())))
+    blank = {"force": np.zeros(size)} | columns
+    return dataclasses.replace(
+        points, pressure=np.full(size, points.pressure.mean()), curve=np.zeros(size), **blank
+    )
+
+
+def _draw_residuals(axis: Any, fit: LawFit) -> None:
+    """Errors over pressure: seen by the fit, and when their pressure was left out."""
+    factor, unit = residual_unit(fit)
+    pressure = np.concatenate([d.pressure for d in fit.problem.data]) * 1e-5
+    axis.axhline(0.0, color="0.6", lw=0.8)
+    axis.plot(pressure - 0.04, factor * fit.residuals, "o", ms=3, color=COLOURS[1], label="fitted")
+    for k, (label, errors) in enumerate(fit.held_out.get("pressure", {}).items()):
+        at = np.full(len(errors), float(label.split()[0]) + 0.04)
+        axis.plot(at, factor * errors, "x", ms=4, color=COLOURS[0], label="left out" if k == 0 else None)
+    axis.margins(x=0.08)
+    axis.set_xlabel("gauge pressure [bar]")
+    axis.set_ylabel(f"prediction − measurement [{unit}]")
+    axis.set_title(f"{factor * fit.rms:.3g} {unit} RMS")
+    axis.legend()
+
+
+def _draw_ranking(axis: Any, fits: Sequence[LawFit]) -> None:
+    factor, unit = residual_unit(fits[0])
+    places = np.arange(len(fits))[::-1]
+    axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=COLOURS[1], label="fitted")
+    for kind, colour in zip(kinds(fits)[:1], COLOURS, strict=False):
+        values = [factor * f.held_out_rms(kind) if kind in f.held_out else np.nan for f in fits]
+        axis.barh(places - 0.2, values, 0.38, color=colour, label=f"{kind} left out")
+    axis.set_yticks(places, [f.problem.law.name for f in fits])
+    axis.set_xscale("log")
+    axis.set_xlim(left=0.7 * factor * min(f.rms for f in fits))
+    axis.set_xlabel(f"RMS error [{unit}]")
+    axis.legend()

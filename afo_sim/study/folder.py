@@ -1,0 +1,197 @@
+"""The folder of a study, sweep or search: what it says of itself, and whether what lies there may go on."""
+
+import hashlib
+import importlib.metadata
+import json
+import pathlib
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.versions import code_fingerprint, versions
+from afo_sim.common.writing import check_writable, disk, keeping
+
+Changed = Literal["refuse", "restart", "continue"]
+AGAIN = "the same command again when there is room; what is computed is kept"
+PARTS = {"fingerprint": dict, "scenario": dict, "metrics": dict, "seconds_per_case": float}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of study.
+
+    `name` is "sweep" or "search"; `manifest` the file that says what is studied, with at least `parts`;
+    `cases` is where computed cases appear first and `computed` all else that `clear` takes away.
+    """
+
+    name: str
+    manifest: str
+    cases: str
+    computed: tuple[str, ...]
+    parts: Mapping[str, type]
+
+    def read(self, folder: pathlib.Path) -> dict[str, Any]:
+        """What a folder says of itself.
+
+        Raises
+        ------
+        InputError
+            The folder holds no such study, or says nothing that can be read.
+        """
+        path, allowed = folder / self.manifest, "--if-changed restart, which throws the folder's results away"
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise InputError(
+                f"there is no {self.name} here ({self.manifest} is missing)", file=folder
+            ) from None
+        except (OSError, ValueError) as error:
+            raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
+        whole = isinstance(told, dict) and all(
+            isinstance(told.get(k), kind) for k, kind in self.parts.items()
+        )
+        if not whole:
+            raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
+        return dict(told)
+
+    def open(
+        self,
+        folder: pathlib.Path,
+        known: dict[str, Any],
+        changed: Changed,
+        first: Callable[[], Mapping[str, Any]],
+    ) -> dict[str, Any]:
+        """What the folder says of itself once it is this study's: a new one, or one that goes on.
+
+        Parameters
+        ----------
+        folder : made if need be
+        known : what the manifest says that needs no case: the fingerprint, the scenario, …
+        changed : what to do where the folder holds another study or results of other code: "refuse";
+            "restart", which throws them away; "continue", which lets results of other code stand beside new
+            ones (the study must still be the same). Where nothing has changed, the study goes on.
+        first : tries cases of a new study, and returns what the manifest says besides
+
+        Raises
+        ------
+        InputError
+            The folder holds another study or something else, or cannot be written to.
+        """
+        check_writable(folder)
+        now = known["fingerprint"]
+        told = self._continued(folder, now, changed)
+        if told is None:
+            new = holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
+            told = dict(first())
+            if not new:
+                self.clear(folder)
+        mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
+        if told | known | mixed != told:  # where the files of the scenario lie may have changed
+            told = told | known | mixed
+            write_json(folder / self.manifest, told)
+        return told
+
+    def _continued(
+        self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
+    ) -> dict[str, Any] | None:
+        """What the folder says of the study that goes on in it; None where one begins."""
+        if holds_nothing(folder):
+            return None
+        if not (folder / self.manifest).is_file():
+            problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
+            raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder")
+        try:
+            told = self.read(folder)
+        except InputError:
+            if changed == "restart":
+                return None
+            raise
+        if told["fingerprint"] == now:
+            return told
+        if changed == "restart" or not self.holds_cases(folder):
+            return None
+        self._check_change(folder, told["fingerprint"], now, changed)
+        return told
+
+    def _check_change(
+        self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
+    ) -> None:
+        """Refuse what must not be mixed; results of other code may be, if asked for."""
+        throws = "--if-changed restart, which throws its results away"
+        if before.get(self.name) != now[self.name]:
+            problem = f"the folder holds another {self.name}, or this one before it was changed"
+            allowed = f"another folder, or {throws}"
+        elif changed == "refuse":
+            problem = f"the folder's results were computed by other code{differences(before, now)}"
+            allowed = f"{throws}, or --if-changed continue, which mixes"
+        else:
+            return
+        raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
+
+    def holds_cases(self, folder: pathlib.Path) -> bool:
+        """Whether a case is computed."""
+        finished = any((folder / name).is_file() for name in self.computed)
+        return finished or any((folder / self.cases).glob("*.parquet"))
+
+    def clear(self, folder: pathlib.Path) -> None:
+        """Take away all that is computed; what the folder says of itself stays until it is replaced."""
+        with disk(folder, AGAIN):
+            for path in (folder / name for name in (self.cases, *self.computed)):
+                if path.is_dir():
+                    shutil.rmtree(path)
+                else:
+                    path.unlink(missing_ok=True)
+
+
+def holds_nothing(folder: pathlib.Path) -> bool:
+    """Whether a folder is new; what a killed process has left there unfinished, `.NAME`, does not count."""
+    return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
+
+
+def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dict[str, Any]:
+    """What decides the results: the study's own description, this program's code, what it runs on.
+
+    Parameters
+    ----------
+    kind : "sweep" or "search"
+    canonical : the description as JSON-able data
+    libraries : that decide, too
+    """
+    text = json.dumps(canonical, sort_keys=True)
+    found = {kind: hashlib.sha256(text.encode()).hexdigest(), **program()}
+    return found | {"versions": found["versions"] | {name: _version(name) for name in libraries}}
+
+
+def program() -> dict[str, Any]:
+    """This program's code and the libraries below it: with the same on two machines, so are the results."""
+    return {"code": code_fingerprint(), "versions": versions()}
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
+    old = before.get("versions")
+    old = old if isinstance(old, dict) else {}
+    told = [
+        f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
+    ]
+    return f" ({', '.join(told)})" if told else ""
+
+
+def write_text(path: pathlib.Path, text: str) -> None:
+    """A text, on disk whole or not at all."""
+    with disk(path.parent, AGAIN), keeping(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_json(path: pathlib.Path, told: Mapping[str, Any]) -> None:
+    """Plain data, as `write_text`."""
+    write_text(path, json.dumps(told, indent=1, ensure_ascii=False) + "\n")
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"

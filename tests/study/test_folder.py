@@ -1,0 +1,287 @@
+"""The folder of a study: code fingerprint, what may go on, results that move, studies without a file."""
+
+import json
+import pathlib
+import shutil
+
+import numpy as np
+import pytest
+from command import call
+from sweep_runs import SEATED, opened
+from sweep_runs import written as written_sweep
+
+import afo_sim
+from afo_sim.common import assets, versions
+from afo_sim.common.errors import InputError
+from afo_sim.description.portable import portable
+from afo_sim.description.reader import load
+from afo_sim.study import folder, runner
+from afo_sim.study.search import plan as search_plan
+from afo_sim.study.search import store, words
+from afo_sim.study.search.runner import open_search
+
+PACKAGE = pathlib.Path(afo_sim.__file__).parent
+SEARCH = """
+scenario = "seated"
+generations = 1
+starts = 2
+population = 4
+[set]
+duration = "0.2 s"
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "4 bar"
+[objective]
+metric = "air_per_cycle"
+goal = "lowest"
+"""
+
+
+def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
+    """Whether the fingerprint of a copied package is another once a line of it is another."""
+    copy = tmp_path / "afo_sim"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = versions.code_fingerprint.__wrapped__(copy)
+    assert before == versions.code_fingerprint()
+    text = (copy / file).read_text(encoding="utf-8")
+    assert old in text
+    (copy / file).write_text(text.replace(old, new, 1), encoding="utf-8")
+    return versions.code_fingerprint.__wrapped__(copy) != before
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("show/sweep_figures.py", "MOST_DOTS = 3000", "MOST_DOTS = 4000"),
+        ("cli/sweep.py", "LINE_EVERY = 60.0", "LINE_EVERY = 30.0"),
+        ("study/pareto.py", "# of each front, ascending", "# ascending, of each front"),
+        ("study/pareto.py", '"""Non-dominated sorting: ', '"""Sorting: '),
+        ("common/units.py", '"""What a unit measures', '"""The dimension of a unit'),
+    ],
+)
+def test_what_no_row_depends_on_is_no_other_code(
+    tmp_path: pathlib.Path, file: str, old: str, new: str
+) -> None:
+    assert not changed(tmp_path, file, old, new)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("common/units.py", "GRAVITY = 9.80665", "GRAVITY = 9.81"),
+        ("study/design.py", "BLOCK = 1 << 16", "BLOCK = 1 << 15"),
+        ("metrics/metric.py", "(0.1, 0.9)", "(0.2, 0.8)"),
+    ],
+)
+def test_what_rows_depend_on_is_other_code(tmp_path: pathlib.Path, file: str, old: str, new: str) -> None:
+    assert changed(tmp_path, file, old, new)
+
+
+def test_the_rooms_that_compute_are_rooms_of_the_package() -> None:
+    assert all((PACKAGE / room / "__init__.py").is_file() for room in versions.COMPUTING)
+    assert not {"show", "cli"} & set(versions.COMPUTING)
+
+
+def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.Search:
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / "small.toml"
+    file.write_text(text, encoding="utf-8")
+    return search_plan.read(file)
+
+
+# -- what may go on ---------------------------------------------------------------------------------------
+
+
+def test_a_sweep_s_folder_is_no_search_s(tmp_path: pathlib.Path) -> None:
+    opened(written_sweep(tmp_path, SEATED), tmp_path / "out")
+    for option in ("refuse", "restart", "continue"):
+        with pytest.raises(InputError, match="something else than a search"):
+            open_search(searched(tmp_path), tmp_path / "out", option)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", "{}", '{"fingerprint": {}}'])
+def test_a_search_s_damaged_manifest_is_said_and_restart_begins_anew(
+    tmp_path: pathlib.Path, damage: str
+) -> None:
+    search, out = searched(tmp_path), tmp_path / "out"
+    open_search(search, out)
+    (out / store.MANIFEST).write_text(damage)
+    with pytest.raises(InputError, match=r"is damaged.*restart"):
+        open_search(search, out)
+    open_search(search, out, "restart")
+    assert store.SEARCH.read(out)["fingerprint"] == search.fingerprint()
+
+
+def test_a_search_without_any_design_may_be_changed_freely(tmp_path: pathlib.Path) -> None:
+    open_search(searched(tmp_path), tmp_path / "out")
+    other = searched(tmp_path, SEARCH.replace('"4 bar"', '"3 bar"'))
+    open_search(other, tmp_path / "out")
+    assert store.SEARCH.read(tmp_path / "out")["fingerprint"] == other.fingerprint()
+
+
+def test_a_search_of_other_code_goes_on_where_told_and_says_so(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched(tmp_path)
+    file, out = tmp_path / "small.toml", tmp_path / "out"
+    code, printed, err = call(capsys, "optimise", file, "--out", out)
+    assert code == 0, err
+    assert "2 starts from different seeds" in printed and (out / store.FIGURE).stat().st_size > 1000
+    designs = (out / store.DESIGNS).read_bytes()
+    monkeypatch.setattr(folder, "code_fingerprint", lambda: "0" * 64)
+    searched(tmp_path, SEARCH.replace("generations = 1", "generations = 2"))
+    code, _, err = call(capsys, "optimise", file, "--out", out)
+    assert code == 2 and "computed by other code" in err
+    assert (out / store.DESIGNS).read_bytes() == designs
+    code, printed, err = call(capsys, "optimise", file, "--out", out, "--if-changed", "continue")
+    assert code == 0, err
+    assert "more than one version of the code" in printed
+    assert json.loads((out / store.BEST).read_text())["mixed"] is True
+    table = store.read_designs(out)
+    assert len(table["design"]) == 16 and np.array_equal(table["design"], np.arange(16))
+    assert sorted({*table["start"].tolist()}) == [0, 1]
+    assert (table["start"] == 1).sum() == 8
+
+
+def test_the_spread_over_starts_is_told_of_feasible_ones() -> None:
+    goal = {"metric": "air_per_stride", "unit": "g"}
+    starts = [{"feasible": True, "objective": v} for v in (0.9, 1.0)]
+    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    assert "2 starts" in line and "10 % apart" in line
+    starts.append({"feasible": False, "objective": 0.1})
+    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    assert "3 starts" in line and "10 % apart" in line and "1 found none" in line
+    assert words.spread_over_starts({"objective": goal, "starts": starts[:1]}) == []
+
+
+# -- results that move ------------------------------------------------------------------------------------
+
+
+def own_scenario(folder: pathlib.Path) -> pathlib.Path:
+    """A scenario with a leg, cuff and plate of its own."""
+    for kind, name in (("leg", "adult_75kg"), ("orthosis", "s1")):
+        shutil.copytree(assets.find(kind, name).parent, folder / kind)
+    text = assets.find("scenario", "seated").read_text(encoding="utf-8")
+    text = text.replace('"adult_75kg"', '"leg/leg.toml"').replace('"s1"', '"orthosis/orthosis.toml"')
+    file = folder / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_the_best_design_runs_wherever_its_folder_goes(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own_scenario(tmp_path / "before")
+    search = searched(tmp_path / "before", SEARCH.replace('"seated"', '"mine.toml"'))
+    from afo_sim.study.search.runner import optimise
+
+    best = optimise(search, tmp_path / "before" / "out", threads=1)
+    expected = afo_sim.run(str(tmp_path / "before" / "mine.toml"), best["sets"]).metrics
+    text = (tmp_path / "before" / "out" / store.SCENARIO).read_text(encoding="utf-8")
+    assert str(tmp_path) not in text
+    shutil.move(tmp_path / "before" / "out", tmp_path / "elsewhere")
+    shutil.rmtree(tmp_path / "before")
+    monkeypatch.chdir(tmp_path)
+    assert repr(afo_sim.run("elsewhere/best.toml").metrics) == repr(expected)
+
+
+@pytest.mark.parametrize("name", assets.names("scenario"))
+def test_shipped_scenarios_are_portable_without_a_copy(tmp_path: pathlib.Path, name: str) -> None:
+    from afo_sim.common.toml_text import toml_text
+
+    scenario = load("scenario", name)
+    moved = portable(scenario.resolved(), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "it.toml").write_text(toml_text(moved), encoding="utf-8")
+    assert str(assets.folder("models")) not in (tmp_path / "it.toml").read_text(encoding="utf-8")
+    assert load("scenario", tmp_path / "it.toml") == scenario
+
+
+def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "a").mkdir()
+    leg = tmp_path / "a" / "leg.xml"
+    (tmp_path / "bone.stl").write_bytes(b"mesh")
+    leg.write_text('<mujoco><asset><mesh name="m" file="../bone.stl"/></asset></mujoco>')
+    assert portable({"leg": {"file": str(leg)}}, tmp_path / "out")["leg"]["file"] == str(leg)
+    (tmp_path / "a" / "meshes").mkdir()
+    (tmp_path / "bone.stl").rename(tmp_path / "a" / "meshes" / "bone.stl")
+    leg.write_text(
+        '<mujoco><compiler meshdir="meshes"/><asset><mesh name="m" file="bone.stl"/></asset></mujoco>'
+    )
+    told = portable({"leg": {"file": str(leg)}}, tmp_path / "out")["leg"]["file"]
+    assert (tmp_path / "out" / told).read_bytes() == leg.read_bytes()
+    assert (tmp_path / "out" / told).parent.joinpath("meshes", "bone.stl").read_bytes() == b"mesh"
+
+
+# -- from Python objects ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("base", ["name", "dict", "scenario"])
+def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
+    from afo_sim.study.parameter import span
+    from afo_sim.study.plan import plan_of, read
+
+    seated = load("scenario", "seated")
+    scenario = {"name": "seated", "dict": seated.resolved(), "scenario": seated}[base]
+    over = {"supply.pressure": span("2 bar", "4 bar", 3), "orthosis.muscle.dorsiflexor.count": [1, 2]}
+    made = plan_of(scenario, over, sets={"duration": "0.2 s"})
+    text = SEATED.replace("0.3 s", "0.2 s").replace("steps = 12", "steps = 3")
+    text += '[parameters.count]\nkey = "orthosis.muscle.dorsiflexor.count"\nvalues = [1, 2]\n'
+    of_file = read(written_sweep(tmp_path, text))
+    assert made.canonical() == of_file.canonical()
+    if base == "name":
+        return
+    results = runner.sweep(made, tmp_path / "made", threads=1)
+    same = runner.sweep(of_file, tmp_path / "file", threads=1)
+    assert len(results) == 6 and set(results["status"]) == {"ok"}
+    for name in results.metrics:
+        assert np.array_equal(results[name], same[name], equal_nan=True)
+    assert results.to_xarray()["air_per_cycle"].shape == (3, 2)
+    assert list(results.to_pandas()["count"]) == [1, 2] * 3
+
+
+def test_columns_are_named_by_the_end_of_their_key() -> None:
+    from afo_sim.study.plan import column_names
+
+    keys = [
+        "supply.pressure",
+        "phases.dorsiflexor.inlet[0][0]",
+        "phases.plantarflexor.inlet[0][0]",
+        "gait.seed",
+    ]
+    assert list(column_names(keys).values()) == [
+        "pressure",
+        "dorsiflexor_inlet_0_0",
+        "plantarflexor_inlet_0_0",
+        "gait_seed",  # seed is another column of the results
+    ]
+
+
+def test_what_a_sweep_without_a_file_refuses() -> None:
+    from afo_sim.study.plan import plan_of
+
+    with pytest.raises(InputError, match=r"parameters\.pressur\.key.*did you mean 'pressure'"):
+        plan_of("seated", {"supply.pressur": ["2 bar"]})
+    with pytest.raises(InputError, match="has no unit"):
+        plan_of("seated", {"supply.pressure": [2.0, 3.0]})
+
+
+def test_a_search_without_a_file_is_its_file_s(tmp_path: pathlib.Path) -> None:
+    text = SEARCH + '[[limits]]\nmetric = "range_of_motion"\nat_least = "2 deg"\nshare = 0.5\n'
+    of_file = searched(tmp_path, text)
+    made = search_plan.search_of(
+        load("scenario", "seated"),
+        {"supply.pressure": ("2 bar", "4 bar")},
+        lowest="air_per_cycle",
+        limits=["range_of_motion >= 2 deg in 50 %"],
+        generations=1,
+        starts=2,
+        population=4,
+        sets={"duration": "0.2 s"},
+    )
+    assert made.fingerprint() == of_file.fingerprint()
+    with pytest.raises(InputError, match="is no limit"):
+        search_plan.search_of("seated", {}, lowest="air_per_cycle", limits=["range_of_motion"])
+    with pytest.raises(InputError, match="lowest or highest"):
+        search_plan.search_of("seated", {"supply.pressure": ("2 bar", "4 bar")})
