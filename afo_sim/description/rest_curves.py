@@ -1,6 +1,5 @@
 """Curves of a muscle at rest: force, contraction, pressure and volume, over arrays."""
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -100,8 +99,7 @@ class RestCurves:
         >>> round(load("muscle", "dmsp_20").contraction("3 bar", force="100 N"), 3)
         0.174
         """
-        lock = 1.0 - 1.0 / math.cos(self.braid.braid_angle)
-        bare = _at_rest(self)
+        bare, lock = _at_rest(self), self.braid.lock
         return _over(
             lambda gauge, pull: bare.contraction(gauge, pull, lock),
             _si("pressure", pressure, "Pa"),

@@ -1,13 +1,11 @@
 """A muscle at rest and without friction: its force, and what inverts it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
 from afo_sim.physics.hill import hill_force
 from afo_sim.physics.static_force import muscle_static_force
-
-MOST_CONTRACTED = 0.7  # contraction ratio up to which anything is looked for
-HALVINGS = 60  # of a bisection: down to the last digits
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,9 @@ class AtRest:
         """
         if not (0.0 <= force <= self.force(most_stretched, pressure)):
             return float("nan")
-        return crossing(lambda kappa: self.force(kappa, pressure) - force, most_stretched, MOST_CONTRACTED)
+        return crossing(
+            lambda kappa: self.force(kappa, pressure) - force, (), most_stretched, CONTRACTED, HALVINGS
+        )
 
     def pressure(self, force: float, contraction: float, highest: float) -> float:
         """Lowest gauge pressure [Pa], up to `highest`, that carries a force [N]; NaN when none does."""
@@ -45,15 +45,4 @@ class AtRest:
             return float("nan")
         if self.force(contraction, 0.0) >= force:
             return 0.0
-        return crossing(lambda gauge: force - self.force(contraction, gauge), 0.0, highest)
-
-
-def crossing(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Argument between low and high at which a falling function changes its sign, by bisection."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if falling(middle) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+        return crossing(lambda gauge: force - self.force(contraction, gauge), (), 0.0, highest, HALVINGS)
