@@ -161,7 +161,7 @@ def test_ten_minutes_are_written_in_little_memory(ten_minutes: pathlib.Path) -> 
     """Under 300 MB for the whole process, libraries included."""
     code = """
 import pathlib, sys
-from afo_sim.view import write_rrd
+from afo_sim.show.rerun import write_rrd
 folder = pathlib.Path(sys.argv[1])
 write_rrd(folder, folder / "recording.rrd")
 status = pathlib.Path("/proc/self/status").read_text()
