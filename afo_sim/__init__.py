@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
+    from afo_sim.study.library import optimise as optimise
+    from afo_sim.study.library import sweep as sweep
+    from afo_sim.study.parameter import span as span
     from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
@@ -44,6 +47,9 @@ _PUBLIC = {
     "Recording": "simulation.recording",
     "Metric": "metrics.metric",
     "read_recording": "simulation.recording",
+    "sweep": "study.library",
+    "span": "study.parameter",
+    "optimise": "study.library",
     "validate": "validation.table",
     "view": "show.library",
     "report": "show.library",

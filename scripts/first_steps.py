@@ -85,3 +85,17 @@ figure.savefig(OUT / "angles.png", dpi=150)
 # %%
 print("stays below 30 degrees:", bool(afo.expect(worn, "ankle/angle").below("30 deg")))
 print("written to", afo.report({"without": bare, "with": worn}, OUT / "report.html"))
+
+# %% [markdown]
+# ## A sweep
+#
+# Many cases of one scenario: here each pressure with each time of filling. The result is a table, and also an
+# xarray Dataset. With `out="runs/a"` the sweep stands in a folder and goes on there when it is stopped.
+
+# %%
+over = {
+    "supply.pressure": afo.span("2 bar", "4 bar", 3),
+    "phases.dorsiflexor.inlet[0][0]": [0.45, 0.60],
+}
+cases = afo.sweep(walk, over, {"duration": "2.6 s"})
+print(cases.to_pandas()[[*cases.parameters, "toe_clearance", "air_per_stride"]].to_string(index=False))
