@@ -21,7 +21,8 @@ def main(out: pathlib.Path = pathlib.Path("runs/fit_a_muscle")) -> None:
     result = fit(tables, law="tondu_lopez_2000_bladder")
     for name, value in result.parameters.items():
         interval = result.intervals[name]
-        print(f"  {name:18s} {value:9.4g}", "no interval" if interval is None else interval)
+        ends = "no interval" if interval is None else f"{interval[0]:.4g} to {interval[1]:.4g}"
+        print(f"  {name:18s} {value:9.4g}  {ends}")
     for line in remarks(result):
         print(line)
     write(result, out)

@@ -13,22 +13,24 @@ import matplotlib
 from matplotlib.figure import Figure
 
 import afo_sim
-from afo_sim.show import report_figure
-from afo_sim.show.figure import STYLE
+from afo_sim.show import report_figures
+from afo_sim.show.shown import Shown
+from afo_sim.show.style import RUNS as COLOURS
+from afo_sim.show.style import STYLE
 
 RUNS = {
     "walk-healthy": "healthy",
     "walk-dropfoot": "drop foot",
     "walk-dropfoot-afo": "drop foot with orthosis",
 }
-SIZE, DPI = (report_figure.WIDTH, 6.8), 120  # [inch], [1/inch]
+SIZE, DPI = (report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
 
 
-def draw(figure: Any, runs: list[report_figure.Shown]) -> None:
+def draw(figure: Any, runs: list[Shown]) -> None:
     """The two figures that the report begins with, one above the other."""
     ankle, clearance = figure.subfigures(2, 1)
-    report_figure.draw_ankle(ankle, runs)
-    report_figure.draw_clearance(clearance, runs)
+    report_figures.draw_ankle(ankle, runs)
+    report_figures.draw_clearance(clearance, runs)
 
 
 def main() -> None:
@@ -38,8 +40,8 @@ def main() -> None:
     parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
     given = parser.parse_args()
     runs = [
-        report_figure.Shown(label, colour, afo_sim.run(name, {"duration": given.duration}))
-        for (name, label), colour in zip(RUNS.items(), report_figure.RUNS, strict=False)
+        Shown(label, colour, afo_sim.run(name, {"duration": given.duration}))
+        for (name, label), colour in zip(RUNS.items(), COLOURS, strict=False)
     ]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=SIZE, layout="constrained")

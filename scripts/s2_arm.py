@@ -22,7 +22,8 @@ from afo_sim.fitting.identifiability import rms
 from afo_sim.fitting.law_fit import fit_law
 from afo_sim.fitting.law_problem import pose, select
 from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.compare import angle_differences, compare_laws, write
+from afo_sim.show.compare import write
+from afo_sim.simulation.compare import angle_differences, compare_laws
 from afo_sim.simulation.recording import Recording
 
 ANALYTIC, MAXIMUM, EXPONENTIAL, POLYNOMIAL = "kerscher_2006", "maximum_force", "sarosi_2012", "polynomial"

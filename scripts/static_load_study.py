@@ -10,8 +10,8 @@ import pathlib
 import sys
 
 from afo_sim.bench import trial as stand
-from afo_sim.bench.static_load import draw_study, static_load
-from afo_sim.common.writing import replacing
+from afo_sim.bench.static_load import static_load
+from afo_sim.show.static_load import draw_study
 
 MUSCLES = ("reynolds_2003", "serres_2009")
 
@@ -28,8 +28,7 @@ def main() -> None:
         constants = ", ".join(f"{m['fill_contraction_time_constant'].value:.2f}" for m in trial.metrics)
         print(f"{trial.name}: open loop under {trial.plan.load[0]:g} N, time constants {constants} s")
     for suffix in ("png", "pdf"):
-        with replacing(folder / f"static_load.{suffix}") as path:
-            draw_study(isobaric, isotonic, step, path, suffix)
+        draw_study(isobaric, isotonic, step, folder / f"static_load.{suffix}")
     print(f"written to {folder / 'static_load.png'}")
 
 

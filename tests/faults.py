@@ -71,8 +71,8 @@ def largest_file(size: int) -> Iterator[None]:
 def contents(folder: pathlib.Path) -> Contents:
     """{name: bytes} of what a person sees below a folder."""
     files = (path for path in folder.rglob("*") if path.is_file())
-    seen = {path.relative_to(folder): path.read_bytes() for path in files}
-    return {name.as_posix(): data for name, data in seen.items() if not name.name.startswith(".")}
+    seen = {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+    return {name: data for name, data in seen.items() if not any(p.startswith(".") for p in name.split("/"))}
 
 
 def hidden(folder: pathlib.Path) -> list[str]:

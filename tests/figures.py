@@ -7,13 +7,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from afo_sim.common.errors import InputError
-from afo_sim.show import video
+from afo_sim.show import video_scenery
+from afo_sim.show.shown import alone
 from afo_sim.simulation.recording import Recording
 
 
 def panel(draw: Any, recording: Recording) -> Any:
     axis = Figure().subplots()
-    draw(axis, recording)
+    draw(axis, [alone(recording)])
     return axis
 
 
@@ -25,7 +26,7 @@ def opengl_missing() -> str:
     """Why no picture can be drawn here, or nothing."""
     xml = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
     try:
-        opengl, context = video._opengl(video._scenery(xml, 16, 16), 16, 16)
+        opengl, context = video_scenery.opengl_context(video_scenery.scenery(xml, 16, 16), 16, 16)
     except InputError as error:
         reason = str(error)
     else:

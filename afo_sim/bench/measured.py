@@ -82,7 +82,7 @@ class Measured:
     @property
     def name(self) -> str:
         """The file's name with its folder's, which is often the muscle's."""
-        return f"{self.file.parent.name}/{self.file.stem}"
+        return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
 
 
 def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measured:

@@ -7,6 +7,7 @@ import typer
 
 from afo_sim.cli.apps import gait_app
 from afo_sim.cli.common import print_table, progress
+from afo_sim.common.errors import InputError
 
 
 @gait_app.command("import")
@@ -40,10 +41,21 @@ def gait_import_command(
     """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood."""
     given = {name: value for name, value in locals().items() if name not in ("files", "out")}
     with progress("reading the trial"):
-        from afo_sim.gait.readers.importing import import_to
+        from afo_sim.common.writing import check_writable, together
+        from afo_sim.gait.file import write
+        from afo_sim.gait.readers.importing import import_gait
         from afo_sim.gait.readers.options import read_options
+        from afo_sim.show.gait_figure import draw_gait
 
-        done, picture = import_to(out, files, read_options(given))
+        choices = read_options(given)
+        if out.suffix.lower() != ".csv":
+            raise InputError("is no CSV", field="--out", value=str(out), allowed="a name ending in .csv")
+        check_writable(out.parent)
+        done = import_gait(files, choices)
+        picture = out.with_suffix(".png")
+        with together(out.parent) as scratch:
+            draw_gait(done.cycle, scratch / picture.name, done)
+            write(scratch / out.name, done.cycle)
     print_table(str(out), ["what", "found"], [list(row) for row in done.findings()])
     print(f"written to {out}; look at {picture} before you believe it")
 

@@ -86,7 +86,7 @@ def figure_command(
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
         from afo_sim.common.writing import check_writable
-        from afo_sim.show.figure import write_figures
+        from afo_sim.show.run_figure import write_figures
         from afo_sim.simulation.recording import read_recording
 
         recording = read_recording(folder)

@@ -72,7 +72,7 @@ def keys(
 
 
 def _next(kind: str, name: str, file: pathlib.Path) -> str:
-    """What one would do with a new file."""
+    """The command to go on with."""
     if kind == "scenario":
         return f"afo-sim run {file}"
     if kind == "sweep":

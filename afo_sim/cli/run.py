@@ -77,6 +77,7 @@ def compare(
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
+        from afo_sim.show.compare import write
         from afo_sim.simulation import compare as comparing
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
@@ -84,7 +85,7 @@ def compare(
         check_writable(folder)
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
-        comparing.write(runs, folder, rrd=rrd)
+        write(runs, folder, rrd=rrd)
     for title, header, rows in comparing.tables(runs):
         print_table(title, header, rows)
     for name, recording in runs.items():
@@ -128,6 +129,7 @@ def torque_map_command(
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
+        from afo_sim.show.torque_map import draw
 
         built = build(load("scenario", scenario, values))
         if not built.index.chambers:
@@ -144,7 +146,7 @@ def torque_map_command(
         with together(out) as scratch:
             tm.write_csv(maps, scratch / "torque_map.csv")
             for suffix in ("png", "pdf"):
-                tm.draw(maps, scratch / f"torque_map.{suffix}", title, suffix)
+                draw(maps, scratch / f"torque_map.{suffix}", title)
         answers = tm.answer(maps, supply)
     _print_torque_maps(maps, answers, supply, out)
     for warning in warnings:
@@ -152,8 +154,11 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    left_out = {name: why for name, m in recording.metrics.items() if (why := _undefined(m.value))}
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in recording.metrics.items() if name not in left_out]
+    from afo_sim.show.numbers import undefined
+
+    metrics = recording.metrics
+    left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in metrics.items() if name not in left_out]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
     for why in dict.fromkeys(left_out.values()):
         print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")

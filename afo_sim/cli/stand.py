@@ -1,13 +1,19 @@
 """The command of the muscle test stand: stand."""
 
 import pathlib
-from typing import Annotated
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
+from afo_sim.common.errors import InputError
+
+if TYPE_CHECKING:
+    from afo_sim.bench.stand import Stand
 
 
 @app.command("stand")
@@ -39,32 +45,79 @@ def stand_command(
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write a Rerun recording")] = True,
 ) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
-    given = {"pressure": pressure, "load": load, "contraction": contraction, "length": length}
-    values = {name: tuple(texts or ()) for name, texts in given.items()}
-    with progress("compiling the muscles") as report:
-        from afo_sim.bench import command
+    with progress("compiling the muscles") as report, arguments_as_options():
+        from afo_sim.bench.stand import stand
+        from afo_sim.bench.table import printed
+        from afo_sim.common.writing import check_writable
+        from afo_sim.show.stand_files import target, write_stand_files
 
-        laws, frictions = tuple(law or ()), tuple(friction or ())
-        told = read_sets(sets, example='damping="1e-4 m^2*s"')
-        asked = command.Request(
+        place = target(out, test)
+        check_folder(place.folder)
+        check_writable(place.folder)
+        tests = stand(
             test,
-            tuple(muscles),
-            laws,
-            frictions,
-            values,
-            valve,
-            supply,
-            time,
-            static,
-            compare,
-            told,
-            out,
-            rrd,
+            muscles,
+            law=law,
+            friction=friction,
+            pressure=pressure,
+            load=load,
+            contraction=contraction,
+            length=length,
+            valve=valve,
+            supply=supply,
+            time=time,
+            static=static,
+            compare=compare,
+            sets=read_sets(sets, example='damping="1e-4 m^2*s"'),
+            report=report,
         )
-        check_folder(out)
-        answers = command.answer(asked, report)
-    for answer in answers:
-        for title, header, rows in command.tables(answer):
-            print_table(title, header, rows)
-        for line in command.remarks(answer):
+        written = {}
+        for kind in tests.kinds:
+            report(0, 0, f"writing {kind}")
+            written[kind] = write_stand_files(tests.of(kind), target(out, kind), rrd=rrd)
+    for kind, files in written.items():
+        found = tests.of(kind)
+        for trial in found.trials:
+            print_table(*printed(trial))
+        for line in _remarks(found):
             print(line)
+        wall = sum(trial.wall_seconds for trial in found.trials)
+        print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
+
+
+# Options are named after the arguments of `stand`, but for these.
+OPTIONS = {"sets": "--set", "test": "TEST", "muscle": "MUSCLE"}
+ARGUMENTS = frozenset(OPTIONS) | {"law", "friction", "pressure", "load", "contraction", "length"}
+ARGUMENTS |= {"valve", "supply", "time", "static", "compare", "out"}
+
+
+@contextmanager
+def arguments_as_options() -> Iterator[None]:
+    """Name the option where the library names its argument."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None or error.field not in ARGUMENTS:
+            raise
+        raise error.about(OPTIONS.get(error.field, f"--{error.field}")) from None
+
+
+def _remarks(tests: "Stand") -> Iterator[str]:
+    """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
+    from afo_sim.bench.static_load import static_load
+
+    for trial in tests.trials:
+        if trial.plan.kind == "isobaric" and trial.plan.muscle.law in ("reynolds_2003", "serres_2009"):
+            yield f"{trial.name}: {static_load(trial).text}"
+        if trial.plan.kind == "step":
+            moving = max(m["still_moving"].value for m in trial.metrics)
+            if moving > 1.0:
+                yield f"{trial.name}: still moving ({moving:.2g} %) when vented; take a longer --time"
+        yield from (f"warning: {warning}" for warning in trial.warnings)
+    for trial, compared in zip(tests.trials, tests.compared, strict=False):
+        factor, unit = (100.0, "%") if trial.plan.kind == "isotonic" else (1.0, "N")
+        left = f"; {compared.left_out} points lie on no curve" if compared.left_out else ""
+        yield (
+            f"{trial.name} against {compared.name}: {factor * compared.rms:.3g} {unit} RMS, worst "
+            f"{factor * compared.worst:.3g} {unit}, {len(compared.x)} points{left}"
+        )

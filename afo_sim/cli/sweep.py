@@ -121,7 +121,8 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
         The folder is no sweep, a metric is not in it, or the figures cannot be written.
     """
     with progress("reading"):
-        from afo_sim.show.sweep import FIGURES, findings, tables, write_figures
+        from afo_sim.show.sweep import FIGURES, findings, write_figures
+        from afo_sim.show.sweep_tables import tables
         from afo_sim.study.results import read
         from afo_sim.study.words import chosen
 

@@ -35,7 +35,7 @@ class Key:
 
     @property
     def origin(self) -> str:
-        """Where the value comes from, on one line."""
+        """File and provenance of the value, on one line."""
         told = f"{self.kind}: {self.reference}" if self.kind else ""
         return "; ".join(filter(None, (self.source, told)))
 
@@ -111,14 +111,12 @@ def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, An
 
 
 def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Provenance | None]:
-    """Where a value comes from, and its provenance."""
+    """Source of a value, and its provenance."""
     table = holder(reading.description, leaf.path)
     provenance = getattr(table, "provenance", {}).get(leaf.path[-1])
     tree, path = reading.tree, leaf.path
     file, inner = tree.file_of(path[:-1])
-    depth = (
-        len(path) - 1 - len(inner)
-    )  # where the file begins: a file that a set name stands for is no set value
+    depth = len(path) - 1 - len(inner)  # of the file; one that a set name stands for holds no set value
     if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in tree.set_keys):
         return "set", provenance
     if written is None:

@@ -24,7 +24,7 @@ DampingSlope = Annotated[float, Quantity("N*s/(m*Pa)", at_least=-1.0, at_most=1.
 
 
 class Limits(Described):
-    """What a muscle may be asked for; beyond it a run warns."""
+    """Limits of a muscle; beyond them a run warns."""
 
     pressure: Pressure
     """Highest gauge pressure."""
@@ -121,7 +121,7 @@ class ThreeElementDamper(Described):
 
     @property
     def coefficients(self) -> tuple[float, ...]:
-        """What the kernel takes after pressure and contraction rate."""
+        """Arguments of the kernel after pressure and contraction rate."""
         above = self.relaxing if self.relaxing_above is None else self.relaxing_above
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
@@ -260,19 +260,19 @@ class Muscle(Described, RestCurves):
 
     @property
     def coefficients(self) -> tuple[float, ...]:
-        """What the kernel of the law in use takes after contraction and pressure."""
+        """Arguments of the law's kernel after contraction and pressure."""
         return LAWS[self.law].coefficients(self.braid, self.law_set.parameters)
 
     @property
     def friction_coefficients(self) -> tuple[float, ...]:
-        """What the kernel of the friction in use takes; nothing without friction."""
+        """Arguments of the friction's kernel; none without friction."""
         if self.friction == "none":
             return ()
         return FRICTIONS[self.friction].coefficients(self.braid, self.frictions[self.friction].parameters)
 
     @property
     def row(self) -> dict[str, Any]:
-        """What `native.muscle_row` takes of the muscle itself, wherever it is mounted."""
+        """Arguments of `native.muscle_row` that do not depend on where the muscle is mounted."""
         return {
             "law": self.law,
             "coefficients": self.coefficients,

@@ -92,7 +92,7 @@ def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
 
 
 def reference(kind: str, where: str, folder: pathlib.Path) -> str:
-    """How a file in `folder` names another product: a shipped name, or a path from there."""
+    """Name by which a file in `folder` refers to another product: shipped, or a path from there."""
     file = assets.find(kind, where)
     if where in assets.names(kind):
         return where
@@ -102,7 +102,7 @@ def reference(kind: str, where: str, folder: pathlib.Path) -> str:
 
 
 def _examples(kind: str) -> dict[str, Any]:
-    """What commented keys show: of several products, the first that has the key."""
+    """Values of commented keys: of several products, those of the first that has the key."""
     found: dict[str, Any] = {}
     shipped = [assets.read_toml(assets.find(kind, name)) for name in SHOWN.get(kind, ())]
     for table in (EXAMPLES.get(kind, {}), *shipped):

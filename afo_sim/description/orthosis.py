@@ -115,7 +115,7 @@ class MuscleGroup(Described):
 
     @property
     def series_length(self) -> float:
-        """What the tendon is longer than the active braid [m]: ends, link and slack.
+        """Length of the tendon beyond the active braid [m]: ends, link and slack.
 
         The tendon of a pulley measures from angle zero, so there it is minus the braid's length.
         """

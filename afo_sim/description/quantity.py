@@ -105,7 +105,7 @@ def refuse_all(problems: Sequence[PydanticCustomError]) -> None:
 
 
 class Provenance(BaseModel):
-    """Where a number comes from. A derived number is never called published."""
+    """Source of a number. A derived number is never called published."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

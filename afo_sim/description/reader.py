@@ -142,7 +142,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     return found
 
 
-def expand(kind: str, source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
+def expand(kind: str, source: Source) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
     tree = _tree(kind, source)
     tree.follow_all()

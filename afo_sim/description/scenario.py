@@ -79,7 +79,7 @@ class Supply(Described):
 
 
 class Shank(Described):
-    """What holds the shank, and the knee angle that the passive ankle depends on."""
+    """Fixation of the shank, and the knee angle that the passive ankle depends on."""
 
     pose: Literal["fixed", "driven"] = "fixed"
     """Fixed in space, or driven by recorded walking."""
@@ -163,7 +163,7 @@ class Scenario(Described):
     supply: Supply
     """Compressed air."""
     shank: Shank
-    """What holds the shank."""
+    """Fixation of the shank."""
     load_moment: Moment = 0.0
     """Constant moment about the joint, against positive angles."""
     timer: Timer | None = None
@@ -175,7 +175,7 @@ class Scenario(Described):
     patient: Patient | None = None
     """Patient: a shipped name, or the path of a patient's TOML file or folder. Walking only."""
     ground: Ground | None = None
-    """How the ground acts on the foot. Walking only."""
+    """Ground under the foot. Walking only."""
 
     # filled by `reader`, which follows names; a description reads no files
     with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]

@@ -28,7 +28,7 @@ class Gait(Described):
 
 
 class Patient(Described):
-    """What the patient's own ankle muscles still do, and how big the patient is.
+    """A patient: strength of the ankle muscles, spasticity, body size.
 
     Strengths are shares of the moment that the healthy trial asks of each side; the stiffness about the
     recorded angle goes with the strength of the side that is active.
@@ -53,7 +53,7 @@ class Patient(Described):
 
 
 class Ground(Described):
-    """How the ground acts on the foot: as recorded, whatever the foot does, or by contact.
+    """Ground under the foot: the recorded force, whatever the foot does, or contact.
 
     In contact, pads under heel, ball and toe stand on a floor that is registered to the recording
     (`contact.py`). `stiffness` is of the pads under heel and ball, `damping` the share of a pad's force by

@@ -56,13 +56,14 @@ class StaticFit:
     @property
     def parameters(self) -> dict[str, float]:
         """The best law's fitted parameters [SI]."""
-        return dict(self.best.values)
+        return {name: float(value) for name, value in self.best.values.items()}
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
         """95 % interval of each of them [SI]; None where the data do not tell it."""
+        values = self.best.values
         return {
-            name: None if math.isinf(half) else (self.best.values[name] - half, self.best.values[name] + half)
+            name: None if math.isinf(half) else (float(values[name] - half), float(values[name] + half))
             for name, half in self.best.half_width.items()
         }
 

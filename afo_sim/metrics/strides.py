@@ -39,7 +39,8 @@ class Stride:
     @cached_property
     def toe_off(self) -> float:
         """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
-        free = self[stance_force(self.columns)] <= STANCE_FORCE * self.body_mass * GRAVITY
+        name = stance_force(self.columns)
+        free = ~stance({name: self[name]}, self.body_mass)
         free &= self.phase > STANCE_SHARE[0]
         return float(self.phase[np.argmax(free)]) if free.any() else 1.0
 
@@ -61,6 +62,22 @@ def stance_force(columns: Container[str]) -> str:
     """
     recorded = "gait/ground_force_z"
     return recorded if recorded in columns else "ground/force/z"
+
+
+def stance(columns: Mapping[str, np.ndarray], body_mass: float) -> np.ndarray:
+    """Mask of the rows in stance: the ground force is above 5 % of the body weight (n,).
+
+    Parameters
+    ----------
+    columns : rows of a recording of walking, with the column that `stance_force` names
+    body_mass : of the patient [kg]
+    """
+    return loaded(columns[stance_force(columns)], body_mass)
+
+
+def loaded(force: np.ndarray, body_mass: float) -> np.ndarray:
+    """Mask of upward ground forces [N] that a standing foot bears: above 5 % of the body weight (n,)."""
+    return force > STANCE_FORCE * body_mass * GRAVITY
 
 
 def progress(columns: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 import pathlib
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -76,7 +75,7 @@ def require_angles(built: Built, angles: np.ndarray) -> None:
 
 
 def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[str]:
-    """Where the map goes beyond what a muscle may be asked for."""
+    """Warnings of pressures beyond a muscle's limit."""
     found = []
     for entry in maps:
         for name, group in built.scenario.orthosis.muscles_of(entry.chamber).items():
@@ -115,58 +114,6 @@ def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
             for pressure, torque in zip(found.pressures * 1e-5, row, strict=True):
                 lines.append(f"{found.chamber},{angle:.6g},{pressure:.6g},{torque:.6g}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def draw(maps: list[TorqueMap], path: pathlib.Path, title: str, suffix: str = "png") -> None:
-    """The curves of every chamber, with what swing and loading response need drawn in."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import colormaps, pyplot
-
-    figure, axes = pyplot.subplots(
-        1, len(maps), figsize=(6.0 * len(maps), 4.6), squeeze=False, layout="constrained"
-    )
-    for axis, found in zip(axes[0], maps, strict=True):
-        colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.pressures)))
-        for column, pressure in enumerate(found.pressures):
-            label = f"{pressure * 1e-5:g} bar"
-            axis.plot(np.degrees(found.angles), found.torque[:, column], color=colours[column], label=label)
-        if found.torque.max() > -found.torque.min():
-            for (phase, (low, high)), shade in zip(NEEDS.items(), ("C1", "C3"), strict=True):
-                axis.axhspan(low, high, color=shade, alpha=0.25, lw=0)
-                axis.text(
-                    np.degrees(found.angles[-1]),
-                    high,
-                    f"{phase} needs {low:g}–{high:g} N·m ",
-                    ha="right",
-                    va="bottom",
-                    color=shade,
-                    fontsize=9,
-                )
-        _shade_stretch(axis, found)
-        axis.axhline(0.0, color="0.6", lw=0.8)
-        axis.set_xlabel("ankle angle [deg], dorsiflexion +")
-        axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
-        axis.set_title(f"{found.chamber} chamber alone")
-        axis.legend(title="gauge pressure", fontsize=8)
-    figure.suptitle(title)
-    figure.savefig(path, dpi=150, format=suffix)
-    pyplot.close(figure)
-
-
-def _shade_stretch(axis: Any, found: TorqueMap) -> None:
-    """Grey where the braid itself is stretched, and keep the scale to where it is not."""
-    free = found.contraction >= 0.0
-    if free.all() or not free.any():
-        return
-    degrees = np.degrees(found.angles)
-    for edge, inside in ((degrees[0], degrees[free].min()), (degrees[-1], degrees[free].max())):
-        if edge != inside:
-            axis.axvspan(edge, inside, color="0.85", lw=0, label="braid stretched")
-    reach = found.torque[free]
-    room = 0.08 * max(np.ptp(reach), 1.0)
-    axis.set_ylim(min(reach.min(), 0.0) - room, max(reach.max(), 0.0) + room)
 
 
 def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:

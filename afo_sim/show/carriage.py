@@ -1,4 +1,4 @@
-"""A carriage for the camera, that keeps up with somebody walking."""
+"""A carriage for the camera that keeps up with a walker."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -8,10 +8,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Carriage:
-    """It goes the same way in every part of a stride: x = start + length · strides [m].
+    """Motion of even speed over a stride: x = start + length · strides [m].
 
-    So it neither stops in stance nor hurries in swing, as the foot does, and has no bob; and it goes on
-    with the walker where strides differ in duration. `ends` are its first and last x [m], `stride_time`
+    The carriage neither stops in stance nor hurries in swing, as the foot does. It keeps up with the walker
+    where strides differ in duration. `ends` are its first and last x [m], `stride_time`
     is the mean [s].
     """
 

@@ -14,7 +14,7 @@ from afo_sim.fitting.law_muscle import residual_unit
 from afo_sim.fitting.law_problem import predict, pressure_levels, take
 from afo_sim.fitting.law_ranking import kinds
 from afo_sim.fitting.law_result import StaticFit
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -54,11 +54,6 @@ def _figure(fits: Sequence[LawFit]) -> Any:
     return figure
 
 
-def plain(text: str) -> str:
-    """A user's text without what Matplotlib would read as mathematics."""
-    return text.replace("$", r"\$")
-
-
 def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
     """Points, and the law's line through them at each pressure."""
     factor, unit = residual_unit(fit)
@@ -80,7 +75,8 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
             axis.plot(grid, predict(fit.problem, fit.values, line), color=colour)
             slack = np.zeros(len(points), dtype=bool) if points.slack is None else points.slack
             axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
-            axis.plot(x[slack], points.force[slack], "o", ms=4, mfc="none", color=colour)  # type: ignore[index]
+            hollow = {"mfc": "white", "color": colour, "clip_on": False, "zorder": 3}
+            axis.plot(x[slack], points.force[slack], "o", ms=4, **hollow)  # type: ignore[index]
     axis.set_title(plain(data.name))
     axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
     axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")

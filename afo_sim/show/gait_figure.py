@@ -1,21 +1,17 @@
-"""A gait cycle on one page: what was understood, to be looked at before it is believed."""
+"""A gait cycle on one page, for a look before it is used."""
 
+import functools
 import itertools
 import pathlib
-import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import replacing
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import closing_errors, stance
 from afo_sim.gait.cycle import FLAT, GaitCycle
-from afo_sim.show.figure import COLOURS, FORMATS, RESOLUTION, STYLE
-
-if TYPE_CHECKING:
-    from afo_sim.gait.readers.importing import Imported
+from afo_sim.gait.readers.importing import Imported
+from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 
 POSES = 21  # of the leg in a stride
 FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
@@ -24,13 +20,13 @@ FORCE = 0.35  # drawn length of one body weight [m]
 DORSAL, PLANTAR, GREY = COLOURS[0], COLOURS[1], "0.6"
 
 
-def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: "Imported | None" = None) -> None:
+def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = None) -> None:
     """Draw a gait cycle: the leg with the ground's force, angles with the norm, force, moment.
 
     Parameters
     ----------
     cycle : to draw
-    path : file to write, whole or not at all; its suffix, one of `figure.FORMATS`, is the format
+    path : file to write, whole or not at all; its suffix, one of `style.FORMATS`, is the format
     imported : where the cycle was cut from; adds the plates over time with contacts and strides
 
     Raises
@@ -38,45 +34,39 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: "Imported | None" 
     InputError
         The suffix is no format.
     """
-    suffix = path.suffix.lower().removeprefix(".")
-    if suffix not in FORMATS:
-        raise InputError("is no format of a figure", file=path, allowed=", ".join(FORMATS))
-    import matplotlib
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
+    height = 9.0 if imported is None else 10.8
+    write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
 
-    with matplotlib.rc_context(STYLE):
-        height = 9.0 if imported is None else 10.8
-        figure = Figure(figsize=(7.1, height), layout="constrained")
-        ratios = [1.5, 1.0, 1.0, 1.0]
-        rows = [["leg", "leg"], ["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
-        if imported is not None:
-            rows.insert(0, ["plates", "plates"])
-            ratios.insert(0, 0.8)
-        axes: dict[str, Any] = figure.subplot_mosaic(rows, height_ratios=ratios)
-        if imported is not None:
-            _plates(axes["plates"], imported)
-        _leg(axes["leg"], cycle)
-        _angles(axes, cycle)
-        _moment(axes["moment"], cycle)
-        _force(axes["force"], cycle)
-        _pressure(axes["pressure"], cycle)
-        figure.suptitle(_title(cycle), x=0.01, ha="left", fontsize=9.0)
-        with replacing(path) as temporary:
-            figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+
+def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
+    ratios = [1.5, 1.0, 1.0, 1.0]
+    rows = [["leg", "leg"], ["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
+    if imported is not None:
+        rows.insert(0, ["plates", "plates"])
+        ratios.insert(0, 0.8)
+    axes: dict[str, Any] = figure.subplot_mosaic(rows, height_ratios=ratios)
+    if imported is not None:
+        _plates(axes["plates"], imported)
+    _leg(axes["leg"], cycle)
+    _angles(axes, cycle)
+    _moment(axes["moment"], cycle)
+    _force(axes["force"], cycle)
+    _pressure(axes["pressure"], cycle)
+    figure.suptitle(_title(cycle), x=0.01, ha="left", fontsize=9.0)
 
 
 def _title(cycle: GaitCycle) -> str:
     facts = f"{cycle.side} leg, {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s, "
     facts += f"stride {cycle.stride_time:.2f} s, stance {100 * stance(cycle):.0f} %"
-    return "\n".join([*textwrap.wrap(cycle.source, 95), facts])
+    return paragraph(cycle.source, facts)
 
 
-def _plates(axis: Any, imported: "Imported") -> None:
+def _plates(axis: Any, imported: Imported) -> None:
     """Upward force of each plate; contacts of this foot, and the strides found."""
     for (name, (time, force)), colour in zip(
         imported.ground.plates.items(), itertools.cycle(COLOURS), strict=False
     ):
-        axis.plot(time, force, color=colour, lw=0.9, label=f"plate {name}")
+        axis.plot(time, force, color=colour, lw=0.9, label=f"plate {plain(name)}")
     for contact in imported.ground.contacts:
         axis.axvspan(contact.start, contact.end, color="0.92", lw=0.0, zorder=0)
     top = max(force.max() for _, force in imported.ground.plates.values())
@@ -129,7 +119,7 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle) -> None:
     _over_stride(axes["knee"], cycle, "knee angle [deg]\nflexion +")
     _over_stride(axes["ankle"], cycle, "ankle angle [deg]\ndorsiflexion +")
     low, high = (np.degrees(norm.at(n, fine)) for n in ("ankle_low", "ankle_high"))
-    axes["ankle"].fill_between(100 * fine, low, high, color="0.85", lw=0.0, label="published means")
+    axes["ankle"].fill_between(100 * fine, low, high, color=NORM, lw=0.0, label="published means")
     axes["knee"].plot(
         100 * fine, np.degrees(norm.at("knee_angle", fine)), color="0.75", lw=3.0, label="a published mean"
     )
@@ -168,7 +158,7 @@ def _pressure(axis: Any, cycle: GaitCycle) -> None:
 
 
 def _over_stride(axis: Any, cycle: GaitCycle, label: str) -> None:
-    axis.axhline(0.0, color="0.75", lw=0.6, zorder=1)
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     axis.axvline(100.0 * stance(cycle), color="0.75", lw=0.6, ls=":", zorder=1)
     axis.axvspan(100.0 * FLAT[0], 100.0 * FLAT[1], color="0.96", lw=0.0, zorder=0)
     axis.set_xlim(0.0, 100.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.writing import check_writable
-from afo_sim.show.figure import FIGURES, figures_of
+from afo_sim.show.run_figure import FIGURES, figures_of
 from afo_sim.simulation.files import RERUN
 from afo_sim.simulation.recording import Recording, read_recording
 

@@ -7,8 +7,7 @@ from afo_sim.common.writing import replacing
 from afo_sim.fitting.log import Channel
 from afo_sim.fitting.run_fit import FitRun
 from afo_sim.fitting.run_problem import differences
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
-from afo_sim.show.fit_figure import plain
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
 SPARSE = 150  # samples: fewer are drawn one by one

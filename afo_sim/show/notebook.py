@@ -8,7 +8,7 @@ from html import escape
 
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
-from afo_sim.show.figure import draw_angle, draw_torque
+from afo_sim.show.run_figure import draw_angle, draw_torque
 from afo_sim.simulation.recording import Recording
 
 FEW = 12  # numbers that stand there unfolded

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.metrics import words as metric_words
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 from afo_sim.study.search.aim import OBJECTIVE, Limit
 from afo_sim.study.search.loop import Columns, Problem, best_of
 from afo_sim.study.words import human_scale
@@ -114,13 +114,13 @@ def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_fa
     low, high = factor * ends
     pad = 0.04 * (high - low)
     axis.set_ylim((low / 1.05, high * 1.05) if axis.get_yscale() == "log" else (low - pad, high + pad))
-    name = metric_words.plain(parameter.name.replace("_", " "))
+    name = plain(parameter.name.replace("_", " "))
     axis.set_ylabel(f"{name} [{unit}]" if unit else name)
 
 
 def _title(metric: str, units: Mapping[str, str]) -> str:
     label, unit = (
-        metric_words.plain(metric_words.words(metric).label),
+        plain(metric_words.words(metric).label),
         metric_words.UNITS.get(units[metric], units[metric]),
     )
     return f"{label} [{unit}]" if unit else label

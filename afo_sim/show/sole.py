@@ -1,4 +1,4 @@
-"""The shoe's sole: what stands under the foot's own sole, such as an orthosis' plate."""
+"""The shoe's sole: the parts under the foot's own sole, such as an orthosis' plate."""
 
 import mujoco
 import numpy as np
@@ -7,11 +7,11 @@ from afo_sim.model.foot import foot_of
 
 
 def sole_thickness(model: mujoco.MjModel, body: str, joint: str) -> float:
-    """Thickness of what is worn below the foot's flat sole [m].
+    """Thickness of the parts that are worn below the foot's flat sole [m].
 
-    It is taken as a shoe's sole, and the other foot's shoe as having one just as thick: the whole body stands
-    that much higher, so that heights of the foot's own sole above the floor of a barefoot walk are clearances
-    of the sole's underside above the floor that it is walked on.
+    It counts as a shoe's sole, and the other foot's shoe has one as thick. The whole body then stands higher
+    by this thickness: a height of the foot's own sole above the floor of a barefoot walk is the clearance of
+    the shoe's underside above the floor.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def sole_thickness(model: mujoco.MjModel, body: str, joint: str) -> float:
 
 
 def _is_on(model: mujoco.MjModel, body: int, foot: int) -> bool:
-    """Whether a body hangs on the foot, and is not the foot."""
+    """True for a body that hangs on the foot and is not the foot."""
     parent = int(model.body_parentid[body])
     return body != 0 and (parent == foot or _is_on(model, parent, foot))
 

@@ -1,5 +1,6 @@
 """Tests of the stand → figures with the papers' axes: a panel a muscle and law, a colour a curve."""
 
+import functools
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -8,8 +9,9 @@ import numpy as np
 
 from afo_sim.bench.compare import Comparison
 from afo_sim.bench.measures import AXES
+from afo_sim.bench.table import SET, set_point_text
 from afo_sim.bench.trial import Trial, static
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, plain, write_figure
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -19,26 +21,11 @@ SHOWN = {
     "velocity": ("shortening speed [m/s]", -1.0),
     "time": ("time [s]", 1.0),
 }
-SET = {
-    "isobaric": ("pressure", "{:.3g} bar", 1e-5),
-    "isotonic": ("load", "{:.3g} N", 1.0),
-    "isometric": ("contraction", "{:.3g} %", 100.0),
-    "step": ("supply", "{:.3g} bar", 1e-5),
-    "release": ("pressure", "{:.3g} bar", 1e-5),
-}
 PANEL = (3.6, 2.9)  # of one panel [inch]
 COLUMNS = 3  # panels side by side
 
 
-def set_point_text(trial: Trial, curve: int) -> str:
-    """What tells a curve from the others, for people."""
-    _, form, factor = SET[trial.plan.kind]
-    return form.format(factor * trial.plan.set_points[curve])
-
-
-def draw_trials(
-    trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path, suffix: str = "png"
-) -> None:
+def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
     """Draw tests of one kind on one page.
 
     Isobaric: force over contraction; isotonic: contraction over pressure; isometric: force over pressure
@@ -50,34 +37,36 @@ def draw_trials(
     ----------
     trials : at least one, of one kind
     compared : per trial, or none
-    path, suffix : file and format
+    path : file to write; its suffix is the format
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    kind = trials[0].plan.kind
-    fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
-    tall = {"step": 3, "release": 2}.get(kind, 1)
+    tall = {"step": 3, "release": 2}.get(trials[0].plan.kind, 1)
     across = min(len(trials), COLUMNS)
     down = -(-len(trials) // across)
     height = PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(PANEL[0] * across + 0.9, height + 0.4), layout="constrained")
-        alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
-        axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
-        for k in range(down * across):
-            row, column = divmod(k, across)
-            own = axes[tall * row : tall * (row + 1), column]
-            if k >= len(trials):
-                for axis in own:
-                    axis.set_axis_off()
-                continue
-            fill(own, trials[k], compared[k] if compared else None)
-            own[0].set_title(_title(trials[k]), loc="left")
-            own[0].tick_params(labelbottom=True, labelleft=True)
-            if not _same_points(trials) or k == across - 1:
-                _legend(own[0], trials[k], compared)
-        figure.savefig(path, format=suffix, dpi=RESOLUTION)
+    fill = functools.partial(_page, trials=trials, compared=compared, tall=tall)
+    write_figure(path, (PANEL[0] * across + 0.9, height + 0.4), fill)
+
+
+def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], tall: int) -> None:
+    """A block of `tall` panels for each trial."""
+    kind = trials[0].plan.kind
+    fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
+    across = min(len(trials), COLUMNS)
+    down = -(-len(trials) // across)
+    alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
+    axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
+    for k in range(down * across):
+        row, column = divmod(k, across)
+        own = axes[tall * row : tall * (row + 1), column]
+        if k >= len(trials):
+            for axis in own:
+                axis.set_axis_off()
+            continue
+        fill(own, trials[k], compared[k] if compared else None)
+        own[0].set_title(_title(trials[k]), loc="left")
+        own[0].tick_params(labelbottom=True, labelleft=True)
+        if not _same_points(trials) or k == across - 1:
+            _legend(own[0], trials[k], compared)
 
 
 def _same_points(trials: Sequence[Trial]) -> bool:
@@ -86,7 +75,8 @@ def _same_points(trials: Sequence[Trial]) -> bool:
 
 def _title(trial: Trial) -> str:
     muscle = trial.plan.muscle
-    lines = [f"{muscle.name} · {trial.plan.kind}{', formula' if trial.static else ''}", muscle.law]
+    kind = f"{trial.plan.kind}{', formula' if trial.static else ''}"
+    lines = [f"{plain(muscle.name)} · {kind}", muscle.law]
     return "\n".join(lines + ([muscle.friction] if muscle.friction != "none" else []))
 
 
@@ -118,7 +108,7 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     if compared is not None:
         unit = {"force": "N", "contraction": "%"}[ordinate]
         rms, worst = (f"{y_factor * error:.3g} {unit}" for error in (compared.rms, compared.worst))
-        text = f"{compared.name}\nRMS {rms}, worst {worst}"
+        text = f"{plain(compared.name, None)}\nRMS {rms}, worst {worst}"
         corner = {"x": 0.98, "ha": "right"} if trial.plan.kind == "isobaric" else {"x": 0.02, "ha": "left"}
         axis.text(y=0.98, s=text, transform=axis.transAxes, va="top", fontsize=8.0, **corner)
     axis.margins(0.03)
@@ -127,7 +117,7 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
 
 
 def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
-    """The curves, and what the line styles mean."""
+    """The curves and the meaning of the line styles."""
     from matplotlib.lines import Line2D
 
     handles, _ = axis.get_legend_handles_labels()

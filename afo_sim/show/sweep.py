@@ -1,4 +1,4 @@
-"""A sweep looked at: tables for the terminal, figures as PNG."""
+"""Findings of a sweep, and its figures as PNG."""
 
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,17 +11,16 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, together
 from afo_sim.show import sweep_figures as figures
-from afo_sim.show.figure import RESOLUTION, STYLE
-from afo_sim.study import analysis, pareto, sobol
+from afo_sim.show.style import write_figure
+from afo_sim.study import analysis, sobol
 from afo_sim.study.analysis import Effect
 from afo_sim.study.results import Results
 from afo_sim.study.sobol import Indices
-from afo_sim.study.words import Better, chosen, scale
+from afo_sim.study.words import Better, chosen
 
 FIGURES = "figures"  # the folder in a sweep's own
 IN_ONE = 3  # metrics in one figure
 PANEL = (2.5, 2.3)  # [inch]
-NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
 
 EFFECTS = "main effects: share of the variance, mean from low to high"
 BINNED = (
@@ -30,12 +29,10 @@ BINNED = (
 )
 EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
-Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
-
 
 @dataclass(frozen=True)
 class Findings:
-    """What a sweep's cases say of the chosen metrics, computed once for tables and figures.
+    """Effects and indices of the chosen metrics, computed once for tables and figures.
 
     objectives : {metric: which end is good}
     effects : {metric: {parameter: main effect}}, of the metrics that any case has
@@ -159,7 +156,7 @@ def write_figures(
     with together(folder) as scratch:
         for name, size, fill in [*_of_metrics(found), *_of_fronts(found.results, objectives)]:
             names.append(f"{name}.png")
-            _draw(scratch / names[-1], size, fill)
+            write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]
 
 
@@ -198,124 +195,3 @@ def _batches(names: list[str]) -> Iterator[tuple[str, list[str]]]:
     """As many metrics as one figure takes, and what its name ends with."""
     for k in range(0, len(names), IN_ONE):
         yield f"_{k // IN_ONE + 1}" if k else "", names[k : k + IN_ONE]
-
-
-def _draw(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    import matplotlib
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
-        fill(figure)
-        figure.savefig(path, format="png", dpi=RESOLUTION)
-
-
-def tables(found: Findings, best: int) -> list[Table]:
-    """(title, header, rows) to print.
-
-    Parameters
-    ----------
-    found : of the sweep
-    best : how many of the best cases are listed for each metric
-    """
-    shown = [_status_table(found.results), *_warning_table(found.results), _metric_table(found)]
-    if found.effects:
-        shown.append(_effect_table(found))
-    shown += [_index_table(found.results, name, each) for name, each in found.indices.items()]
-    for metric in found.effects if best > 0 else ():
-        end = found.objectives[metric]
-        rows = analysis.best(found.results[metric], best, end == "lowest")
-        shown.append(_case_table(found, rows, f"best cases: {end} {_lower(found, metric)}"))
-    if len(found.effects) > 1 and best > 0:
-        shown.append(_front_table(found, best))
-    return shown
-
-
-def _lower(found: Findings, metric: str) -> str:
-    label = scale(found.results, metric).label
-    return label[:1].lower() + label[1:]
-
-
-def _status_table(results: Results) -> Table:
-    count = int(results.ok.sum())
-    rows = [["ok", str(count), f"{100.0 * count / len(results):.3g} %", ""]]
-    for status, reason, n in analysis.failures(results["status"], results["reason"]):
-        rows.append([status, str(n), f"{100.0 * n / len(results):.3g} %", reason])
-    return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
-
-
-def _warning_table(results: Results) -> Iterator[Table]:
-    rows = [[str(count), text] for text, count in analysis.warned(results.warnings)]
-    if rows:
-        yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
-
-
-def _metric_table(found: Findings) -> Table:
-    rows = []
-    for metric in found.objectives:
-        look = scale(found.results, metric)
-        s = analysis.spread(look.factor * found.results[metric])
-        numbers = (s.mean, s.deviation, s.lowest, s.low_5, s.median, s.high_95, s.highest)
-        rows.append([metric, look.unit, str(s.count), *map(_number, numbers)])
-    header = ["metric", "unit", "cases", "mean", "SD", "lowest", "5 %", "median", "95 %", "highest"]
-    return "metrics", header, rows
-
-
-def _effect_table(found: Findings) -> Table:
-    results = found.results
-    rows = []
-    for parameter in sobol.varied(results):
-        row = [_named(found, parameter)]
-        for metric, effects in found.effects.items():
-            effect, look = effects[parameter], scale(results, metric)
-            share = f"{100.0 * max(effect.share, 0.0):.0f} %" if np.isfinite(effect.share) else "–"
-            text, ordered = effect.places.dtype.kind in "US", np.sort(effect.means)
-            ends, arrow = (ordered, "…") if text else (effect.means, "→")
-            row.append(f"{share:>5}   {look.text(ends[0])} {arrow} {look.text(ends[-1])}")
-        rows.append(row)
-    return EFFECTS, ["parameter", *(_named(found, metric) for metric in found.effects)], rows
-
-
-def _index_table(results: Results, metric: str, found: Indices) -> Table:
-    rows = []
-    for k, name in enumerate(found.parameters):
-        first = f"{_number(found.first[k])} ± {_number(found.first_interval[k])}"
-        rows.append([name, first, f"{_number(found.total[k])} ± {_number(found.total_interval[k])}"])
-    for one, other, index, interval in found.pairs():
-        if index - interval > NEGLIGIBLE:
-            rows.append([f"{one} × {other}", f"{_number(index)} ± {_number(interval)}", ""])
-    return f"Sobol' indices: {metric}", ["parameter", "alone (95 % interval)", "total (95 % interval)"], rows
-
-
-def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
-    results = found.results
-    names = [*sobol.varied(results), *found.objectives]
-    looks = [scale(results, name) for name in names]
-    columns = [results[name][cases] for name in names]
-    rows = [
-        [str(case), *(look.text(column[k].item()) for look, column in zip(looks, columns, strict=True))]
-        for k, case in enumerate(results["case"][cases])
-    ]
-    return title, ["case", *(_named(found, name) for name in names)], rows
-
-
-def _front_table(found: Findings, count: int) -> Table:
-    """Cases evenly along the Pareto front of the first two metrics."""
-    two = list(found.effects)[:2]
-    ends = [found.objectives[name] for name in two]
-    points = np.column_stack([found.results[name] for name in two])
-    front = np.flatnonzero(pareto.ranks(points, tuple(end == "lowest" for end in ends)) == 0)
-    front = front[np.argsort(points[front, 0], kind="stable")]
-    some = front[np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(int))]
-    title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))
-    of = "" if len(some) == len(front) else f", {len(some)} of {len(front)} cases"
-    return _case_table(found, some, f"Pareto front: {title}{of}")
-
-
-def _named(found: Findings, name: str) -> str:
-    unit = scale(found.results, name).unit
-    return f"{name} [{unit}]" if unit else name
-
-
-def _number(value: float) -> str:
-    return f"{value:.3g}".replace("-", "−") if np.isfinite(value) else "–"

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.metrics.words import plain
-from afo_sim.show.figure import COLOURS
+from afo_sim.show.style import COLOURS, plain
 from afo_sim.study import pareto
 from afo_sim.study.analysis import Effect, spread
 from afo_sim.study.results import Results
@@ -35,7 +34,7 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         axis.hist(values, bins=bins, color=PALE, edgecolor="white", lw=0.4)
         axis.axvline(found.median, color=FULL, lw=1.3)
         axis.margins(x=0.02)
-        axis.set_xlabel(look.title)
+        axis.set_xlabel(plain(look.title, None))
         said = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
         axis.set_title(said.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
@@ -68,7 +67,7 @@ def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[st
                 text = f"{100.0 * max(share, 0.0):.0f} % of variance"
                 axis.set_title(text, loc="left", fontsize=8.0, color="0.3")
             if axis in axes[-1]:
-                axis.set_xlabel(of_parameter.title)
+                axis.set_xlabel(plain(of_parameter.title, None))
         row[0].set_ylabel(_broken(of_metric))
     figure.align_ylabels(axes[:, 0])
     handles, labels = axes[0, 0].get_legend_handles_labels()
@@ -141,9 +140,9 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
                 labels(*cells.ticks)
         if x.discrete and y.discrete and means.size <= MOST_NUMBERS:
             _numbers(axis, x, y, means, shown)
-        axis.set_xlabel(x.look.title)
-        axis.set_ylabel(y.look.title)
-        label = f"{look.title}, mean" if len(results.parameters) > 2 else look.title
+        axis.set_xlabel(plain(x.look.title, None))
+        axis.set_ylabel(plain(y.look.title, None))
+        label = plain(look.title, None) + (", mean" if len(results.parameters) > 2 else "")
         bar = figure.colorbar(shown, ax=axis, location="top", aspect=30.0, pad=0.02, label=label)
         bar.outline.set_visible(False)
         axis.spines[:].set_visible(False)
@@ -224,7 +223,7 @@ def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better])
         _case_numbers(axis, results["case"], points, front, lowest)
         axis.margins(0.13)
         for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):
-            label(f"{look.title}\n{'lower' if low else 'higher'} is better")
+            label(f"{plain(look.title, None)}\n{'lower' if low else 'higher'} is better")
         title = f"Pareto front: {len(front)} of {np.isfinite(points).all(axis=1).sum()} cases"
         axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
     figure.get_layout_engine().set(wspace=0.05)
@@ -286,7 +285,7 @@ def _some(count: int) -> np.ndarray:
 
 
 def _dots(count: int) -> dict[str, Any]:
-    """How cases look: the fewer, the larger."""
+    """The look of a case's dot: the fewer cases, the larger."""
     return CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}
 
 

@@ -15,7 +15,7 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_problem import select
 from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
-from afo_sim.show.figure import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, STYLE
 from afo_sim.validation.laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
 from afo_sim.validation.s1 import CM, MISPRINT, TABLES, as_s1, ours, table
 

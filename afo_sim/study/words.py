@@ -40,9 +40,7 @@ class Scale:
     @property
     def title(self) -> str:
         """Label and unit, for an axis."""
-        return (
-            f"{metric_words.plain(self.label)} [{self.unit}]" if self.unit else metric_words.plain(self.label)
-        )
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
 
     def text(self, value: object) -> str:
         """A value of the column with its digits, without the unit."""

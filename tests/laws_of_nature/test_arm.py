@@ -15,8 +15,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
-from afo_sim.show import figure
+from afo_sim.show import panels, run_figure
 from afo_sim.show.rerun import write_rrd
+from afo_sim.show.shown import alone
 from afo_sim.simulation.recording import Recording
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")
@@ -364,11 +365,11 @@ def test_slack_device_rests_at_zero() -> None:
 def test_figures_speak_of_the_arm(tmp_path: pathlib.Path) -> None:
     run = afo_sim.run("arm-s1", {"duration": "1 s"})
     axis = Figure().subplots()
-    figure._moment_panel(axis, run)
+    panels.moments(axis, [alone(run)])
     assert axis.get_ylabel() == "hinge moment [N·m]\nflexion +"
     drawn = {line.get_label(): line.get_ydata() for line in axis.lines}
     assert np.array_equal(drawn["load"], run["ankle/moment/load"])
-    assert len(figure.write_figures(run, tmp_path)) == 10
+    assert len(run_figure.write_figures(run, tmp_path)) == 10
 
 
 def test_recording_shows_the_muscles_beside_the_pulley(tmp_path: pathlib.Path) -> None:

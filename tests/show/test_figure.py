@@ -17,7 +17,8 @@ from matplotlib.image import imread
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.show import figure, video
+from afo_sim.show import panels, run_figure, style, video, video_painter, video_scenery
+from afo_sim.show.shown import alone
 from afo_sim.simulation.recording import Recording
 
 FILES = {
@@ -25,6 +26,8 @@ FILES = {
     for name in ("overview", "angle", "torque", "pressure", "force_contraction")
     for suffix in ("png", "pdf")
 }
+
+SEATED_MOMENTS = [style.MOMENTS[name] for name in ("orthosis", "passive", "gravity")]
 
 
 def rows(recording: Recording, count: int) -> Recording:
@@ -45,7 +48,7 @@ def has_colour(path: pathlib.Path, colour: str, least: int = 50) -> bool:
 @pytest.fixture(scope="module")
 def folder(antagonist: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     target = tmp_path_factory.mktemp("figures") / "new"
-    written = figure.write_figures(antagonist, target)
+    written = run_figure.write_figures(antagonist, target)
     assert {path.name for path in written} == FILES
     return target
 
@@ -59,10 +62,10 @@ def test_every_figure_is_there_in_both_formats_and_nothing_else(folder: pathlib.
 @pytest.mark.parametrize(
     ("name", "colours"),
     [
-        ("overview", ["black", *figure.MOMENTS.values(), *figure.COLOURS[:2]]),
-        ("angle", ["black"]),
-        ("torque", list(figure.MOMENTS.values())),
-        ("pressure", list(figure.COLOURS[:2])),
+        ("overview", [style.RUNS[0], *SEATED_MOMENTS, *style.COLOURS[:2]]),
+        ("angle", [style.RUNS[0]]),
+        ("torque", SEATED_MOMENTS),
+        ("pressure", list(style.COLOURS[:2])),
     ],
 )
 def test_pictures_show_the_curves(folder: pathlib.Path, name: str, colours: list[str]) -> None:
@@ -77,7 +80,7 @@ def test_force_over_contraction_is_coloured_by_pressure(folder: pathlib.Path) ->
 
 
 def test_angle_panel_draws_the_angle_and_the_range_of_motion(antagonist: Recording) -> None:
-    axis = panel(figure._angle_panel, antagonist)
+    axis = panel(panels.angle, antagonist)
     curve = axis.lines[-1]
     assert np.array_equal(curve.get_xdata(), antagonist["time"])
     assert np.array_equal(curve.get_ydata(), np.degrees(antagonist["ankle/angle"]))
@@ -86,19 +89,19 @@ def test_angle_panel_draws_the_angle_and_the_range_of_motion(antagonist: Recordi
 
 
 def test_moments_pressures_and_forces_are_the_columns(antagonist: Recording) -> None:
-    moments = lines(panel(figure._moment_panel, antagonist))
+    moments = lines(panel(panels.moments, antagonist))
     for name in ("orthosis", "passive", "gravity"):
         assert np.array_equal(moments[name], antagonist[f"ankle/moment/{name}"])
-    pressures = lines(panel(figure._pressure_panel, antagonist))
+    pressures = lines(panel(panels.pressures, antagonist))
     assert set(pressures) == {"supply", "dorsiflexor", "plantarflexor"}
     assert pressures["plantarflexor"] == pytest.approx(antagonist["chamber/plantarflexor/pressure"] / 1e5)
-    forces = lines(panel(figure._force_panel, antagonist))
+    forces = lines(panel(panels.forces, antagonist))
     assert set(forces) == {"dorsiflexor 1–3", "plantarflexor 1–2"}
     assert np.array_equal(forces["dorsiflexor 1–3"], antagonist["muscle/dorsiflexor_1/force"])
 
 
 def test_valve_bars_cover_the_time_their_valves_are_open(antagonist: Recording) -> None:
-    axis = panel(figure._valve_panel, antagonist)
+    axis = panel(panels.valves, antagonist)
     labels = [label.get_text() for label in axis.get_yticklabels()]
     assert labels == [f"{c} {s}" for c in ("dorsiflexor", "plantarflexor") for s in ("inlet", "outlet")]
     time = antagonist["time"]
@@ -112,14 +115,14 @@ def test_valve_bars_cover_the_time_their_valves_are_open(antagonist: Recording) 
 
 def test_muscles_of_a_group_that_differ_are_drawn_apart(seated: Recording) -> None:
     other = with_column(seated, "muscle/dorsiflexor_2/force", 1.1 * seated["muscle/dorsiflexor_2/force"])
-    forces = lines(panel(figure._force_panel, other))
+    forces = lines(panel(panels.forces, other))
     assert set(forces) == {"dorsiflexor 1", "dorsiflexor 2", "dorsiflexor 3", "plantarflexor 1–2"}
     assert np.array_equal(forces["dorsiflexor 2"], other["muscle/dorsiflexor_2/force"])
 
 
 def test_loop_runs_through_rows_of_the_recording(seated: Recording) -> None:
     page = Figure()
-    figure._force_contraction(page, seated)
+    run_figure._force_contraction(page, alone(seated))
     segments = np.array(page.axes[0].collections[0].get_segments())
     contraction, force = (seated[f"muscle/dorsiflexor_1/{x}"] for x in ("contraction", "force"))
     recorded = np.column_stack([100.0 * contraction, force])
@@ -130,7 +133,7 @@ def test_loop_runs_through_rows_of_the_recording(seated: Recording) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 30])
 def test_few_rows_of_a_failed_run_are_drawn(seated: Recording, tmp_path: pathlib.Path, count: int) -> None:
-    assert {path.name for path in figure.write_figures(rows(seated, count), tmp_path)} == FILES
+    assert {path.name for path in run_figure.write_figures(rows(seated, count), tmp_path)} == FILES
 
 
 def test_one_chamber_with_one_muscle(seated: Recording, tmp_path: pathlib.Path) -> None:
@@ -141,15 +144,15 @@ def test_one_chamber_with_one_muscle(seated: Recording, tmp_path: pathlib.Path) 
     one = dataclasses.replace(
         seated, scenario=scenario, columns={n: v for n, v in seated.columns.items() if "plantar" not in n}
     )
-    figure.write_figures(one, tmp_path)
-    assert set(lines(panel(figure._force_panel, one))) == {"dorsiflexor"}
+    run_figure.write_figures(one, tmp_path)
+    assert set(lines(panel(panels.forces, one))) == {"dorsiflexor"}
 
 
 def test_nothing_to_draw_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
     empty = rows(seated, 0)
     for draw in (
-        lambda: figure.write_figures(empty, tmp_path / "new"),
-        lambda: figure.draw_run(empty, tmp_path / "a.png"),
+        lambda: run_figure.write_figures(empty, tmp_path / "new"),
+        lambda: run_figure.draw_run(empty, tmp_path / "a.png"),
         lambda: video.write_video(empty, tmp_path / "a.mp4"),
     ):
         with pytest.raises(InputError, match="nothing to draw"):
@@ -169,20 +172,20 @@ def test_failure_leaves_the_old_file_and_no_half_of_a_new_one(
 
     monkeypatch.setattr(Figure, "savefig", full)
     with pytest.raises(OSError, match="no space"):
-        figure.draw_angle(seated, old)
+        run_figure.draw_angle(seated, old)
     assert [path.name for path in tmp_path.iterdir()] == ["a.pdf"]
     assert old.read_text() == "old"
 
 
 def test_unknown_format_names_the_known_ones(seated: Recording, tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="png, pdf, svg"):
-        figure.draw_run(seated, tmp_path / "a.docx")
+        run_figure.draw_run(seated, tmp_path / "a.docx")
 
 
 def test_global_style_of_matplotlib_stays(seated: Recording, tmp_path: pathlib.Path) -> None:
     names = sorted(matplotlib.rcParams.keys() - {"backend"})  # which is found out by asking for it
     before = [matplotlib.rcParams[name] for name in names]
-    figure.draw_angle(seated, tmp_path / "a.svg")
+    run_figure.draw_angle(seated, tmp_path / "a.svg")
     assert [matplotlib.rcParams[name] for name in names] == before
 
 
@@ -206,7 +209,7 @@ def test_video_has_a_picture_for_every_time(tmp_path: pathlib.Path) -> None:
 def test_pictures_follow_the_ankle_and_the_force(seated: Recording) -> None:
     if reason := opengl_missing():
         pytest.skip(reason)
-    with video._Painter(seated, 320, 240) as painter:
+    with video_painter.Painter(seated, 320, 240) as painter:
         rest, again, up = (painter.picture(row).astype(int) for row in (0, 1, 3900))
     leg = np.s_[100:]  # below the caption
 
@@ -237,7 +240,7 @@ def test_missing_opengl_says_what_to_install(
     monkeypatch.setattr(
         shutil, "which", lambda _: shutil.__file__
     )  # is not started before there is a picture
-    monkeypatch.setattr(video.importlib, "import_module", none)
+    monkeypatch.setattr(video_scenery.importlib, "import_module", none)
     with pytest.raises(InputError, match=r"no libEGL.*MUJOCO_GL=osmesa.*libegl1.*libosmesa6"):
         video.write_video(seated, tmp_path / "a.mp4")
     assert not list(tmp_path.iterdir())

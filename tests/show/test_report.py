@@ -20,9 +20,10 @@ from afo_sim.description.words import body_mass, facts
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import OTHER, in_short, number, words
-from afo_sim.show import report_figure
+from afo_sim.show import report_figures
 from afo_sim.show.report import page, read_runs, write_report
-from afo_sim.show.report_figure import RUNS, Shown
+from afo_sim.show.shown import PHASE, Shown
+from afo_sim.show.style import RUNS, plain
 from afo_sim.simulation.recording import Recording
 
 
@@ -129,7 +130,7 @@ def test_the_page_is_written_whole_or_not_at_all(
     def broken(*_: object) -> None:
         raise RuntimeError("drawing failed")
 
-    monkeypatch.setattr(report_figure, "draw_over_time", broken)
+    monkeypatch.setattr(report_figures, "draw_over_time", broken)
     with pytest.raises(RuntimeError):
         write_report([folders["sitting"]], target)
     assert target.read_text(encoding="utf-8") == before
@@ -183,6 +184,17 @@ def test_every_metric_has_words_of_its_own(folders: dict[str, pathlib.Path]) -> 
     assert not [name for name in names if words(name).group == OTHER]
     assert len(names) > 50
     assert words("something_new").label == "something new"
+
+
+def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, pathlib.Path]) -> None:
+    (sitting,) = read_runs([folders["sitting"]])
+    never = sitting.recording.metrics | {"rise_time": Metric(float("nan"), "s")}
+    still = never | {"range_of_motion": Metric(3e-14, "deg")}
+    runs = [dataclasses.replace(sitting, recording=dataclasses.replace(sitting.recording, metrics=still))]
+    text = Reader(page([*runs, sitting])).text
+    assert "– (never rises)" in text
+    assert "– (does not move)" in text
+    assert "nan" not in text.lower().split()
 
 
 def test_every_stride_has_its_numbers(compared: str, folders: dict[str, pathlib.Path]) -> None:
@@ -244,9 +256,9 @@ def test_names_are_escaped_wherever_they_stand(
 
 
 def test_a_name_that_no_font_has_is_drawn_as_question_marks() -> None:
-    assert report_figure.plain("歩行_1$") == r"??_1\$"
-    assert report_figure.plain("_x") == " _x"
-    assert len(report_figure.plain("x" * 80)) == 34
+    assert plain("歩行_1$") == r"??_1\$"
+    assert plain("_x") == " _x"
+    assert len(plain("x" * 80)) == 34
 
 
 # --- the figures draw what was recorded
@@ -261,8 +273,8 @@ def lines(draw: object, runs: list[Shown], panel: int) -> dict[str, np.ndarray]:
 
 
 def test_the_angle_is_drawn_over_the_gait_cycle() -> None:
-    drawn = lines(report_figure.draw_ankle, [shown()], 0)
-    sine = np.degrees(AMPLITUDE) * np.sin(2.0 * np.pi * report_figure.PHASE)
+    drawn = lines(report_figures.draw_ankle, [shown()], 0)
+    sine = np.degrees(AMPLITUDE) * np.sin(2.0 * np.pi * PHASE)
     assert drawn["run"] == pytest.approx(sine, abs=0.01)
     assert drawn["healthy trial, recorded"] == pytest.approx(sine - 3.0, abs=0.01)
 
@@ -272,7 +284,7 @@ def test_the_norms_moment_lies_about_a_healthy_push_off() -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(layout="constrained")
-    report_figure.draw_ankle(figure, [shown()])
+    report_figures.draw_ankle(figure, [shown()])
     band = figure.axes[1].collections[0]
     assert band.get_label() == "norm: published means"
     corners = band.get_paths()[0].vertices
@@ -284,8 +296,8 @@ def test_the_moment_is_all_that_is_internal_per_body_mass() -> None:
     columns = walk_columns()
     columns = with_orthosis(columns, np.full_like(columns["time"], 2.0))
     columns["ankle/moment/passive"] = columns["ankle/moment/passive"] - 5.0
-    drawn = lines(report_figure.draw_ankle, [shown(columns=columns)], 1)
-    expected = np.interp(report_figure.PHASE, *_second_stride(columns, "ankle/moment/biological")) - 3.0
+    drawn = lines(report_figures.draw_ankle, [shown(columns=columns)], 1)
+    expected = np.interp(PHASE, *_second_stride(columns, "ankle/moment/biological")) - 3.0
     assert drawn["run"] == pytest.approx(expected / MASS, abs=1e-4)
 
 
@@ -299,15 +311,15 @@ def test_clearance_and_torque_are_drawn_in_their_units() -> None:
 
     columns = walk_columns()
     run = shown(columns=with_orthosis(columns, np.full_like(columns["time"], 2.0)))
-    drawn = lines(report_figure.draw_clearance, [run], 0)
-    swing = report_figure.PHASE > TOE_OFF + 0.01
+    drawn = lines(report_figures.draw_clearance, [run], 0)
+    swing = PHASE > TOE_OFF + 0.01
     assert drawn["run"][swing].min() == pytest.approx(10.0, abs=0.05)
     figure = Figure(layout="constrained")
-    report_figure.draw_clearance(figure, [run])
+    report_figures.draw_clearance(figure, [run])
     assert "10 mm" in [text.get_text() for text in figure.axes[0].texts]  # the dot's number
-    drawn = lines(report_figure.draw_torque, [run], 0)
+    drawn = lines(report_figures.draw_torque, [run], 0)
     assert drawn["available: run"] == pytest.approx(np.full(201, 2.0))
-    assert lines(report_figure.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
+    assert lines(report_figures.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
 
 
 def test_the_band_is_lowest_to_highest_stride() -> None:
@@ -316,7 +328,7 @@ def test_the_band_is_lowest_to_highest_stride() -> None:
     columns = walk_columns()
     columns["ankle/angle"] = columns["ankle/angle"] + np.radians(columns["gait/stride"])  # 1, 2, 3
     figure = Figure(layout="constrained")
-    report_figure.draw_ankle(figure, [shown(columns=columns)])
+    report_figures.draw_ankle(figure, [shown(columns=columns)])
     norm, band = figure.axes[0].collections[:2]
     middle = band.get_paths()[0].vertices
     at_quarter = middle[np.isclose(middle[:, 0], 25.0), 1]

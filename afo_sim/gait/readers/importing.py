@@ -8,10 +8,8 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import check_writable, together
 from afo_sim.gait.checks import RANGES, examine, findings
 from afo_sim.gait.cycle import FLAT, GaitCycle
-from afo_sim.gait.file import write
 from afo_sim.gait.readers.axes import Axes
 from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.ground_force import GroundForce, foot_force
@@ -45,38 +43,6 @@ class Imported:
             by = "" if stride.by == "force" else ", its end by posture"
             found.append((f"stride {number}", f"{stride.start:.3f} to {stride.end:.3f} s{by}{taken}"))
         return found + findings(self.cycle)
-
-
-def import_to(
-    path: pathlib.Path, files: Sequence[str | pathlib.Path], choices: Choices
-) -> tuple[Imported, pathlib.Path]:
-    """Import a trial and write the cycle as CSV, with a picture beside it.
-
-    Parameters
-    ----------
-    path : CSV to write; the picture has the same name and ends in .png
-    files, choices : as `import_gait`
-
-    Returns
-    -------
-    (what was imported, the picture's path)
-
-    Raises
-    ------
-    InputError
-        As `import_gait`; or `path` is no CSV or cannot be written.
-    """
-    from afo_sim.show.gait_figure import draw_gait
-
-    if path.suffix.lower() != ".csv":
-        raise InputError("is no CSV", field="out", value=str(path), allowed="a name ending in .csv")
-    check_writable(path.parent)
-    done = import_gait(files, choices)
-    picture = path.with_suffix(".png")
-    with together(path.parent) as scratch:
-        draw_gait(done.cycle, scratch / picture.name, done)
-        write(scratch / path.name, done.cycle)
-    return done, picture
 
 
 def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Imported:

@@ -1,8 +1,8 @@
 """Recording → Rerun: one file, made by replay in columns, with its layout inside.
 
-Only this package knows Rerun. `source` reads a run in blocks, `scene` and `walk_scene` log what is seen in
-space, `curves` what is plotted, `events` and `texts` what is told, `layout` where it stands;
-`recording_file` puts them together and `viewer` shows the file.
+Only this package knows Rerun. `source` reads a run in blocks. `scene` and `walk_scene` log space, `curves`
+plots, `events` and `texts` words, `layout` the blueprint. `recording_file` puts them together and `viewer`
+shows the file.
 """
 
 from afo_sim.show.rerun.recording_file import write_comparison as write_comparison

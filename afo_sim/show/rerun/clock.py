@@ -1,4 +1,4 @@
-"""When something was: every row is logged in seconds and, in walking, in strides."""
+"""Timelines: every row is logged in seconds and, in walking, in strides."""
 
 from typing import Any
 

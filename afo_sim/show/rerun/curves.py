@@ -1,4 +1,4 @@
-"""What is plotted: each line's place, name, colour and values."""
+"""Plotted lines: their places, names, colours and values."""
 
 from dataclasses import dataclass
 
@@ -40,7 +40,7 @@ class Curve:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The columns that it is made of."""
+        """The columns that it reads."""
         return (self.column,)
 
     def values(self, block: Columns) -> np.ndarray:
@@ -138,7 +138,7 @@ def log_styles(stream: rr.RecordingStream, lines: list[Curve]) -> None:
 
 
 def columns_of(source: Source, lines: list[Curve]) -> list[str]:
-    """What to read for some lines."""
+    """The columns to read for some lines."""
     clock = ["time", *(GAIT if source.walks else ())]
     return list(dict.fromkeys([*clock, *(name for line in lines for name in line.columns)]))
 
@@ -151,7 +151,7 @@ def log_curves(stream: rr.RecordingStream, lines: list[Curve], block: Columns) -
 
 
 def log_limits(stream: rr.RecordingStream, sources: list[Source], ends: Columns) -> None:
-    """What the lines are to be held against: the device's range of motion, and the floor.
+    """Log the lines' limits: the device's range of motion, and the floor.
 
     Parameters
     ----------

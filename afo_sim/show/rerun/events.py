@@ -1,14 +1,13 @@
-"""What happens when: lanes of valves, stance and strides, and the list of events."""
+"""Events over time: lanes of valves, stance and strides, and the list of events."""
 
 import numpy as np
 import rerun as rr
 
-from afo_sim.metrics.strides import stance_force
+from afo_sim.metrics.strides import stance, stance_force
 from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.curves import colour_of
 from afo_sim.show.rerun.source import Columns, Source
 
-STANCE_FORCE = 20.0  # upward ground force from which on the foot is taken to stand [N]
 KNOTS = 50  # rows from one remembered pair of time and strides to the next
 SHUT = [55, 58, 64]
 STANCE, SWING = [60, 125, 85], [70, 95, 150]
@@ -18,11 +17,12 @@ Change = tuple[float, str]  # time [s], the state from then on
 
 
 class EventFinder:
-    """Collects, block by block, what changes state, and the peaks of a run."""
+    """Collects the changes of state and the peaks of a run, block by block."""
 
     def __init__(self, source: Source):
         self.valves, self.walks = source.named("valve"), source.walks
         self._stance = stance_force(source.columns)
+        self._body_mass = source.body_mass
         self.lanes: dict[str, list[Change]] = {}
         self._peaks: dict[str, tuple[float, float]] = {}
         self._knots: list[tuple[float, float]] = []  # time [s], strides
@@ -31,7 +31,7 @@ class EventFinder:
 
     @property
     def columns(self) -> list[str]:
-        """The columns that `see` looks at."""
+        """The columns that `see` reads."""
         walking = (*GAIT, self._stance, "toe/height") if self.walks else ()
         valves = (f"valve/{valve}/opening" for valve in self.valves)
         return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking]
@@ -49,7 +49,7 @@ class EventFinder:
         if self._torque:
             peaks[f"greatest {self.positive} torque of the orthosis"] = block["ankle/moment/orthosis"]
         if self.walks:
-            stands = block[self._stance] >= STANCE_FORCE
+            stands = stance({self._stance: block[self._stance]}, self._body_mass)
             self._lane("gait/support", time, np.where(stands, "stance", "swing"))
             self._lane("gait/stride", time, np.char.mod("stride %d", block["gait/stride"] + 1.0))
             self._knots += zip(time[::KNOTS], strides(block)[::KNOTS], strict=True)

@@ -1,4 +1,4 @@
-"""Where everything stands in the viewer."""
+"""The layout of the viewer."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking o
 
 @dataclass(frozen=True)
 class Contents:
-    """What there is to lay out.
+    """The contents to lay out.
 
     valves is the number of valve lanes; loop the time that is played over and over [s]; muscles whether
     any run has an orthosis; carriage the entity that a walk's camera rides on, trails the entities whose

@@ -5,7 +5,9 @@ from contextlib import contextmanager
 
 import rerun as rr
 
-from afo_sim.show.rerun import curves, scene, walk_scene
+import afo_sim.show.rerun.curves as curves
+import afo_sim.show.rerun.scene as scene
+import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.show.rerun.layout import blueprint
 from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still
 from afo_sim.show.rerun.source import Source, from_recording
@@ -56,7 +58,7 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
 
 
 def _shown(source: Source) -> Shown:
-    """How a run is shown of which only the beginning is there."""
+    """The view of a run that has only begun."""
     view = scene.stage(source)
     walker = None
     if source.walks:

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
-from afo_sim.show.rerun import curves, events, scene, texts, walk_scene
+import afo_sim.show.rerun.curves as curves
+import afo_sim.show.rerun.events as events
+import afo_sim.show.rerun.scene as scene
+import afo_sim.show.rerun.texts as texts
+import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.show.rerun.clock import GAIT
 from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.saving import saving
@@ -15,13 +19,13 @@ from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recordi
 from afo_sim.simulation.recording import Recording
 
 APPLICATION = "afo_sim"
-POSE_RATE = 100.0  # poses a second unless told otherwise [Hz]; signals keep the run's own rate
+POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate
 GHOST = 0.55  # opacity of every run after the first
 
 
 @dataclass(frozen=True)
 class Shown:
-    """One run and how it is shown; the label tells it from others, "" where it is the only one."""
+    """One run with its view, lines and walker; the label is "" where it is the only one."""
 
     source: Source
     view: scene.Stage
@@ -84,7 +88,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
 
 
 def contents(shown: list[Shown]) -> Contents:
-    """What there is of some runs to lay out."""
+    """The contents of some runs, for the layout."""
     walkers = [run.walker for run in shown if run.walker is not None]
     lanes = sum(len(run.source.named("valve")) for run in shown)
     leg = shown[0].source.scenario.leg
@@ -118,7 +122,7 @@ def _write(path: pathlib.Path, name: str, shown: list[Shown], rate: float | None
 
 
 def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:
-    """All that does not change over some runs, once."""
+    """Log once all that does not change over some runs."""
     scene.log_axes(stream)
     if not any(run.walker for run in shown):
         scene.log_floor(stream)
@@ -130,7 +134,7 @@ def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:
 
 
 def _write_run(stream: rr.RecordingStream, run: Shown, rate: float | None) -> None:
-    """Everything of one run that changes, block by block."""
+    """Log all of one run that changes, block by block."""
     source, every = run.source, run.source.every(rate)
     finder = events.EventFinder(source)
     plotted = curves.columns_of(source, run.lines)
@@ -150,7 +154,7 @@ def _write_run(stream: rr.RecordingStream, run: Shown, rate: float | None) -> No
 
 
 def log_poses(stream: rr.RecordingStream, run: Shown, block: Columns) -> None:
-    """What is seen in space at a block of rows."""
+    """Log the poses in space at a block of rows."""
     scene.log_poses(stream, run.view, block)
     if run.walker is not None:
         run.walker.log(stream, block)

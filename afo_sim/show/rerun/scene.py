@@ -1,4 +1,4 @@
-"""What is seen in space: segments, orthosis, muscles as tubes, floor, joint axis."""
+"""The scene in space: segments, orthosis, muscles as tubes, floor, joint axis."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -55,7 +55,7 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
 
 
 def log_axes(stream: rr.RecordingStream) -> None:
-    """Which way is up, once."""
+    """Log the upward axis, once."""
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
 
@@ -137,7 +137,7 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
 def replay(
     model: mujoco.MjModel, block: Columns, muscles: tuple[str, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where bodies and muscles are at the coordinates of a block of rows.
+    """Poses of bodies and paths of muscles at the coordinates of a block of rows.
 
     Parameters
     ----------

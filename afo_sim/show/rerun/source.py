@@ -46,7 +46,7 @@ class Source:
 
     @property
     def cycle(self) -> float:
-        """What is played over and over: the timer's period, or the whole run in walking [s]."""
+        """Duration of the viewer's loop: the timer's period, or the whole run in walking [s]."""
         timer = self.scenario.timer
         if timer is None or self.walks:
             return float(self.scenario.duration)
@@ -54,8 +54,15 @@ class Source:
 
     @property
     def walks(self) -> bool:
-        """Whether recorded walking drives the run."""
+        """True where recorded walking drives the run."""
         return "gait/phase" in self.columns
+
+    @property
+    def body_mass(self) -> float:
+        """Of the patient, or else of the leg's body [kg]."""
+        patient = self.scenario.patient
+        told = None if patient is None else patient.body_mass
+        return float(self.scenario.leg.body_mass if told is None else told)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -1,4 +1,4 @@
-"""What is written beside the pictures: metrics, warnings, the whole scenario."""
+"""Texts beside the pictures: metrics, warnings, the whole scenario."""
 
 from typing import Any
 

@@ -1,10 +1,9 @@
 """Walking in space: floor, ground force, trails of the sole, and the healthy foot as a ghost.
 
-The camera rides beside the walker on a carriage of even speed, so that the floor passes by and the leg
-swings to and fro in the picture, as a person who walks along sees it. All that walks keeps its true place
-on the floor; of several runs each is shown relative to its own carriage, so that they stay together
-whatever their cadence. What is worn under the foot is a shoe's sole, which lifts the whole body: the floor,
-and all that is drawn at it, lies lower by its thickness.
+The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
+fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
+relative to their own carriages and stay together at any cadence. Parts worn under the foot count as a shoe's
+sole, which lifts the whole body: the floor lies lower by its thickness.
 """
 
 from dataclasses import dataclass
@@ -16,12 +15,11 @@ import rerun as rr
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import file as gait
-from afo_sim.metrics.strides import stance_force
+from afo_sim.metrics.strides import loaded, stance_force
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.rerun.clock import GAIT, send, strides
-from afo_sim.show.rerun.events import STANCE_FORCE
 from afo_sim.show.rerun.scene import Stage, log_body, replay
 from afo_sim.show.rerun.source import Columns, Source
 from afo_sim.show.sole import sole_thickness
@@ -119,7 +117,7 @@ class Walker:
 
     @property
     def floor_height(self) -> float:
-        """Where the floor is drawn [m]."""
+        """Height at which the floor is drawn [m]."""
         return self._ground if self.floor is None else self.floor
 
     @property
@@ -172,9 +170,9 @@ class Walker:
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The ground's force at the centre of pressure; nothing in swing."""
-        stands = block["ground/force/z"] >= STANCE_FORCE
+        stands = loaded(block["ground/force/z"], self.source.body_mass)
         force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
-        vectors = force * (ARROW / weight(self.source))
+        vectors = force * (ARROW / (GRAVITY * self.source.body_mass))
         level = np.full((len(force), 2), (SIDE, self._ground))
         origins = np.column_stack([block["ground/position/x"], level])
         arrow = rr.Arrows3D.columns(
@@ -199,7 +197,7 @@ class Walker:
 
         The viewer shows those of the last stride.
         """
-        swings = block[stance_force(self.source.columns)] < STANCE_FORCE
+        swings = ~loaded(block[stance_force(self.source.columns)], self.source.body_mass)
         for entity in self.trails:
             name = entity.rsplit("/", 1)[1]
             x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
@@ -214,7 +212,7 @@ class Walker:
 
 
 def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
-    """What does not change over a walk, once."""
+    """Log once all that does not change over a walk."""
     root = walker.view.root
     for trail in walker.trails:
         stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
@@ -227,10 +225,3 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
     arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[ARROW_COLOUR])
     stream.log(f"{root}/ground_force", arrow, static=True)
-
-
-def weight(source: Source) -> float:
-    """Body weight that the ground force of a run is scaled with [N]."""
-    patient, leg = source.scenario.patient, source.scenario.leg
-    told = None if patient is None else patient.body_mass
-    return GRAVITY * (leg.body_mass if told is None else told)

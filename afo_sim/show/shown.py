@@ -1,0 +1,117 @@
+"""A run as it is shown: its name and colour, its strides, its words and groups."""
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from afo_sim.description.words import body_mass
+from afo_sim.metrics.strides import Stride, settled, stance, strides
+from afo_sim.metrics.walking import chambers, has_orthosis
+from afo_sim.show.style import COLOURS, RUNS, plain
+from afo_sim.simulation.recording import Recording
+
+PHASE = np.linspace(0.0, 1.0, 201)
+PERCENT = 100.0 * PHASE
+
+Over = Literal["time", "cycle"]  # the abscissa
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A run in a figure or report.
+
+    label : its name; "" where it is the only one
+    colour : of its curves
+    recording : the run
+    most_points : of a curve over time; None draws every row
+    """
+
+    label: str
+    colour: str
+    recording: Recording
+    most_points: int | None = None
+
+    @property
+    def name(self) -> str | None:
+        """Its label as a figure can show it; None where it has none."""
+        return plain(self.label) if self.label else None
+
+    @property
+    def walks(self) -> bool:
+        """True where recorded walking drove this run."""
+        return "gait/phase" in self.recording.columns
+
+    @property
+    def body_mass(self) -> float:
+        """Of the patient [kg]."""
+        return float(body_mass(self.recording.scenario))
+
+    @cached_property
+    def strides(self) -> list[Stride]:
+        """The strides that count; if there are none, whatever is whole."""
+        columns = self.recording.columns
+        time = self.recording["time"]
+        step = float(time[1] - time[0]) if len(time) > 1 else 1.0
+        whole = strides(columns, step, self.body_mass)
+        return settled(columns, whole) or whole
+
+    @property
+    def stands(self) -> np.ndarray:
+        """Mask of the rows in stance (n,)."""
+        return stance(self.recording.columns, self.body_mass)
+
+    @property
+    def toe_off(self) -> float:
+        """Mean gait phase of toe-off [-]."""
+        return float(np.mean([stride.toe_off for stride in self.strides]))
+
+    @property
+    def has_orthosis(self) -> bool:
+        """True where the run has muscles."""
+        return has_orthosis(self.recording.columns)
+
+    @property
+    def joint(self) -> str:
+        """The joint's name for people."""
+        return plain(self.recording.scenario["leg"]["ankle"])
+
+    @property
+    def positive(self) -> str:
+        """The joint's positive direction."""
+        return plain(self.recording.scenario["leg"].get("directions", ["dorsiflexion"])[0])
+
+    @property
+    def chambers(self) -> list[str]:
+        """The chambers of the orthosis."""
+        return chambers(self.recording.columns)
+
+    @property
+    def groups(self) -> dict[str, str]:
+        """{muscle group: its chamber}."""
+        muscles = self.recording.scenario["orthosis"].get("muscle", {})
+        return {name: group.get("chamber") or name for name, group in muscles.items()}
+
+    @property
+    def colours(self) -> dict[str, str]:
+        """{chamber or muscle group: its colour}; a group named as a chamber has that chamber's."""
+        return dict(zip(dict.fromkeys([*self.chambers, *self.groups]), itertools.cycle(COLOURS)))
+
+    def cycles(self, column: str) -> np.ndarray:
+        """A column over PHASE, one row for each stride (strides, 201)."""
+        return np.array([stride.at(column, PHASE) for stride in self.strides])
+
+    def curves(self, column: str, over: Over) -> tuple[np.ndarray, np.ndarray]:
+        """Abscissa, time [s] or gait cycle [%] (n,), and a column's curves over it (curves, n)."""
+        if over == "cycle":
+            return PERCENT, self.cycles(column)
+        time = self.recording["time"]
+        every = 1 if self.most_points is None else max(1, len(time) // self.most_points)
+        return time[::every], self.recording[column][::every][None, :]
+
+
+def alone(recording: Recording) -> Shown:
+    """A run that is shown by itself, every row of it."""
+    return Shown("", RUNS[0], recording)

@@ -1,0 +1,116 @@
+"""The look of every picture: colours, resolution, fonts; user-given text made safe; files written whole."""
+
+import functools
+import pathlib
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import replacing
+
+FORMATS = ("png", "pdf", "svg")
+RESOLUTION = 200  # of PNG [1/inch]
+# Okabe and Ito's colours, which colour-blind readers can tell apart.
+COLOURS = ("#D55E00", "#0072B2", "#E69F00", "#56B4E9", "#009E73", "#CC79A7")
+RUNS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # of runs, in their order
+MOMENTS = {  # about the ankle
+    "orthosis": "#000000",
+    "passive": "#009E73",
+    "gravity": "#CC79A7",
+    "load": "#E69F00",
+    "biological": "#D55E00",
+    "ground": "#56B4E9",
+    "frame": "#999999",
+}
+SOLE = {"toe": "#E69F00", "ball": "#0072B2"}  # points of the sole
+STANCE, NORM, ZERO = "#56B4E9", "0.85", "0.75"
+LINE_STYLES = ("-", "--", ":", "-.")
+STYLE = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "axes.xmargin": 0.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.4,
+    "lines.linewidth": 1.3,
+    "pdf.fonttype": 42,  # text stays text
+}
+LONGEST = 34  # letters of a name in a legend
+LINE = 95  # letters of a line above a whole page
+
+
+def plain(text: str, longest: int | None = LONGEST) -> str:
+    """A user's text as a figure can show it: no mathematics, no character that the font lacks.
+
+    Parameters
+    ----------
+    text : one line: a name, a title, a label
+    longest : letters that are kept; None keeps all
+    """
+    shown = "".join(c if c.isprintable() and _has_glyph(c) else "?" for c in text)
+    if longest is not None and len(shown) > longest:
+        shown = shown[: longest - 1] + "…"
+    # A legend leaves out what begins with an underscore.
+    return (f" {shown}" if shown.startswith("_") else shown).replace("$", r"\$")
+
+
+def paragraph(*texts: str) -> str:
+    """A user's texts as lines of a page's title, each text wrapped."""
+    return "\n".join(plain(line, None) for text in texts for line in textwrap.wrap(text, LINE))
+
+
+@functools.cache
+def _has_glyph(character: str) -> bool:
+    return bool(_font().get_char_index(ord(character)))
+
+
+@functools.cache
+def _font() -> Any:
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    return get_font(findfont(FontProperties()))
+
+
+def format_of(path: pathlib.Path) -> str:
+    """The format that a figure's name asks for.
+
+    Raises
+    ------
+    InputError
+        The suffix is none of FORMATS.
+    """
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        raise InputError("is no format of a figure", file=path, allowed=", ".join(FORMATS))
+    return suffix
+
+
+def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """Draw a figure and write it, whole or not at all.
+
+    Parameters
+    ----------
+    path : file to write; its suffix, one of FORMATS, is the format
+    size : width, height [inch]
+    fill : called with an empty Matplotlib figure
+
+    Raises
+    ------
+    InputError
+        The suffix is no format.
+    """
+    suffix = format_of(path)
+    import matplotlib
+    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        fill(figure)
+        with replacing(path) as temporary:
+            figure.savefig(temporary, format=suffix, dpi=RESOLUTION)

@@ -1,0 +1,126 @@
+"""Tables of a sweep for the terminal: status, warnings, metrics, effects, indices, best cases, fronts."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from afo_sim.show.sweep import EFFECTS, Findings
+from afo_sim.study import analysis, pareto, sobol
+from afo_sim.study.results import Results
+from afo_sim.study.sobol import Indices
+from afo_sim.study.words import scale
+
+NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
+
+Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+
+
+def tables(found: Findings, best: int) -> list[Table]:
+    """(title, header, rows) to print.
+
+    Parameters
+    ----------
+    found : of the sweep
+    best : how many of the best cases are listed for each metric
+    """
+    shown = [_status_table(found.results), *_warning_table(found.results), _metric_table(found)]
+    if found.effects:
+        shown.append(_effect_table(found))
+    shown += [_index_table(found.results, name, each) for name, each in found.indices.items()]
+    for metric in found.effects if best > 0 else ():
+        end = found.objectives[metric]
+        rows = analysis.best(found.results[metric], best, end == "lowest")
+        shown.append(_case_table(found, rows, f"best cases: {end} {_lower(found, metric)}"))
+    if len(found.effects) > 1 and best > 0:
+        shown.append(_front_table(found, best))
+    return shown
+
+
+def _lower(found: Findings, metric: str) -> str:
+    label = scale(found.results, metric).label
+    return label[:1].lower() + label[1:]
+
+
+def _status_table(results: Results) -> Table:
+    count = int(results.ok.sum())
+    rows = [["ok", str(count), f"{100.0 * count / len(results):.3g} %", ""]]
+    for status, reason, n in analysis.failures(results["status"], results["reason"]):
+        rows.append([status, str(n), f"{100.0 * n / len(results):.3g} %", reason])
+    return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
+
+
+def _warning_table(results: Results) -> Iterator[Table]:
+    rows = [[str(count), text] for text, count in analysis.warned(results.warnings)]
+    if rows:
+        yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
+
+
+def _metric_table(found: Findings) -> Table:
+    rows = []
+    for metric in found.objectives:
+        look = scale(found.results, metric)
+        s = analysis.spread(look.factor * found.results[metric])
+        numbers = (s.mean, s.deviation, s.lowest, s.low_5, s.median, s.high_95, s.highest)
+        rows.append([metric, look.unit, str(s.count), *map(_number, numbers)])
+    header = ["metric", "unit", "cases", "mean", "SD", "lowest", "5 %", "median", "95 %", "highest"]
+    return "metrics", header, rows
+
+
+def _effect_table(found: Findings) -> Table:
+    results = found.results
+    rows = []
+    for parameter in sobol.varied(results):
+        row = [_named(found, parameter)]
+        for metric, effects in found.effects.items():
+            effect, look = effects[parameter], scale(results, metric)
+            share = f"{100.0 * max(effect.share, 0.0):.0f} %" if np.isfinite(effect.share) else "–"
+            text, ordered = effect.places.dtype.kind in "US", np.sort(effect.means)
+            ends, arrow = (ordered, "…") if text else (effect.means, "→")
+            row.append(f"{share:>5}   {look.text(ends[0])} {arrow} {look.text(ends[-1])}")
+        rows.append(row)
+    return EFFECTS, ["parameter", *(_named(found, metric) for metric in found.effects)], rows
+
+
+def _index_table(results: Results, metric: str, found: Indices) -> Table:
+    rows = []
+    for k, name in enumerate(found.parameters):
+        first = f"{_number(found.first[k])} ± {_number(found.first_interval[k])}"
+        rows.append([name, first, f"{_number(found.total[k])} ± {_number(found.total_interval[k])}"])
+    for one, other, index, interval in found.pairs():
+        if index - interval > NEGLIGIBLE:
+            rows.append([f"{one} × {other}", f"{_number(index)} ± {_number(interval)}", ""])
+    return f"Sobol' indices: {metric}", ["parameter", "alone (95 % interval)", "total (95 % interval)"], rows
+
+
+def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
+    results = found.results
+    names = [*sobol.varied(results), *found.objectives]
+    looks = [scale(results, name) for name in names]
+    columns = [results[name][cases] for name in names]
+    rows = [
+        [str(case), *(look.text(column[k].item()) for look, column in zip(looks, columns, strict=True))]
+        for k, case in enumerate(results["case"][cases])
+    ]
+    return title, ["case", *(_named(found, name) for name in names)], rows
+
+
+def _front_table(found: Findings, count: int) -> Table:
+    """Cases evenly along the Pareto front of the first two metrics."""
+    two = list(found.effects)[:2]
+    ends = [found.objectives[name] for name in two]
+    points = np.column_stack([found.results[name] for name in two])
+    front = np.flatnonzero(pareto.ranks(points, tuple(end == "lowest" for end in ends)) == 0)
+    front = front[np.argsort(points[front, 0], kind="stable")]
+    some = front[np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(int))]
+    title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))
+    of = "" if len(some) == len(front) else f", {len(some)} of {len(front)} cases"
+    return _case_table(found, some, f"Pareto front: {title}{of}")
+
+
+def _named(found: Findings, name: str) -> str:
+    unit = scale(found.results, name).unit
+    return f"{name} [{unit}]" if unit else name
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}".replace("-", "−") if np.isfinite(value) else "–"

@@ -1,0 +1,66 @@
+"""Torque necessary against torque available, drawn: orthosis torque over ankle angle, a curve a pressure."""
+
+import functools
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from afo_sim.model.torque_map import NEEDS, TorqueMap
+from afo_sim.show.style import COLOURS, plain, write_figure
+
+PANEL = (4.4, 3.4)  # [inch]
+
+
+def draw(maps: list[TorqueMap], path: pathlib.Path, title: str) -> None:
+    """Draw the curves of every chamber, with the needs of swing and loading response.
+
+    Parameters
+    ----------
+    maps : of every chamber
+    path : file to write; its suffix is the format
+    title : above the page
+    """
+    write_figure(path, (PANEL[0] * len(maps), PANEL[1]), functools.partial(_page, maps=maps, title=title))
+
+
+def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
+    from matplotlib import colormaps
+
+    axes = figure.subplots(1, len(maps), squeeze=False)[0]
+    for axis, found in zip(axes, maps, strict=True):
+        colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.pressures)))
+        for column, pressure in enumerate(found.pressures):
+            label = f"{pressure * 1e-5:g} bar"
+            axis.plot(np.degrees(found.angles), found.torque[:, column], color=colours[column], label=label)
+        if found.torque.max() > -found.torque.min():
+            _mark_needs(axis, float(np.degrees(found.angles[-1])))
+        _shade_stretch(axis, found)
+        axis.axhline(0.0, color="0.6", lw=0.8)
+        axis.set_xlabel("ankle angle [deg], dorsiflexion +")
+        axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
+        axis.set_title(f"{plain(found.chamber)} chamber alone", loc="left")
+        axis.legend(title="gauge pressure", title_fontsize=8.0)
+    figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
+
+
+def _mark_needs(axis: Any, right: float) -> None:
+    """A band for each need, with its name at the right end of the angles [deg]."""
+    for (phase, (low, high)), shade in zip(NEEDS.items(), (COLOURS[2], COLOURS[0]), strict=True):
+        axis.axhspan(low, high, color=shade, alpha=0.25, lw=0.0)
+        text = f"{phase} needs {low:g}–{high:g} N·m "
+        axis.text(right, high, text, ha="right", va="bottom", color=shade, fontsize=8.0)
+
+
+def _shade_stretch(axis: Any, found: TorqueMap) -> None:
+    """Grey where the braid itself is stretched, and keep the scale to where it is not."""
+    free = found.contraction >= 0.0
+    if free.all() or not free.any():
+        return
+    degrees = np.degrees(found.angles)
+    for edge, inside in ((degrees[0], degrees[free].min()), (degrees[-1], degrees[free].max())):
+        if edge != inside:
+            axis.axvspan(edge, inside, color="0.85", lw=0, label="braid stretched")
+    reach = found.torque[free]
+    room = 0.08 * max(np.ptp(reach), 1.0)
+    axis.set_ylim(min(reach.min(), 0.0) - room, max(reach.max(), 0.0) + room)

@@ -1,0 +1,166 @@
+"""Names that users give are drawn letter by letter: a `$`, `_`, `^` or `\\` begins no mathematics."""
+
+import dataclasses
+import pathlib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.cbook import is_math_text
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from sweep_case import write_sweep
+
+import afo_sim
+from afo_sim.bench.stand import Stand, stand
+from afo_sim.bench.trial import Trial
+from afo_sim.common import assets
+from afo_sim.gait import cycle as gait
+from afo_sim.metrics.metric import Metric
+from afo_sim.model.torque_map import TorqueMap
+from afo_sim.show import compare, gait_figure, report_figures, run_figure, sweep_figures, torque_map
+from afo_sim.show.numbers import printed, readable
+from afo_sim.show.shown import Shown
+from afo_sim.show.stand_figure import draw_trials
+from afo_sim.show.static_load import draw_study
+from afo_sim.show.style import plain
+from afo_sim.show.sweep import effects_of
+from afo_sim.simulation.recording import Recording
+from afo_sim.study import read
+
+NAME = r"a$x_1$ ^b\c"
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are saved in a test."""
+    found: list[Figure] = []
+    original = Figure.savefig
+
+    def save(self: Figure, *arguments: Any, **options: Any) -> None:
+        found.append(self)
+        original(self, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", save)
+    return found
+
+
+def assert_plain(figure: Figure, name: str = NAME) -> None:
+    """No text is read as mathematics, and the name stands somewhere whole."""
+    texts = [text.get_text() for text in figure.findobj(Text)]
+    assert not [text for text in texts if is_math_text(text)]
+    assert any(name in text.replace(r"\$", "$") for text in texts)
+
+
+@pytest.fixture(scope="module")
+def short() -> Recording:
+    """A short run whose scenario and joint have such names."""
+    run = afo_sim.run("seated", {"duration": "0.2 s"})
+    leg = run.scenario["leg"] | {"ankle": NAME, "directions": [NAME, "down"]}
+    return dataclasses.replace(run, scenario=run.scenario | {"name": NAME, "description": NAME, "leg": leg})
+
+
+def test_the_helper_keeps_every_letter_that_the_font_has() -> None:
+    assert plain(NAME).replace(r"\$", "$") == NAME
+    assert not is_math_text(plain(NAME))
+    assert plain("κ → 5 ° · Ж") == "κ → 5 ° · Ж"
+    assert plain("x" * 80, None) == "x" * 80
+
+
+@pytest.mark.parametrize("draw", [run_figure.draw_run, run_figure.draw_angle, run_figure.draw_torque])
+def test_figure_of_a_run(
+    draw: Callable[..., None], short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]
+) -> None:
+    draw(short, tmp_path / "a.png")
+    assert_plain(drawn[0])
+
+
+def test_figures_of_a_report(short: Recording) -> None:
+    run = Shown(NAME, "black", short)
+    for draw in (
+        report_figures.draw_over_time,
+        lambda figure, runs: report_figures.draw_pressures(figure, runs, "time"),
+    ):
+        figure = Figure(layout="constrained")
+        draw(figure, [run, run])
+        assert_plain(figure)
+
+
+def test_figure_of_a_comparison(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    compare.draw({NAME: short, "b": short}, tmp_path / "a.png")
+    assert_plain(drawn[0])
+
+
+def named(tests: Stand) -> list[Trial]:
+    """Trials of a muscle of that name."""
+    (trial,) = tests.trials
+    muscle = trial.plan.muscle.model_copy(update={"name": NAME})
+    return [dataclasses.replace(trial, plan=dataclasses.replace(trial.plan, muscle=muscle))]
+
+
+def test_figure_of_the_stand(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    data = assets.find("muscle", "dmsp_10").parent / "characteristic.csv"
+    tests = stand("isobaric", "dmsp_10", compare=data, static=True)
+    compared = [dataclasses.replace(tests.compared[0], name=NAME + "data")]
+    draw_trials(named(tests), compared, tmp_path / "a.png")
+    assert_plain(drawn[0], NAME)
+    assert_plain(drawn[0], NAME + "data")
+
+
+def test_figure_of_the_static_load(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    tests = [named(stand(test, "reynolds_2003", static=True)) for test in ("isobaric", "isotonic")]
+    step = named(stand("step", "reynolds_2003", pressure="4 bar", time="2 s"))
+    draw_study(*tests, step, tmp_path / "a.png")
+    assert_plain(drawn[0])
+
+
+def test_figure_of_a_gait(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    cycle = gait.read(assets.find_gait("gatk_stride2"))
+    gait_figure.draw_gait(dataclasses.replace(cycle, source=NAME), tmp_path / "a.png")
+    assert_plain(drawn[0])
+
+
+def test_figure_of_a_torque_map(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    angles, pressures = np.radians([-5.0, 0.0, 5.0]), np.array([1e5, 2e5])
+    torque = np.outer([3.0, 2.0, 1.0], [1.0, 2.0])
+    found = TorqueMap(NAME, angles, pressures, torque, np.full(3, 0.1))
+    torque_map.draw([found], tmp_path / "a.png", NAME)
+    assert_plain(drawn[0], f"{NAME} chamber alone")
+
+
+def test_figures_of_a_sweep(tmp_path: pathlib.Path) -> None:
+    x = np.linspace(0.0, 1.0, 30)
+    folder = write_sweep(tmp_path, "random", {"p$q$": (x, "")}, {"m$n$": (x**2, "")})
+    results = read(folder)
+    figure = Figure(layout="constrained")
+    sweep_figures.draw_distributions(figure, results, ["m$n$"])
+    assert_plain(figure, "m$n$")
+    figure = Figure(layout="constrained")
+    sweep_figures.draw_effects(figure, results, {"m$n$": effects_of(results, "m$n$")})
+    assert_plain(figure, "p$q$")
+
+
+# --- what is undefined is said, not drawn
+
+
+def test_an_undefined_number_is_a_dash_with_its_reason() -> None:
+    never = Metric(float("nan"), "s")
+    assert readable("rise_time", never) == printed("rise_time", never) == "– (never rises)"
+    still = Metric(3e-14, "deg")
+    assert readable("range_of_motion", still) == printed("range_of_motion", still) == "– (does not move)"
+    assert readable("something", Metric(float("inf"), "m")) == "– (undefined)"
+    assert printed("rise_time", Metric(1.23456, "s")) == "1.235"
+    assert readable("range_of_motion", Metric(12.34, "deg")) == "12.3"
+
+
+def test_a_joint_that_does_not_move_says_so_on_a_scale_that_means_something(
+    tmp_path: pathlib.Path, drawn: list[Figure]
+) -> None:
+    run = afo_sim.run("seated", {"duration": "0.02 s"})
+    still = 0.1 + 1e-17 * np.arange(len(run["time"]))
+    columns = run.columns | {"ankle/angle": still}
+    run_figure.draw_angle(dataclasses.replace(run, columns=columns), tmp_path / "a.png")
+    axis = drawn[0].axes[0]
+    assert "does not move" in [text.get_text() for text in axis.texts]
+    assert np.ptp(axis.get_ylim()) >= 0.1
