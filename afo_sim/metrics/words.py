@@ -39,13 +39,6 @@ def number(value: float, in_unit: str, signed: bool = False) -> str:
     return text.replace("-", "−")
 
 
-def plain(text: str) -> str:
-    """A name as a figure can show it: no mathematics, no characters that the font lacks."""
-    shown = "".join(c if c.isprintable() and ord(c) < 0x250 else "?" for c in text)
-    shown = shown if len(shown) <= 34 else shown[:33] + "…"
-    return (f" {shown}" if shown.startswith("_") else shown).replace("$", r"\$")
-
-
 def in_short(metrics: Mapping[str, Metric]) -> list[str]:
     """What matters most of a walking run, as sentences; none of other runs."""
     said = []
