@@ -18,12 +18,15 @@ from typing import TYPE_CHECKING, Any
 from afo_sim.simulation.shown import show_with
 
 if TYPE_CHECKING:
+    from afo_sim.bench.stand import stand as stand
     from afo_sim.common.errors import AfoSimError as AfoSimError
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
     from afo_sim.description.muscle import Muscle as Muscle
     from afo_sim.description.reader import load as load
     from afo_sim.description.scenario import Scenario as Scenario
+    from afo_sim.fitting.law_result import fit as fit
+    from afo_sim.fitting.run_fit import fit_run as fit_run
     from afo_sim.metrics.metric import Metric as Metric
     from afo_sim.model.described import build as build
     from afo_sim.show.library import figure as figure
@@ -33,6 +36,9 @@ if TYPE_CHECKING:
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
+    from afo_sim.study.library import optimise as optimise
+    from afo_sim.study.library import sweep as sweep
+    from afo_sim.study.parameter import span as span
     from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
@@ -44,6 +50,12 @@ _PUBLIC = {
     "Recording": "simulation.recording",
     "Metric": "metrics.metric",
     "read_recording": "simulation.recording",
+    "stand": "bench.stand",
+    "fit": "fitting.law_result",
+    "fit_run": "fitting.run_fit",
+    "sweep": "study.library",
+    "span": "study.parameter",
+    "optimise": "study.library",
     "validate": "validation.table",
     "view": "show.library",
     "report": "show.library",

@@ -85,3 +85,39 @@ figure.savefig(OUT / "angles.png", dpi=150)
 # %%
 print("stays below 30 degrees:", bool(afo.expect(worn, "ankle/angle").below("30 deg")))
 print("written to", afo.report({"without": bare, "with": worn}, OUT / "report.html"))
+
+# %% [markdown]
+# ## A sweep
+#
+# Many cases of one scenario: here each pressure with each time of filling. The result is a table, and also an
+# xarray Dataset. With `out="runs/a"` the sweep stands in a folder and goes on there when it is stopped.
+
+# %%
+over = {
+    "supply.pressure": afo.span("2 bar", "4 bar", 3),
+    "phases.dorsiflexor.inlet[0][0]": [0.45, 0.60],
+}
+cases = afo.sweep(walk, over, {"duration": "2.6 s"})
+print(cases.to_pandas()[[*cases.parameters, "toe_clearance", "air_per_stride"]].to_string(index=False))
+
+# %% [markdown]
+# ## A fit
+#
+# Measured points become a muscle that runs. They may stand in a CSV or in columns whose titles carry units. Here
+# they are S1's printed table: loads on a muscle, and by how much it shortens at three pressures.
+
+# %%
+points = {
+    "pressure [bar]": [2, 3, 4] * 4,
+    "load [kg]": np.repeat([1.0, 1.5, 2.0, 3.0], 3),
+    "change of length [cm]": [1.7, 2.7, 3.7, 1.6, 2.6, 3.2, 1.6, 2.6, 3.2, 1.3, 2.6, 3.1],
+}
+about = {"total_length": "21.5 cm", "bore": "11.5 mm", "hanger": "0.1 kg"}
+found = afo.fit(points, law="tondu_lopez_2000_bladder", told=about)
+print(f"{found.best.problem.law.name}: {100 * found.best.rms:.2f} cm RMS")
+for name, value in found.parameters.items():
+    interval = found.intervals[name]
+    sure = "the table does not tell it" if interval is None else "95 %: {:.2g} to {:.2g}".format(*interval)
+    print(f"  {name:18s} {value:8.3g}  {sure}")
+lifted = afo.run("seated", {"orthosis.muscle.dorsiflexor.type": found.muscle, "duration": "8 s"})
+print("on S1's device it moves the foot by", lifted.metrics["range_of_motion"])

@@ -114,6 +114,12 @@ def stand(
         A name, quantity or range is wrong; `field` is the argument.
     SimulationError
         A test became unstable.
+
+    Examples
+    --------
+    >>> tests = stand("isobaric", "dmsp_20", pressure=["2 bar", "4 bar"], static=True)
+    >>> len(tests.trials[0].curves), tests.table()["force"].max() > 900.0
+    (2, np.True_)
     """
     given = {"pressure": pressure, "load": load, "contraction": contraction, "length": length}
     amounts = {name: _several(value) for name, value in given.items()}

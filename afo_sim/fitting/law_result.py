@@ -125,6 +125,22 @@ def fit(
     ------
     InputError
         A file, column, unit, law, parameter or argument is wrong, or no law can be fitted to the data.
+
+    Examples
+    --------
+    >>> muscle = load("muscle", "dmsp_20")
+    >>> contraction = np.tile(np.linspace(0.0, 0.2, 9), 3)
+    >>> pressure = np.repeat([2.0, 3.0, 4.0], 9)
+    >>> data = {
+    ...     "pressure [bar]": pressure,
+    ...     "contraction [-]": contraction,
+    ...     "force [N]": muscle.force(1e5 * pressure, contraction=contraction),
+    ... }
+    >>> told = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
+    >>> fitted = fit(data, law="sarosi_2012", told=told, hold_out="none")
+    >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
+    >>> bool(abs(again - muscle.force("3.5 bar", contraction=0.1)) < 5.0)  # [N]
+    True
     """
     fixed, told = dict(fixed or {}), dict(told or {})
     _check(law, hold_out, loss, like, fixed)

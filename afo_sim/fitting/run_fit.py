@@ -136,6 +136,14 @@ def fit_run(
         Scenario, log, noise, share or a name is wrong, or the model cannot be built with the start values.
     SimulationError
         The run with the start values becomes unstable.
+
+    Examples
+    --------
+    >>> bench = run("seated", {"duration": "1.5 s", "leg.friction": "0.3 N*m"})
+    >>> log = {"time [s]": bench["time"][::20], "angle [rad]": bench["ankle/angle"][::20]}
+    >>> found = fit_run("seated", log, ["friction"], noise={"angle": "0.1 deg"}, hold_out=0.0)
+    >>> round(found.values["friction"], 2)  # [N·m]
+    0.3
     """
     return solve(pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out), report)
 

@@ -63,6 +63,15 @@ def span(lower: Any, upper: Any, steps: int | None = None, *, scale: str = "line
     lower, upper : as "2 bar", or numbers where the field has no unit
     steps : how many values a grid takes, both ends among them
     scale : "linear" or "log"
+
+    Returns
+    -------
+    Span, which `sweep` and `optimise` take
+
+    Examples
+    --------
+    >>> span("2 bar", "4 bar", 5)
+    Span(lower='2 bar', upper='4 bar', steps=5, scale='linear')
     """
     return Span(lower, upper, steps, scale)
 

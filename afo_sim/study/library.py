@@ -1,0 +1,143 @@
+"""Sweeps and searches from Python: `afo_sim.sweep` and `afo_sim.optimise`."""
+
+import os
+import pathlib
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from afo_sim.study import runner
+from afo_sim.study.plan import plan_of
+from afo_sim.study.results import Results
+from afo_sim.study.search import runner as search_runner
+from afo_sim.study.search.plan import search_of
+
+
+def sweep(
+    scenario: Any,
+    parameters: Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    cases: int | None = None,
+    design: str = "",
+    metrics: Sequence[str] = (),
+    constraints: Sequence[str] = (),
+    seed: int = 0,
+    threads: int = 0,
+) -> Results:
+    """Many cases of one scenario; killed at any time, the same call goes on from there.
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path, or a Scenario
+    parameters : {dotted key: list of values, or `span(lower, upper, n)`}
+    sets : dotted keys and values that all cases share
+    out : folder of the sweep, which it can be resumed from; none is kept by default
+    cases : how many, of a sampled design
+    design : "grid", "list", "random", "latin-hypercube", "sobol" or "saltelli"; by default the grid of all
+        values, and "sobol" where the number of cases is told
+    metrics : that are kept; all by default
+    constraints : such as "pressure < 3 bar"; a column is called by the end of its key
+    seed : of a sampled design
+    threads : as many as processors if 0
+
+    Returns
+    -------
+    Results: `to_pandas`, `to_xarray`, columns by name [SI, or the metric's unit] (cases,)
+
+    Raises
+    ------
+    InputError
+        There is no such key, value or metric; the folder holds another sweep.
+
+    Examples
+    --------
+    >>> over = {"supply.pressure": ["2 bar", "4 bar"]}
+    >>> found = sweep("seated", over, {"duration": "1 s"}, threads=1)
+    >>> found["pressure"]  # [Pa]
+    array([200000., 400000.])
+    >>> found["range_of_motion"][1] > found["range_of_motion"][0]
+    np.True_
+    """
+    plan = plan_of(
+        scenario,
+        parameters,
+        design=design,
+        cases=cases,
+        metrics=metrics,
+        constraints=constraints,
+        sets=sets,
+        seed=seed,
+    )
+    with _folder(out) as folder:
+        return runner.sweep(plan, folder, threads=threads)
+
+
+def optimise(
+    scenario: Any,
+    over: Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None,
+    *,
+    lowest: str = "",
+    highest: str = "",
+    limits: Sequence[str] = (),
+    patients: Mapping[str, Any] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    threads: int = 0,
+    **options: Any,
+) -> dict[str, Any]:
+    """The design that makes a metric lowest or highest within limits, by CMA-ES (needs cma).
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path, or a Scenario
+    over : {dotted key: (lower, upper)}, with units
+    sets : dotted keys and values that all designs share
+    lowest, highest : name of the metric; one of the two
+    limits : such as "toe_clearance >= 10 mm"
+    patients : that a design must serve, as [patients] of a search's file has them
+    out : folder of the search, which it can be resumed from; none is kept by default
+    threads : as many as processors if 0
+    options : `generations`, `population`, `starts`, `seed`, `constraints`, `of`, as in a search's file
+
+    Returns
+    -------
+    dict: what best.json says: the best design, its objective and limits, and how sure that is
+
+    Raises
+    ------
+    InputError
+        There is no such key or metric, a limit is none, or cma is missing; the folder holds another search.
+
+    Examples
+    --------
+    >>> over = {"supply.pressure": ("2 bar", "4 bar")}
+    >>> best = optimise("seated", over, {"duration": "0.3 s"}, highest="range_of_motion",
+    ...                 generations=2, population=4, threads=1)
+    >>> best["generations"]
+    2
+    """
+    search = search_of(
+        scenario,
+        over,
+        lowest=lowest,
+        highest=highest,
+        limits=limits,
+        patients=patients,
+        sets=sets,
+        **options,
+    )
+    with _folder(out) as folder:
+        return search_runner.optimise(search, folder, threads=threads)
+
+
+@contextmanager
+def _folder(out: str | os.PathLike[str] | None) -> Iterator[pathlib.Path]:
+    """A folder to work in, for the time being where none is told."""
+    if out is not None:
+        yield pathlib.Path(out)
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        yield pathlib.Path(scratch) / "study"
