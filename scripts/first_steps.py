@@ -103,7 +103,7 @@ print(cases.to_pandas()[[*cases.parameters, "toe_clearance", "air_per_stride"]].
 # %% [markdown]
 # ## A fit
 #
-# Measured points become a muscle that runs. They may stand in a CSV or in columns whose titles carry units. Here
+# Measured points become a muscle that runs. They stand in a CSV, or in columns whose titles carry units. Here
 # they are S1's printed table: loads on a muscle, and by how much it shortens at three pressures.
 
 # %%

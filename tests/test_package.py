@@ -79,10 +79,11 @@ def test_benchmark_of_sweeps_prints_ratios(tmp_path: pathlib.Path) -> None:
     [
         ("compare_laws.py", "sarosi_2012", ["compare_laws.png"]),
         ("s2_arm.py", "maximum force and exponential alike: reproduced", ["s2_arm/arm/comparison.png"]),
-        (
+        pytest.param(
             "first_steps.py",
-            "the orthosis lifts the toe by",
+            "on S1's device it moves the foot by",
             ["first_steps/muscle.png", "first_steps/report.html"],
+            marks=pytest.mark.slow,
         ),
         ("fit_a_muscle.py", "worn, it moves the foot by 19.5 deg", ["fit_a_muscle/table_1/muscle.toml"]),
     ],
