@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 
 from afo_sim.study import plan, runner
 from afo_sim.study.design import cases_of
+from afo_sim.study.engine import Outcome
 from afo_sim.study.store import Store
 
 # Two numbers, cases of three layouts, words, strides that differ with the case's seed; at a load of 1 kN·m
@@ -55,6 +56,14 @@ from = "2 bar"
 to = "4 bar"
 steps = 12
 """
+
+
+def exact(outcome: Outcome) -> tuple[Any, ...]:
+    """An outcome to the last bit; a number that is undefined equals another one."""
+    numbers = {name: (metric.unit, float(metric).hex()) for name, metric in outcome.metrics.items()}
+    return outcome.status, outcome.reason, outcome.warnings, numbers
+
+
 COMMAND = [sys.executable, "-m", "afo_sim", "sweep"]
 
 

@@ -214,8 +214,8 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     name = next((part for part in reversed(path) if not part.isdigit()), "")
     told = facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")
     table = table_at(SPECS[tree.kind], path[:-1])
-    if entry["type"] == "missing" and table and not told:
-        info = fields_of(table)[name]
+    info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    if entry["type"] == "missing" and info and not told:
         told = f"{allowed(marked(info))} ({(info.description or '').rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, json_text, settle, together, write_json, write_text
+from afo_sim.common.writing import check_writable, json_text, settle, together
 from afo_sim.metrics.metric import Metric
 from afo_sim.simulation.columns import describe
 
@@ -49,8 +49,8 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
         write_parquet(recording, scratch / PARQUET)
-        write_text(scratch / MODEL, recording.model_xml)
-        write_json(scratch / SUMMARY, recording.summary())
+        (scratch / MODEL).write_text(recording.model_xml, encoding="utf-8")
+        (scratch / SUMMARY).write_text(json_text(recording.summary()), encoding="utf-8")
         if picture is not None:
             picture(scratch / RERUN)
     return folder

@@ -171,7 +171,7 @@ def test_failure_leaves_the_old_file_and_no_half_of_a_new_one(
         raise OSError("no space left on device")
 
     monkeypatch.setattr(Figure, "savefig", full)
-    with pytest.raises(OSError, match="no space"):
+    with pytest.raises(InputError, match="no space"):
         run_figure.draw_angle(seated, old)
     assert [path.name for path in tmp_path.iterdir()] == ["a.pdf"]
     assert old.read_text() == "old"

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from sweep_runs import SEATED, SWEEP, assert_same, opened, swept, table, written
+from sweep_runs import SEATED, SWEEP, assert_same, exact, opened, swept, table, written
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
@@ -74,7 +74,8 @@ def test_a_worker_of_many_threads_takes_one_chunk_at_a_time() -> None:
     alone = [[outcome for _, outcome in sorted(engine.outcomes(scenario, chunk))] for chunk in chunks]
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda chunk: cluster.compute(scenario, chunk), chunks))
-    assert together == alone
+    for found, expected in zip(together, alone, strict=True):
+        assert [exact(outcome) for outcome in found] == [exact(outcome) for outcome in expected]
 
 
 def test_a_worker_with_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
