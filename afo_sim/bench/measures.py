@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim.bench.plan import Plan
+from afo_sim.bench.plan import StandPlan
 from afo_sim.metrics.metric import Metric
 
 Rows = dict[str, np.ndarray]
@@ -17,7 +17,7 @@ AXES = {
 }
 
 
-def measures(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     """The numbers of one curve, over its last way up and down.
 
     Parameters
@@ -38,7 +38,7 @@ def measures(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[st
     return _sweep(plan, curve, columns, strongest)
 
 
-def _sweep(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     abscissa, _, ordinate, unit = AXES[plan.kind]
     x, y = columns[abscissa], columns[ordinate]
     carried = columns["force"] if plan.held else columns["load"]
@@ -72,7 +72,7 @@ def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
     return float(np.abs(np.interp(grid, up_x, up_y) - np.interp(grid, down_x, down_y)).max())
 
 
-def _step(plan: Plan, columns: Rows) -> dict[str, Metric]:
+def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     found = {}
     response = "force" if plan.held else "contraction"
     unit = {"force": "N", "contraction": ""}[response]
@@ -106,7 +106,7 @@ def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
     return float(time[k - 1] + part * (time[k] - time[k - 1]))
 
 
-def _release(plan: Plan, columns: Rows) -> dict[str, Metric]:
+def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     speed, contraction = -columns["velocity"], columns["contraction"]
     fastest = int(np.argmax(speed))
     way = contraction[-1] - contraction[0]

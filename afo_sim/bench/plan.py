@@ -52,7 +52,7 @@ class Laboratory:
 
 
 @dataclass(frozen=True)
-class Plan:
+class StandPlan:
     """One test of one muscle: per curve, how pressure and length go between two values and back.
 
     A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
@@ -111,7 +111,7 @@ def plan_isobaric(
     span: tuple[float, float | None] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa].
 
     By default from zero contraction to where the muscle goes slack, at every whole bar of the law's range.
@@ -140,7 +140,7 @@ def plan_isometric(
     span: tuple[float, float] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-].
 
     By default from no pressure to the highest, at every 5 % up to where the muscle goes slack.
@@ -165,7 +165,7 @@ def plan_isotonic(
     span: tuple[float | None, float] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N].
 
     By default each load begins at the lowest pressure at which it stretches the muscle no further than its
@@ -205,7 +205,7 @@ def plan_step(
     contraction: float | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s].
 
     Under a load [N], by default a fifth of the strength at the lowest pressure; or at a held contraction [-].
@@ -237,7 +237,7 @@ def plan_release(
     contraction: float = 0.0,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s].
 
     The load is by default a fifth of the strength at the lowest pressure. Air comes through the
@@ -293,11 +293,13 @@ def _plan(
     load: np.ndarray,
     start: np.ndarray,
     duration: float,
-) -> Plan:
+) -> StandPlan:
     """A plan of whole cycles; a friction that remembers is run in for one more."""
     remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
     branches = 4 if remembers else 2
-    plan = Plan(kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches)
+    plan = StandPlan(
+        kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches
+    )
     step = laboratory.timestep or _usual_step(plan)
     if not 10.0 * step <= duration <= 1e4:
         allowed = f"{10.0 * step:g} s to 10000 s"
@@ -309,7 +311,7 @@ def _plan(
     )
 
 
-def _usual_step(plan: Plan) -> float:
+def _usual_step(plan: StandPlan) -> float:
     """2 ms, 1 ms for the air of a step, 0.1 ms for a release; less where braid and inertia would ring."""
     step = {"step": 1e-3, "release": 1e-4}.get(plan.kind, 2e-3)
     if plan.held:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from afo_sim.metrics import ankle as _ankle  # noqa: F401  # registers its metrics, as does the next
 from afo_sim.metrics import walking as _walking  # noqa: F401
 from afo_sim.metrics.metric import GROUPS as GROUPS
-from afo_sim.metrics.metric import METRICS, OTHER, Entry, Metric, entry
+from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, entry
 
 UNITS = {"N*m": "N·m", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
@@ -15,12 +15,12 @@ DIGITS |= {"g": 3, "l": 3, "s": 3, "": 0}
 WORDS = {name: row for name, row in METRICS.items() if "{}" not in name}
 
 
-def words(name: str) -> Entry:
+def words(name: str) -> MetricEntry:
     """What a metric is called; one that no function registers is called by its name."""
     try:
         return entry(name)
     except KeyError:
-        return Entry(OTHER, name, "", name.replace("_", " "))
+        return MetricEntry(OTHER, name, "", name.replace("_", " "))
 
 
 def unit(metric: Metric) -> str:

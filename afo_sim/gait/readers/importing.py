@@ -16,8 +16,8 @@ from afo_sim.gait.readers.ground_force import GroundForce, foot_force
 from afo_sim.gait.readers.leg_motion import LegMotion
 from afo_sim.gait.readers.opensim_table import OpenSimTable
 from afo_sim.gait.readers.signals import evenly, fill_gaps
-from afo_sim.gait.readers.strides import Stride, find_strides
-from afo_sim.gait.readers.trial import Trial, read_trial
+from afo_sim.gait.readers.strides import RecordedStride, find_strides
+from afo_sim.gait.readers.trial import WalkingTrial, read_trial
 
 STANDING = 0.15  # speed that is no walking [m/s]
 HEIGHTS = RANGES["ankle_height_m"]  # that an ankle can have above the floor [m]
@@ -29,7 +29,7 @@ class Imported:
     """A gait cycle with what it was cut from."""
 
     cycle: GaitCycle
-    strides: tuple[Stride, ...]  # all that were found
+    strides: tuple[RecordedStride, ...]  # all that were found
     chosen: int  # which of them the cycle is
     motion: LegMotion
     ground: GroundForce
@@ -65,7 +65,7 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     return cut_cycle(read_trial([pathlib.Path(file) for file in files]), choices)
 
 
-def cut_cycle(trial: Trial, choices: Choices) -> Imported:
+def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     """Find the strides of a trial, and bring one of them to gait phase; errors as `import_gait`."""
     if choices.mass is None:
         raise InputError("the body mass is not in the files", field="mass", allowed='for example "72 kg"')
@@ -108,7 +108,7 @@ def _require_walk(cycle: GaitCycle, axes: Axes) -> None:
 
 
 def _calibration(
-    motion: LegMotion, strides: Sequence[Stride], choices: Choices
+    motion: LegMotion, strides: Sequence[RecordedStride], choices: Choices
 ) -> tuple[float, float, list[str]]:
     """What the flat foot of all strides tells: the ankle's zero [rad], the floor's shift [m], remarks."""
     flat = np.zeros(len(motion.time), dtype=bool)
@@ -129,10 +129,10 @@ def _calibration(
 
 
 def _cycle(
-    trial: Trial,
+    trial: WalkingTrial,
     motion: LegMotion,
     ground: GroundForce,
-    stride: Stride,
+    stride: RecordedStride,
     zero: float,
     shift: float,
     choices: Choices,
@@ -196,7 +196,7 @@ def _moment(table: OpenSimTable, choices: Choices) -> tuple[np.ndarray, np.ndarr
     return evenly(table.time, values)
 
 
-def _notes(stride: Stride, choices: Choices, moment: str) -> dict[str, str]:
+def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, str]:
     cutoff = f"low-pass at {choices.cutoff:g} Hz" if choices.cutoff else "not filtered"
     second = "ground force" if stride.by == "force" else "the leg's posture"
     return {

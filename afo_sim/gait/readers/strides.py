@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.ground_force import Contact, GroundForce
+from afo_sim.gait.readers.ground_force import GroundForce, PlateContact
 from afo_sim.gait.readers.leg_motion import LegMotion
 from afo_sim.gait.readers.signals import low_pass
 
@@ -16,7 +16,7 @@ STRANGER = 0.5  # largest distance of two postures that are taken for the same [
 
 
 @dataclass(frozen=True)
-class Stride:
+class RecordedStride:
     """Heel strike to heel strike [s]."""
 
     start: float
@@ -34,7 +34,7 @@ class Stride:
         return self.start + share[0] * self.time, self.start + share[1] * self.time
 
 
-def find_strides(ground: GroundForce, motion: LegMotion) -> list[Stride]:
+def find_strides(ground: GroundForce, motion: LegMotion) -> list[RecordedStride]:
     """Strides that begin with a contact seen as a whole.
 
     A stride ends with the next contact of the foot. Where no plate lies there, it ends when the leg's
@@ -66,7 +66,7 @@ def find_strides(ground: GroundForce, motion: LegMotion) -> list[Stride]:
         if gaps:
             why.append(told + f"marker {gaps[0]} is missing for too long")
             continue
-        found.append(Stride(contact.start, end, contact.end, by))
+        found.append(RecordedStride(contact.start, end, contact.end, by))
     if not found:
         raise InputError("no whole stride was found: " + "; ".join(why[:6]))
     return found
@@ -98,7 +98,9 @@ def posture_return(motion: LegMotion, start: float) -> float | None:
     return float(motion.time[k] + shift * (motion.time[1] - motion.time[0]))
 
 
-def _next_strike(contact: Contact, later: list[Contact], motion: LegMotion) -> tuple[float | None, str]:
+def _next_strike(
+    contact: PlateContact, later: list[PlateContact], motion: LegMotion
+) -> tuple[float | None, str]:
     """The next heel strike: a contact's beginning where posture agrees, or else posture's own."""
     returned = posture_return(motion, contact.start)
     if returned is None:
@@ -109,14 +111,14 @@ def _next_strike(contact: Contact, later: list[Contact], motion: LegMotion) -> t
     return returned, "posture"
 
 
-def _merged(contacts: tuple[Contact, ...]) -> list[Contact]:
+def _merged(contacts: tuple[PlateContact, ...]) -> list[PlateContact]:
     """Contacts of one step that lay on two plates as one."""
-    merged: list[Contact] = []
+    merged: list[PlateContact] = []
     for contact in contacts:
         if merged and contact.start < merged[-1].end:
             last = merged.pop()
             whole = last.whole and contact.whole
-            merged.append(Contact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
+            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
         else:
             merged.append(contact)
     return merged

@@ -16,7 +16,7 @@ SUFFIXES = ".mot, .sto, .trc, .c3d"
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class WalkingTrial:
     """What the files of a trial hold."""
 
     files: tuple[pathlib.Path, ...]
@@ -44,7 +44,7 @@ class Trial:
         return from_markers(self.markers, axes, choices), axes
 
 
-def read_trial(files: Sequence[pathlib.Path]) -> Trial:
+def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     """Read the files of one trial, in any order.
 
     Parameters
@@ -92,7 +92,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> Trial:
             file=_names(files),
             allowed="columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates",
         )
-    return Trial(files=tuple(files), plates=tuple(plates), **found)  # type: ignore[arg-type]
+    return WalkingTrial(files=tuple(files), plates=tuple(plates), **found)  # type: ignore[arg-type]
 
 
 def _kind(table: OpenSimTable) -> str:
