@@ -11,7 +11,7 @@ from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
 
-# How near a point's pressure [Pa], load [N] or contraction [-] must be to a curve's to belong to it.
+# Largest distance of a point from its curve in pressure [Pa], load [N] or contraction [-].
 NEAR = {"isobaric": 1e3, "isotonic": 0.5, "isometric": 2e-3}
 MANY = 12  # curves that a comparison makes by itself
 
@@ -87,7 +87,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
 
 
 def compare(trial: Trial, data: Measured) -> Comparison:
-    """What the stand would have read where somebody measured.
+    """Readings of the stand at the conditions of measured points.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What cannot be asked of a muscle on the stand: refusals that say what is possible."""
+"""Refusals of tests that a muscle cannot undergo on the stand; each says what is possible."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
 
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
-PULLING = 10.0  # force at zero contraction from which a muscle is said to pull [N]
+PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 
 
 def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:

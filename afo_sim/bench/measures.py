@@ -1,4 +1,4 @@
-"""What a curve of the stand says in numbers: errors, loops, time constants, speeds."""
+"""Numbers of a curve of the stand: errors, loops, time constants, speeds."""
 
 import math
 
@@ -9,7 +9,7 @@ from afo_sim.metrics.metric import Metric
 
 Rows = dict[str, np.ndarray]
 BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant
-# What is plotted over what: (abscissa, its unit, ordinate, its unit)
+# Axes of a plot: (abscissa, its unit, ordinate, its unit)
 AXES = {
     "isobaric": ("contraction", "", "force", "N"),
     "isotonic": ("pressure", "Pa", "contraction", ""),
@@ -94,7 +94,7 @@ def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
 
 
 def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
-    """When a change from the first to the last value has gone a share of its way, for the first time [s]."""
+    """First time at which a change from the first to the last value has gone a share of its way [s]."""
     change = values[-1] - values[0]
     if change == 0.0:
         return math.nan

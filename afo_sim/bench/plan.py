@@ -30,15 +30,15 @@ KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release
 LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
 SHORTEST_SWEEP = 8.0  # of one branch [s]
 ROWS = 400  # that are kept of a branch, about
-USUAL_LOAD = 0.2  # of the strength, where no load is told
+USUAL_LOAD = 0.2  # of the strength, where no load is given
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """What stands around the muscle.
+    """Surroundings of the muscle on the stand.
 
     supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
-    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where told
+    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
     tube_volume : between valve and muscle [m³]
     wall_conductance : heat to the wall [W/K]
     timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
@@ -86,7 +86,7 @@ class StandPlan:
 
     @property
     def inertia(self) -> float:
-        """What moves with a hanging carriage, beside the load's own mass: half the muscle [kg]."""
+        """Mass that moves with a hanging carriage beside the load's own: half the muscle's [kg]."""
         return max(0.5 * self.muscle.mass, 1e-3)
 
     @property
@@ -95,7 +95,7 @@ class StandPlan:
         return bool(np.isnan(self.load[0]))
 
     def wave(self, time: np.ndarray) -> np.ndarray:
-        """How far from the first value to the second [-], over time [s]."""
+        """Share of the way from the first value to the second [-], over time [s]."""
         inside = np.clip(time, 0.0, self.duration * self.branches)
         return 0.5 - 0.5 * np.cos(np.pi * inside / self.duration)
 
@@ -241,7 +241,7 @@ def plan_release(
     """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s].
 
     The load is by default a fifth of the strength at the lowest pressure. Air comes through the
-    laboratory's valve, where one is told; otherwise the regulator keeps the pressure.
+    laboratory's valve, where there is one; otherwise the regulator keeps the pressure.
     """
     laboratory = laboratory or Laboratory()
     points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
@@ -323,12 +323,12 @@ def _usual_step(plan: StandPlan) -> float:
     return step
 
 
-def _points(told: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
-    return np.array(usual if told is None else list(told), float)
+def _points(given: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
+    return np.array(usual if given is None else list(given), float)
 
 
 def _until_slack(muscle: Muscle, pressure: float) -> float:
-    """How far a sweep of the length goes: to slack, or to the end of what muscle and law know."""
+    """End of a sweep of the length [-]: slack, or the limit of muscle or law if that comes first."""
     known = min(muscle.limits.contraction_max, muscle.law_set.contraction_range[1])
     return min(slack(muscle, pressure), known)
 

@@ -1,4 +1,4 @@
-"""What a muscle does at rest: its force by the formula, and the loads, lengths and pressures it allows."""
+"""A muscle at rest: its force by the formula, and the loads, lengths and pressures it allows."""
 
 from collections.abc import Callable
 
@@ -65,5 +65,5 @@ def damping(muscle: Muscle, pressure: float) -> float:
 
 
 def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function that falls from low to high changes its sign, by bisection."""
+    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
     return crossing(falling, (), low, high, 52)

@@ -117,7 +117,7 @@ def stability(plan: StandPlan) -> dict[str, float]:
 
     Returns
     -------
-    {"air", "braid", "damper": number}: the damper is integrated implicitly and its number only told.
+    {"air", "braid", "damper": number}: the damper is integrated implicitly and its number informs only.
 
     Raises
     ------

@@ -276,7 +276,7 @@ def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: flo
 
 
 def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
-    """Where the muscle left its limits, or its law the range that it is known to hold in."""
+    """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
     muscle = plan.muscle
     limits, law = muscle.limits, muscle.law_set
     pressure, contraction, force = (
@@ -284,7 +284,7 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
     )
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
-    told = (  # what, its values, how far beyond, by how much it may be, the limit
+    compared = (  # text, values, excess over the limit, tolerated excess, limit
         ("force reaches {:.4g} N", force, force - limits.force, 1.0, f"limit of {limits.force:g} N"),
         ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"limit of {most:g}"),
         ("is stretched to {:.3f}", contraction, least - contraction, 1e-3, f"limit of {least:g}"),
@@ -296,7 +296,7 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
             f"range of {low * 1e-5:g} to {high * 1e-5:g} bar",
         ),
     )
-    for text, values, beyond, tolerance, limit in told:
+    for text, values, beyond, tolerance, limit in compared:
         worst = int(np.argmax(np.where(force > NEGLIGIBLE * limits.force, beyond, -np.inf)))
         if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
             shown = text.format(round(float(values[worst]), 6) + 0.0)

@@ -107,7 +107,7 @@ class Metric(float):
         return float(self) >= self._other(other)
 
     def _other(self, other: Any) -> Any:
-        """What stands on the other side of a comparison, in this unit."""
+        """The other side of a comparison, in this unit."""
         if isinstance(other, Metric):
             return float(other) if other.unit == self.unit else float(other.to(self.unit))
         if not isinstance(other, str):

@@ -1,4 +1,4 @@
-"""How the muscles are mounted, and what only the compiled model can tell: checks before a run."""
+"""Mounting of the muscles, and the checks before a run that need the compiled model."""
 
 import math
 from dataclasses import dataclass
@@ -178,7 +178,7 @@ def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: f
 
 
 def check_description(scenario: Scenario) -> list[str]:
-    """What the description itself gives reason to say."""
+    """Warnings that follow from the description alone."""
     found = []
     knee = scenario.shank.knee_angle
     if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:

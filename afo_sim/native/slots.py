@@ -19,7 +19,7 @@ KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0
 
 
-# Where a parameter stands within its actuator's row (after the mark and the kind)
+# Places of the parameters within their actuator's row (after the mark and the kind)
 (
     MUSCLE_LAW,
     MUSCLE_CHAMBER,

@@ -46,7 +46,7 @@ class CheckEntry:
     def refusal(
         self, problem: str, key: str, value: object, allowed: str = "", nearest: str | None = None
     ) -> InputError:
-        """What is wrong with this entry, at a key or ("") as a whole."""
+        """Refusal of this entry, at a key or ("") as a whole."""
         field = f"check[{self.number}]" + (f".{key}" if key else "")
         return InputError(problem, file=self.file, field=field, value=value, allowed=allowed, nearest=nearest)
 

@@ -83,7 +83,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a roll-out records and how.
+    """Settings of a roll-out: recorded fields, inputs, rate, threads.
 
     fields : of MjData, beside the state
     inputs : bits of mjtState that tell what the inputs are
@@ -177,7 +177,7 @@ def _limp(case: Case) -> Exception | None:
 
 @dataclass(frozen=True)
 class _Moment:
-    """What a policy sees of a roll-out."""
+    """The present state of a roll-out, as a policy sees it."""
 
     run: "_Run"
     k: int

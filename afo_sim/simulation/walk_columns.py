@@ -1,4 +1,4 @@
-"""What a recording of walking holds beside the ankle: phase, pose, sole, and all moments about the ankle.
+"""Columns of walking beside the ankle: phase, pose, sole, and all moments about the ankle.
 
 The rows of WALKING replace those of a fixed shank that have the same name.
 """

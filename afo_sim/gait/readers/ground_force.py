@@ -1,4 +1,4 @@
-"""The ground's force on one foot: contacts found on the plates, told apart, put together."""
+"""The ground's force on one foot: contacts found on the plates, assigned to feet, put together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -104,7 +104,7 @@ def foot_force(plates: Sequence[Plate], motion: LegMotion, axes: Axes, choices: 
     if not contacts:
         _refuse_no_contact(chosen, foreign, choices)
     force_x, force_z, moment = np.sum(total, axis=0).T
-    told = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    plates_used = ", ".join(dict.fromkeys(c.plate for c in contacts))
     return GroundForce(
         time=grid,
         force_x=force_x,
@@ -113,7 +113,7 @@ def foot_force(plates: Sequence[Plate], motion: LegMotion, axes: Axes, choices: 
         contacts=tuple(sorted(contacts, key=lambda c: c.start)),
         plates=shown,
         foreign=tuple(foreign),
-        remarks=(f"{choices.side} foot on plate {told}", *remarks),
+        remarks=(f"{choices.side} foot on plate {plates_used}", *remarks),
     )
 
 
@@ -129,7 +129,7 @@ def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
 
 
 def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
-    """When the force passes the edge between samples k and k + 1."""
+    """Time at which the force passes the edge between samples k and k + 1 [s]."""
     share = (EDGE - force[k]) / (force[k + 1] - force[k])
     return float(time[k] + share * (time[k + 1] - time[k]))
 

@@ -22,7 +22,7 @@ class RecordedStride:
     start: float
     end: float
     toe_off: float
-    by: str  # what told the second heel strike: "force" or "posture"
+    by: str  # evidence of the second heel strike: "force" or "posture"
 
     @property
     def time(self) -> float:
@@ -48,23 +48,23 @@ def find_strides(ground: GroundForce, motion: LegMotion) -> list[RecordedStride]
     contacts = _merged(ground.contacts)
     found, why = [], []
     for k, contact in enumerate(contacts):
-        told = f"contact {contact.start:.2f} to {contact.end:.2f} s: "
+        place = f"contact {contact.start:.2f} to {contact.end:.2f} s: "
         if contact.end - contact.start > STRIDE[1]:
-            why.append(told + "too long for a step; both feet on one plate, or wrong axes?")
+            why.append(place + "too long for a step; both feet on one plate, or wrong axes?")
             continue
         if not contact.whole:
-            why.append(told + "its beginning or end is not on the recording")
+            why.append(place + "its beginning or end is not on the recording")
             continue
         if not motion.time[0] <= contact.start <= motion.time[-1]:
-            why.append(told + f"the motion is known from {motion.time[0]:.2f} to {motion.time[-1]:.2f} s")
+            why.append(place + f"the motion is known from {motion.time[0]:.2f} to {motion.time[-1]:.2f} s")
             continue
         end, by = _next_strike(contact, contacts[k + 1 :], motion)
         if end is None:
-            why.append(told + "the motion ends before the next heel strike")
+            why.append(place + "the motion ends before the next heel strike")
             continue
         gaps = [name for name, a, b in motion.hidden if a < end and b > contact.start]
         if gaps:
-            why.append(told + f"marker {gaps[0]} is missing for too long")
+            why.append(place + f"marker {gaps[0]} is missing for too long")
             continue
         found.append(RecordedStride(contact.start, end, contact.end, by))
     if not found:
@@ -73,7 +73,7 @@ def find_strides(ground: GroundForce, motion: LegMotion) -> list[RecordedStride]
 
 
 def posture_return(motion: LegMotion, start: float) -> float | None:
-    """When the leg's posture first comes back to what it was at a time [s]; None if the motion ends before.
+    """First time after `start` at which the leg's posture returns [s]; None if the motion ends before.
 
     Posture is shank, knee and ankle angle and a tenth of a second of their velocities; the return is the
     nearest approach, to a part of a sample, of the first cycle.

@@ -1,4 +1,4 @@
-"""The files of one walking trial, told apart by what they hold."""
+"""The files of one walking trial, recognised by their columns."""
 
 import pathlib
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ SUFFIXES = ".mot, .sto, .trc, .c3d"
 
 @dataclass(frozen=True, eq=False)
 class WalkingTrial:
-    """What the files of a trial hold."""
+    """Tables in the files of one walking trial."""
 
     files: tuple[pathlib.Path, ...]
     plates: tuple[Plate, ...]
@@ -96,7 +96,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
 
 
 def _kind(table: OpenSimTable) -> str:
-    """Which of a trial's tables this is, by its columns."""
+    """Name of a trial's table, by its columns."""
     names = list(table.columns)
     if plates_of(table):
         return "plates"
