@@ -8,7 +8,8 @@ from typing import Any, Self
 
 from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.simulation.checks import CHECKS, Result, expect, metric_result
+from afo_sim.simulation.checks import expect, metric_result
+from afo_sim.simulation.criterion import CHECKS, Result
 from afo_sim.simulation.recording import Recording
 
 METRIC_KEYS = ("metric", "between", "above", "below", "why")
