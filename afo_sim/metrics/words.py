@@ -58,8 +58,8 @@ def in_short(metrics: Mapping[str, Metric]) -> list[str]:
     if len(begun) == 1:
         sentences.append(f"Every stride begins {next(iter(begun))}.")
     elif begun:
-        shares = ", ".join(f"{share:.0f} % {how}" for how, share in begun.items())
-        sentences.append(f"Strides begin {shares}.")
+        ways = ", ".join(f"{share:.0f} % {how}" for how, share in begun.items())
+        sentences.append(f"Strides begin {ways}.")
     if "mid_swing_angle" in metrics:
         angle = metrics["mid_swing_angle"].value
         side = "dorsiflexion" if angle >= 0.0 else "plantarflexion"
