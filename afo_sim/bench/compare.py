@@ -6,7 +6,7 @@ import numpy as np
 
 from afo_sim.bench.measured import Measured
 from afo_sim.bench.measures import AXES
-from afo_sim.bench.rest import force_at, lock
+from afo_sim.bench.rest import force_at
 from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
@@ -81,7 +81,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
     found = {"points": values}
     if kind == "isobaric":
         found["span"] = [
-            max(float(contraction.min()), 0.95 * lock(muscle)) if contraction.min() < 0.0 else 0.0
+            max(float(contraction.min()), 0.95 * muscle.braid.lock) if contraction.min() < 0.0 else 0.0
         ]
     return found
 

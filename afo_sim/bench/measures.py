@@ -64,7 +64,17 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
 
 
 def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
-    """Greatest difference of y between the ways up and down at equal x."""
+    """Greatest difference of y between the ways up and down at equal x.
+
+    Parameters
+    ----------
+    x, y : rows of one cycle (n,)
+    down : whether a row is on the way down (n,)
+
+    Returns
+    -------
+    float, in the unit of y; 0 where x does not change
+    """
     if np.ptp(x) == 0.0:
         return 0.0
     up_x, up_y, down_x, down_y = x[~down], y[~down], x[down][::-1], y[down][::-1]

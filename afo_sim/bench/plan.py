@@ -16,7 +16,7 @@ from afo_sim.bench.limits import (
     check_pressures,
     check_span,
 )
-from afo_sim.bench.rest import damping, force_at, hanging, lifting, lock, slack
+from afo_sim.bench.rest import damping, force_at, hanging, lifting, slack
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.muscle import Muscle
@@ -100,7 +100,7 @@ class StandPlan:
         return 0.5 - 0.5 * np.cos(np.pi * inside / self.duration)
 
     def branch(self, time: np.ndarray) -> np.ndarray:
-        """Number of the branch, from 0; a turning point belongs to the branch that it ends."""
+        """Number of the branch at times [s], from 0; a turning point belongs to the branch that it ends."""
         number = np.ceil(np.round(time / self.duration, 9)).astype(int) - 1
         return np.clip(number, 0, self.branches - 1)
 
@@ -183,7 +183,7 @@ def plan_isotonic(
     lows = [0.0 if p < 1.0 else p for p in lows]
     start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
     for load, p, kappa in zip(points, lows, start, strict=True):
-        if kappa <= lock(muscle):
+        if kappa <= muscle.braid.lock:
             raise InputError(
                 f"the braid would lock under {load:g} N",
                 field="pressure",
@@ -215,12 +215,12 @@ def plan_step(
     points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
     check_pressures(muscle, points, laboratory.supply, pulls=True)
     loads, start = _hung(muscle, points, load, contraction, 0.0)
-    if start.min() <= lock(muscle):
+    if start.min() <= muscle.braid.lock:
         raise InputError(
             "the empty muscle's braid would lock under it",
             field="load",
             value=f"{loads[0]:g} N",
-            allowed=f"at most {math.floor(force_at(muscle, lock(muscle), 0.0))} N",
+            allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
         )
     if duration is None:
         volume = laboratory.tube_volume + _greatest_volume(muscle)

@@ -34,11 +34,6 @@ def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
     return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
 
 
-def lock(muscle: Muscle) -> float:
-    """The (negative) contraction ratio at which the braid's threads lie along each other [-]."""
-    return muscle.braid.lock
-
-
 def slack(muscle: Muscle, pressure: float) -> float:
     """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
     return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)

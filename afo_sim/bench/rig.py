@@ -56,18 +56,22 @@ class Rig:
 
     @property
     def muscle(self) -> int:
+        """Actuator id of the muscle."""
         return self.ids.muscles[MUSCLE]
 
     @property
     def chamber(self) -> int:
+        """Actuator id of the chamber."""
         return self.ids.chambers[CHAMBER]
 
     @property
     def inlet(self) -> int:
+        """Actuator id of the inlet valve."""
         return self.ids.valves[f"{CHAMBER}_inlet"]
 
     @property
     def outlet(self) -> int:
+        """Actuator id of the outlet valve."""
         return self.ids.valves[f"{CHAMBER}_outlet"]
 
 

@@ -53,7 +53,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Limit:
+class Bound:
     """A limit: its number, and the text and unit in which the person wrote it."""
 
     value: float  # in the SI unit
@@ -67,8 +67,8 @@ class Criterion:
 
     kind: str
     unit: str  # SI, of what is compared
-    low: Limit
-    high: Limit
+    low: Bound
+    high: Bound
     words: str
     by: float = -math.inf  # [s], samples before it are let be
 
@@ -152,7 +152,7 @@ def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
         if within.value < 0.0:
             raise InputError("is negative", field=kind, value=within.text, allowed="within at least 0")
         low, high = (
-            Limit(x, _written(in_unit(x, unit, value.unit), value.unit), value.unit)
+            Bound(x, _written(in_unit(x, unit, value.unit), value.unit), value.unit)
             for x in (value.value - within.value, value.value + within.value)
         )
         words = f"settles to {value.text} within {within.text} by {limits['by']}"
@@ -160,8 +160,8 @@ def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
     words, difference = kind.replace("_", " "), kind == "range_between"
     if not kind.endswith("between"):
         limit = _limit(limits, unit, kind)
-        low = limit if kind == "above" else Limit(-math.inf)
-        high = limit if kind != "above" else Limit(math.inf)
+        low = limit if kind == "above" else Bound(-math.inf)
+        high = limit if kind != "above" else Bound(math.inf)
         return Criterion(kind, unit, low, high, f"{words} {limit.text}")
     if not isinstance(limits, list) or len(limits) != 2:
         raise InputError("is not a range", field=kind, value=limits, allowed="a lower and an upper limit")
@@ -171,7 +171,7 @@ def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
     return Criterion(kind, unit, low, high, f"{words} {low.text} and {high.text}")
 
 
-def _limit(text: object, unit: str, field: str, difference: bool = False) -> Limit:
+def _limit(text: object, unit: str, field: str, difference: bool = False) -> Bound:
     """A limit in words and in `unit`; that of a `difference` has no unit with an offset, such as degC."""
     try:
         value = parse_quantity(text, unit)
@@ -181,7 +181,7 @@ def _limit(text: object, unit: str, field: str, difference: bool = False) -> Lim
     written = re.sub(r"^\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*", "", str(text)).strip() if unit else ""
     if difference and unit and parse_quantity(f"0 {written}", unit) != 0.0:
         raise InputError("is not a difference", field=field, value=text, allowed=f'a unit such as "{unit}"')
-    return Limit(value, str(text).strip(), written)
+    return Bound(value, str(text).strip(), written)
 
 
 def seconds(text: object, field: str) -> float:

@@ -317,7 +317,7 @@ class _Run:
         return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first)
 
     def rollout(self, k: int, wall: float) -> Rollout:
-        """A simulation as far as it came."""
+        """The simulation number k up to its end or its failure; `wall` is the time it took [s]."""
         done, reason = self.stops.get(k, (self.n_step, None))
         found = self.stretch(k, 0, done)
         failure = None if reason is None else failed(self.cases[k].model, reason, done, self.cases[k].number)
