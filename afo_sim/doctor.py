@@ -19,7 +19,7 @@ from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build
-from afo_sim.model.mounting import lock_contraction, sweep_ankle
+from afo_sim.model.mounting import sweep_ankle
 from afo_sim.simulation.checks_file import read_checks
 
 
@@ -163,7 +163,7 @@ def _muscle(muscle: Muscle) -> list[tuple[str, str]]:
     return [
         ("law", muscle.law),
         ("braid", f"{100 * muscle.nominal_length:.2f} cm of {100 * muscle.total_length:.2f} cm"),
-        ("locks at a contraction of", f"{lock_contraction(muscle.braid_angle):.4f}"),
+        ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
     ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
 
 

@@ -28,7 +28,7 @@ from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.importing import Imported, cut_cycle
 from afo_sim.gait.readers.markers import Markers
 from afo_sim.gait.readers.plates import Plate
-from afo_sim.gait.readers.trial import Trial
+from afo_sim.gait.readers.trial import WalkingTrial
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"
@@ -67,7 +67,7 @@ def unpack(sdist: pathlib.Path) -> dict[str, bytes]:
     return found
 
 
-def read_trial(raw: bytes) -> Trial:
+def read_trial(raw: bytes) -> WalkingTrial:
     """Markers and plate of rawdata.txt; x forward, y up, in the treadmill's laboratory."""
     table = np.genfromtxt(io.BytesIO(raw), comments="%")
     time, flat = table[:, 0], np.zeros(len(table))
@@ -85,10 +85,10 @@ def read_trial(raw: bytes) -> Trial:
         np.column_stack([place, flat, flat]),
     )
     file = pathlib.Path("rawdata.txt")
-    return Trial(files=(file,), plates=(plate,), markers=Markers(file, time, positions))
+    return WalkingTrial(files=(file,), plates=(plate,), markers=Markers(file, time, positions))
 
 
-def belt_speed(trial: Trial, strides: Imported) -> float:
+def belt_speed(trial: WalkingTrial, strides: Imported) -> float:
     """How fast heel and toe markers run backward while the foot lies flat on the belt [m/s]."""
     assert trial.markers is not None
     speeds = []

@@ -6,12 +6,12 @@ import numpy as np
 
 from afo_sim.bench.measured import Measured
 from afo_sim.bench.measures import AXES
-from afo_sim.bench.rest import force_at, lock
+from afo_sim.bench.rest import force_at
 from afo_sim.bench.trial import Trial
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
 
-# How near a point's pressure [Pa], load [N] or contraction [-] must be to a curve's to belong to it.
+# Largest distance of a point from its curve in pressure [Pa], load [N] or contraction [-].
 NEAR = {"isobaric": 1e3, "isotonic": 0.5, "isometric": 2e-3}
 MANY = 12  # curves that a comparison makes by itself
 
@@ -81,13 +81,13 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
     found = {"points": values}
     if kind == "isobaric":
         found["span"] = [
-            max(float(contraction.min()), 0.95 * lock(muscle)) if contraction.min() < 0.0 else 0.0
+            max(float(contraction.min()), 0.95 * muscle.braid.lock) if contraction.min() < 0.0 else 0.0
         ]
     return found
 
 
 def compare(trial: Trial, data: Measured) -> Comparison:
-    """What the stand would have read where somebody measured.
+    """Readings of the stand at the conditions of measured points.
 
     Parameters
     ----------

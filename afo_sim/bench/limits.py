@@ -1,21 +1,21 @@
-"""What cannot be asked of a muscle on the stand: refusals that say what is possible."""
+"""Refusals of tests that a muscle cannot undergo on the stand; each says what is possible."""
 
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.bench.rest import force_at, lifting, lock, slack
+from afo_sim.bench.rest import force_at, lifting, slack
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
 
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
-PULLING = 10.0  # force at zero contraction from which a muscle is said to pull [N]
+PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 
 
 def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
-    """Refuse lengths beyond the braid's lock, or where the muscle is slack at the highest pressure."""
-    low, high = lock(muscle), slack(muscle, pressure)
+    """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
+    low, high = muscle.braid.lock, slack(muscle, pressure)
     for value in contractions:
         if not low < value <= high + 1e-9:
             worst = "the braid locks before that" if value <= low else "the muscle is slack"
@@ -46,7 +46,7 @@ def check_loads(
 
 
 def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
-    """Refuse pressures above the supply or the muscle's limit, or at which it does not pull."""
+    """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
     if supply is not None and supply > muscle.limits.pressure:
         raise _pressure_refusal(
             "is more than the muscle bears", "supply", supply, 0.0, muscle.limits.pressure

@@ -41,7 +41,7 @@ HEADER: dict[str, str | None] = {
 }
 
 
-# What a muscle can be, SI: from, to.
+# Range of each property of a muscle, SI: from, to.
 POSSIBLE = {
     "total_length": (1e-3, 2.0),
     "end_length": (0.0, 1.0),
@@ -85,7 +85,7 @@ class Measured:
         return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
 
 
-def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measured:
+def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measured:
     """Measured points from a CSV, or from columns in memory.
 
     Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
@@ -96,7 +96,7 @@ def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measure
     ----------
     data : path to a CSV; {title with unit: array} or a pandas DataFrame of such titles, in which texts (or
         `attrs`) stand for the header lines
-    told : what the header does not say of the muscle, SI; the header has precedence
+    known : properties of the muscle that the header may leave out, SI; the header has precedence
 
     Returns
     -------
@@ -109,7 +109,7 @@ def read_measured(data: Any, told: Mapping[str, float] | None = None) -> Measure
     """
     table = table_of(data, EXAMPLE, "data")
     file = table.file
-    facts = dict(told or {}) | read_facts(table, HEADER)
+    facts = dict(known or {}) | read_facts(table, HEADER)
     check_facts(file, facts)
     columns = [_column(file, title) for title in table.titles]
     names = [name for name, _, _ in columns]

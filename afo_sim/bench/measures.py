@@ -1,15 +1,15 @@
-"""What a curve of the stand says in numbers: errors, loops, time constants, speeds."""
+"""Numbers of a curve of the stand: errors, loops, time constants, speeds."""
 
 import math
 
 import numpy as np
 
-from afo_sim.bench.plan import Plan
+from afo_sim.bench.plan import StandPlan
 from afo_sim.metrics.metric import Metric
 
 Rows = dict[str, np.ndarray]
 BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant
-# What is plotted over what: (abscissa, its unit, ordinate, its unit)
+# Axes of a plot: (abscissa, its unit, ordinate, its unit)
 AXES = {
     "isobaric": ("contraction", "", "force", "N"),
     "isotonic": ("pressure", "Pa", "contraction", ""),
@@ -17,7 +17,7 @@ AXES = {
 }
 
 
-def measures(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     """The numbers of one curve, over its last way up and down.
 
     Parameters
@@ -38,7 +38,7 @@ def measures(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[st
     return _sweep(plan, curve, columns, strongest)
 
 
-def _sweep(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     abscissa, _, ordinate, unit = AXES[plan.kind]
     x, y = columns[abscissa], columns[ordinate]
     carried = columns["force"] if plan.held else columns["load"]
@@ -64,7 +64,17 @@ def _sweep(plan: Plan, curve: int, columns: Rows, strongest: float) -> dict[str,
 
 
 def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
-    """Greatest difference of y between the ways up and down at equal x."""
+    """Greatest difference of y between the ways up and down at equal x.
+
+    Parameters
+    ----------
+    x, y : rows of one cycle (n,)
+    down : whether a row is on the way down (n,)
+
+    Returns
+    -------
+    float, in the unit of y; 0 where x does not change
+    """
     if np.ptp(x) == 0.0:
         return 0.0
     up_x, up_y, down_x, down_y = x[~down], y[~down], x[down][::-1], y[down][::-1]
@@ -72,7 +82,7 @@ def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
     return float(np.abs(np.interp(grid, up_x, up_y) - np.interp(grid, down_x, down_y)).max())
 
 
-def _step(plan: Plan, columns: Rows) -> dict[str, Metric]:
+def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     found = {}
     response = "force" if plan.held else "contraction"
     unit = {"force": "N", "contraction": ""}[response]
@@ -94,7 +104,7 @@ def _step(plan: Plan, columns: Rows) -> dict[str, Metric]:
 
 
 def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
-    """When a change from the first to the last value has gone a share of its way, for the first time [s]."""
+    """First time at which a change from the first to the last value has gone a share of its way [s]."""
     change = values[-1] - values[0]
     if change == 0.0:
         return math.nan
@@ -106,7 +116,7 @@ def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
     return float(time[k - 1] + part * (time[k] - time[k - 1]))
 
 
-def _release(plan: Plan, columns: Rows) -> dict[str, Metric]:
+def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     speed, contraction = -columns["velocity"], columns["contraction"]
     fastest = int(np.argmax(speed))
     way = contraction[-1] - contraction[0]

@@ -16,7 +16,7 @@ from afo_sim.bench.limits import (
     check_pressures,
     check_span,
 )
-from afo_sim.bench.rest import damping, force_at, hanging, lifting, lock, slack
+from afo_sim.bench.rest import damping, force_at, hanging, lifting, slack
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.muscle import Muscle
@@ -30,15 +30,15 @@ KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release
 LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
 SHORTEST_SWEEP = 8.0  # of one branch [s]
 ROWS = 400  # that are kept of a branch, about
-USUAL_LOAD = 0.2  # of the strength, where no load is told
+USUAL_LOAD = 0.2  # of the strength, where no load is given
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """What stands around the muscle.
+    """Surroundings of the muscle on the stand.
 
     supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
-    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where told
+    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
     tube_volume : between valve and muscle [m³]
     wall_conductance : heat to the wall [W/K]
     timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
@@ -52,7 +52,7 @@ class Laboratory:
 
 
 @dataclass(frozen=True)
-class Plan:
+class StandPlan:
     """One test of one muscle: per curve, how pressure and length go between two values and back.
 
     A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def inertia(self) -> float:
-        """What moves with a hanging carriage, beside the load's own mass: half the muscle [kg]."""
+        """Mass that moves with a hanging carriage beside the load's own: half the muscle's [kg]."""
         return max(0.5 * self.muscle.mass, 1e-3)
 
     @property
@@ -95,12 +95,12 @@ class Plan:
         return bool(np.isnan(self.load[0]))
 
     def wave(self, time: np.ndarray) -> np.ndarray:
-        """How far from the first value to the second [-], over time [s]."""
+        """Share of the way from the first value to the second [-], over time [s]."""
         inside = np.clip(time, 0.0, self.duration * self.branches)
         return 0.5 - 0.5 * np.cos(np.pi * inside / self.duration)
 
     def branch(self, time: np.ndarray) -> np.ndarray:
-        """Number of the branch, from 0; a turning point belongs to the branch that it ends."""
+        """Number of the branch at times [s], from 0; a turning point belongs to the branch that it ends."""
         number = np.ceil(np.round(time / self.duration, 9)).astype(int) - 1
         return np.clip(number, 0, self.branches - 1)
 
@@ -111,7 +111,7 @@ def plan_isobaric(
     span: tuple[float, float | None] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa].
 
     By default from zero contraction to where the muscle goes slack, at every whole bar of the law's range.
@@ -140,7 +140,7 @@ def plan_isometric(
     span: tuple[float, float] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-].
 
     By default from no pressure to the highest, at every 5 % up to where the muscle goes slack.
@@ -165,7 +165,7 @@ def plan_isotonic(
     span: tuple[float | None, float] | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N].
 
     By default each load begins at the lowest pressure at which it stretches the muscle no further than its
@@ -183,7 +183,7 @@ def plan_isotonic(
     lows = [0.0 if p < 1.0 else p for p in lows]
     start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
     for load, p, kappa in zip(points, lows, start, strict=True):
-        if kappa <= lock(muscle):
+        if kappa <= muscle.braid.lock:
             raise InputError(
                 f"the braid would lock under {load:g} N",
                 field="pressure",
@@ -205,7 +205,7 @@ def plan_step(
     contraction: float | None = None,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s].
 
     Under a load [N], by default a fifth of the strength at the lowest pressure; or at a held contraction [-].
@@ -215,12 +215,12 @@ def plan_step(
     points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
     check_pressures(muscle, points, laboratory.supply, pulls=True)
     loads, start = _hung(muscle, points, load, contraction, 0.0)
-    if start.min() <= lock(muscle):
+    if start.min() <= muscle.braid.lock:
         raise InputError(
             "the empty muscle's braid would lock under it",
             field="load",
             value=f"{loads[0]:g} N",
-            allowed=f"at most {math.floor(force_at(muscle, lock(muscle), 0.0))} N",
+            allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
         )
     if duration is None:
         volume = laboratory.tube_volume + _greatest_volume(muscle)
@@ -237,11 +237,11 @@ def plan_release(
     contraction: float = 0.0,
     laboratory: Laboratory | None = None,
     duration: float | None = None,
-) -> Plan:
+) -> StandPlan:
     """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s].
 
     The load is by default a fifth of the strength at the lowest pressure. Air comes through the
-    laboratory's valve, where one is told; otherwise the regulator keeps the pressure.
+    laboratory's valve, where there is one; otherwise the regulator keeps the pressure.
     """
     laboratory = laboratory or Laboratory()
     points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
@@ -293,11 +293,13 @@ def _plan(
     load: np.ndarray,
     start: np.ndarray,
     duration: float,
-) -> Plan:
+) -> StandPlan:
     """A plan of whole cycles; a friction that remembers is run in for one more."""
     remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
     branches = 4 if remembers else 2
-    plan = Plan(kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches)
+    plan = StandPlan(
+        kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches
+    )
     step = laboratory.timestep or _usual_step(plan)
     if not 10.0 * step <= duration <= 1e4:
         allowed = f"{10.0 * step:g} s to 10000 s"
@@ -309,7 +311,7 @@ def _plan(
     )
 
 
-def _usual_step(plan: Plan) -> float:
+def _usual_step(plan: StandPlan) -> float:
     """2 ms, 1 ms for the air of a step, 0.1 ms for a release; less where braid and inertia would ring."""
     step = {"step": 1e-3, "release": 1e-4}.get(plan.kind, 2e-3)
     if plan.held:
@@ -321,12 +323,12 @@ def _usual_step(plan: Plan) -> float:
     return step
 
 
-def _points(told: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
-    return np.array(usual if told is None else list(told), float)
+def _points(given: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
+    return np.array(usual if given is None else list(given), float)
 
 
 def _until_slack(muscle: Muscle, pressure: float) -> float:
-    """How far a sweep of the length goes: to slack, or to the end of what muscle and law know."""
+    """End of a sweep of the length [-]: slack, or the limit of muscle or law if that comes first."""
     known = min(muscle.limits.contraction_max, muscle.law_set.contraction_range[1])
     return min(slack(muscle, pressure), known)
 

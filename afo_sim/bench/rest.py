@@ -1,4 +1,4 @@
-"""What a muscle does at rest: its force by the formula, and the loads, lengths and pressures it allows."""
+"""A muscle at rest: its force by the formula, and the loads, lengths and pressures it allows."""
 
 from collections.abc import Callable
 
@@ -34,11 +34,6 @@ def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
     return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
 
 
-def lock(muscle: Muscle) -> float:
-    """The (negative) contraction ratio at which the braid's threads lie along each other [-]."""
-    return muscle.braid.lock
-
-
 def slack(muscle: Muscle, pressure: float) -> float:
     """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
     return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
@@ -65,5 +60,5 @@ def damping(muscle: Muscle, pressure: float) -> float:
 
 
 def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function that falls from low to high changes its sign, by bisection."""
+    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
     return crossing(falling, (), low, high, 52)

@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.bench.plan import Plan
+from afo_sim.bench.plan import StandPlan
 from afo_sim.bench.rest import damping
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import (
@@ -56,22 +56,26 @@ class Rig:
 
     @property
     def muscle(self) -> int:
+        """Actuator id of the muscle."""
         return self.ids.muscles[MUSCLE]
 
     @property
     def chamber(self) -> int:
+        """Actuator id of the chamber."""
         return self.ids.chambers[CHAMBER]
 
     @property
     def inlet(self) -> int:
+        """Actuator id of the inlet valve."""
         return self.ids.valves[f"{CHAMBER}_inlet"]
 
     @property
     def outlet(self) -> int:
+        """Actuator id of the outlet valve."""
         return self.ids.valves[f"{CHAMBER}_outlet"]
 
 
-def build_rig(plan: Plan) -> Rig:
+def build_rig(plan: StandPlan) -> Rig:
     """Compile the stand for a plan's muscle, valves and time step.
 
     Raises
@@ -101,7 +105,7 @@ def build_rig(plan: Plan) -> Rig:
     return Rig(model, native.fill_circuit(model, circuit))
 
 
-def circuit_of(plan: Plan) -> native.Circuit:
+def circuit_of(plan: StandPlan) -> native.Circuit:
     """One muscle on one chamber, between solenoid valves or regulators."""
     laboratory = plan.laboratory
     regulator = native.CircuitValve(_regulator_conductance(plan), REGULATOR_RATIO)
@@ -112,12 +116,12 @@ def circuit_of(plan: Plan) -> native.Circuit:
     return native.Circuit((native.CircuitMuscle(MUSCLE, plan.muscle.row, 0.0, CHAMBER),), (chamber,))
 
 
-def stability(plan: Plan) -> dict[str, float]:
+def stability(plan: StandPlan) -> dict[str, float]:
     """Rate × time step of air, braid and dampers; above the limits of a run it is refused.
 
     Returns
     -------
-    {"air", "braid", "damper": number}: the damper is integrated implicitly and its number only told.
+    {"air", "braid", "damper": number}: the damper is integrated implicitly and its number informs only.
 
     Raises
     ------
@@ -144,26 +148,26 @@ def stability(plan: Plan) -> dict[str, float]:
     return {"air": air, "braid": braid, "damper": step * c / (muscle.nominal_length**2 * inertia)}
 
 
-def _per_slope(plan: Plan) -> float:
+def _per_slope(plan: StandPlan) -> float:
     """A chamber's fastest rate over the slope of its valves' flow [Pa/kg], at its smallest volume."""
     kappa = min(float(plan.contraction.min()), 0.0)
     volume = plan.laboratory.tube_volume + _volume(plan, kappa)
     return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
 
 
-def _regulator_conductance(plan: Plan) -> float:
+def _regulator_conductance(plan: StandPlan) -> float:
     """As wide as the time step allows: the chamber follows within a few steps [m³/(s·Pa)]."""
     number = REGULATOR_NUMBER / plan.timestep
     return number / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
 
 
-def _volume(plan: Plan, contraction: float) -> float:
+def _volume(plan: StandPlan, contraction: float) -> float:
     braid = plan.muscle.braid
     dead = plan.muscle.dead_volume
     return muscle_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0]
 
 
-def _start(rig: Rig, plan: Plan, k: int) -> np.ndarray:
+def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
     """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, the regulator open."""
     data = mujoco.MjData(rig.model)
     kappa, opened = plan.contraction[k, 0], float(plan.kind != "step")
@@ -174,7 +178,7 @@ def _start(rig: Rig, plan: Plan, k: int) -> np.ndarray:
     return get_state(rig.model, data)
 
 
-def _loaded(rig: Rig, plan: Plan, k: int) -> mujoco.MjModel:
+def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
     """The stand with the weight of a curve on its carriage."""
     if plan.held:
         return rig.model
@@ -186,7 +190,7 @@ def _loaded(rig: Rig, plan: Plan, k: int) -> mujoco.MjModel:
     return model
 
 
-def _policy(rig: Rig, plan: Plan, k: int) -> Policy:
+def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
     """ctrl and applied force of a curve (n, nu + 1)."""
     step = plan.timestep
 
@@ -210,7 +214,7 @@ def _policy(rig: Rig, plan: Plan, k: int) -> Policy:
     return Policy(choose)
 
 
-def roll(plan: Plan, progress: Progress | None = None) -> list[Rows]:
+def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
     """Run a plan, all its curves side by side.
 
     Parameters
@@ -252,7 +256,7 @@ def roll(plan: Plan, progress: Progress | None = None) -> list[Rows]:
     return [_columns(rig, plan, time, rollout) for rollout in rollouts]
 
 
-def _columns(rig: Rig, plan: Plan, time: np.ndarray, rollout: Rollout) -> Rows:
+def _columns(rig: Rig, plan: StandPlan, time: np.ndarray, rollout: Rollout) -> Rows:
     rows, length = rollout.rows, plan.muscle.nominal_length
     air = native.read_air(rig.model, rows["act"], rig.chamber)
     inlet, outlet, volume = native.read_flows(rig.model, rows["userdata"], rig.chamber)

@@ -95,8 +95,8 @@ def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow([*LABELS, *units])
-        for said, values in zip(zip(*texts, strict=True), zip(*numbers, strict=True), strict=True):
-            writer.writerow([*said, *(f"{value:.9g}" for value in values)])
+        for words, values in zip(zip(*texts, strict=True), zip(*numbers, strict=True), strict=True):
+            writer.writerow([*words, *(f"{value:.9g}" for value in values)])
 
 
 def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:

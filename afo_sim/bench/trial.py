@@ -17,7 +17,7 @@ import numpy as np
 from afo_sim.bench.measures import measures
 from afo_sim.bench.plan import (
     Laboratory,
-    Plan,
+    StandPlan,
     plan_isobaric,
     plan_isometric,
     plan_isotonic,
@@ -65,7 +65,7 @@ class Trial:
     wall_seconds : what it took
     """
 
-    plan: Plan
+    plan: StandPlan
     curves: tuple[Rows, ...]
     metrics: tuple[dict[str, Metric], ...]
     static: bool = False
@@ -194,7 +194,7 @@ def release(
     return run(plan_release(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
 
 
-PLANS: dict[str, Callable[..., Plan]] = {
+PLANS: dict[str, Callable[..., StandPlan]] = {
     "isobaric": plan_isobaric,
     "isotonic": plan_isotonic,
     "isometric": plan_isometric,
@@ -203,14 +203,14 @@ PLANS: dict[str, Callable[..., Plan]] = {
 }
 
 
-def run(plan: Plan, progress: Progress | None = None) -> Trial:
+def run(plan: StandPlan, progress: Progress | None = None) -> Trial:
     """Run a plan in the rig."""
     start = time.perf_counter()
     curves = tuple(_complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
     return _trial(plan, curves, static=False, wall=time.perf_counter() - start)
 
 
-def static(plan: Plan, rows: int = 200) -> Trial:
+def static(plan: StandPlan, rows: int = 200) -> Trial:
     """The formula along a plan's first way up: no rig, no friction, no damping.
 
     Raises
@@ -255,7 +255,7 @@ def _muscle(muscle: Muscle | str | os.PathLike[str]) -> Any:
     return muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
 
 
-def _complete(plan: Plan, k: int, rows: Rows) -> Rows:
+def _complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
     """A curve's columns, in the order of COLUMNS."""
     length = plan.muscle.nominal_length
     columns = rows | {
@@ -268,15 +268,15 @@ def _complete(plan: Plan, k: int, rows: Rows) -> Rows:
     return {name: columns[name] for name in COLUMNS}
 
 
-def _trial(plan: Plan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
+def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
     strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     bare = Trial(plan, curves, (), static)
     found = tuple(measures(plan, k, bare.loop(k), strongest) for k in range(len(curves)))
     return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
 
 
-def _warnings(plan: Plan, curves: tuple[Rows, ...]) -> Iterator[str]:
-    """Where the muscle left its limits, or its law the range that it is known to hold in."""
+def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
+    """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
     muscle = plan.muscle
     limits, law = muscle.limits, muscle.law_set
     pressure, contraction, force = (
@@ -284,7 +284,7 @@ def _warnings(plan: Plan, curves: tuple[Rows, ...]) -> Iterator[str]:
     )
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
-    told = (  # what, its values, how far beyond, by how much it may be, the limit
+    compared = (  # text, values, excess over the limit, tolerated excess, limit
         ("force reaches {:.4g} N", force, force - limits.force, 1.0, f"limit of {limits.force:g} N"),
         ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"limit of {most:g}"),
         ("is stretched to {:.3f}", contraction, least - contraction, 1e-3, f"limit of {least:g}"),
@@ -296,7 +296,7 @@ def _warnings(plan: Plan, curves: tuple[Rows, ...]) -> Iterator[str]:
             f"range of {low * 1e-5:g} to {high * 1e-5:g} bar",
         ),
     )
-    for text, values, beyond, tolerance, limit in told:
+    for text, values, beyond, tolerance, limit in compared:
         worst = int(np.argmax(np.where(force > NEGLIGIBLE * limits.force, beyond, -np.inf)))
         if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
             shown = text.format(round(float(values[worst]), 6) + 0.0)

@@ -1,4 +1,4 @@
-"""Where the products live: models/ and gait_data/, in a checkout or in an installed wheel."""
+"""Folders of the products, models/ and gait_data/, in a checkout or in an installed wheel."""
 
 import pathlib
 import tomllib

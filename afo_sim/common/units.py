@@ -96,7 +96,7 @@ Dimension = tuple[tuple[str, float], ...]  # base units and their exponents, sor
 
 
 def dimension(unit: str) -> Dimension:
-    """What a unit measures, as base units with exponents; angles apart from bare numbers."""
+    """The dimension of a unit, as base units with exponents; angles differ from bare numbers."""
     return _dimension(_registry().Quantity(1.0, unit))
 
 

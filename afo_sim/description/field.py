@@ -1,30 +1,30 @@
-"""What a dotted key of a scenario holds: a number in a unit, a whole number, or a word."""
+"""The field at a dotted key of a scenario: a number in a unit, a whole number, or a word."""
 
 import math
 import pathlib
-import types
-import typing
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES
-from afo_sim.description.muscle import FrictionSet, LawSet
+from afo_sim.description.leaves import (
+    RANGES,
+    SELECTOR,
+    SETS,
+    core,
+    fields_of,
+    is_table,
+    marked,
+    parameter_leaf,
+)
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import SPECS, load, split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import LawParameter
-from afo_sim.physics.laws import LAWS
-
-HOW: dict[Any, tuple[str, Any]] = {
-    LawSet: ("law", LAWS),
-    FrictionSet: ("friction", FRICTIONS),
-}  # sets whose parameters a table tells
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Field:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """What a number may be, at least and at most [SI]; infinite where the description says nothing."""
-        quantity = next((mark for mark in _core(self.annotation)[1] if isinstance(mark, Quantity)), None)
+        """Least and greatest number allowed [SI]; infinite where the description sets no bound."""
+        quantity = next((mark for mark in core(self.annotation)[1] if isinstance(mark, Quantity)), None)
         if quantity is None:
             return -math.inf, math.inf
         lower = quantity.at_least if quantity.at_least is not None else quantity.above
@@ -55,7 +55,7 @@ class Field:
 
     @property
     def form(self) -> str:
-        """How a value is written."""
+        """The form of a value, in words."""
         if self.kind == "word":
             return f"the name of a {self.description}" if self.description else "a text"
         return "a whole number" if self.kind == "integer" else f'such as "{EXAMPLES.get(self.unit, "")}"'
@@ -94,7 +94,7 @@ class Field:
         if self.key == "gait.cycle":
             assets.find_gait(self.resolved(value, beside))
         if (
-            _core(self.annotation)[0] is pathlib.Path
+            core(self.annotation)[0] is pathlib.Path
             and not pathlib.Path(self.resolved(value, beside)).is_file()
         ):
             raise InputError("there is no such file", value=value)
@@ -102,7 +102,7 @@ class Field:
             TypeAdapter(self.annotation).validate_python(value)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            choices = [c for c in get_args(_core(self.annotation)[0]) if isinstance(c, str)]
+            choices = [c for c in get_args(core(self.annotation)[0]) if isinstance(c, str)]
             problem = "is no choice" if choices else first["msg"]
             nearest = nearest_name(value, choices)
             raise InputError(problem, value=value, allowed=", ".join(choices), nearest=nearest) from None
@@ -113,7 +113,7 @@ class Field:
         path = beside.parent / word
         shipped = assets.names(self.description) if self.description else []
         names_a_file = (
-            self.description or self.key == "gait.cycle" or _core(self.annotation)[0] is pathlib.Path
+            self.description or self.key == "gait.cycle" or core(self.annotation)[0] is pathlib.Path
         )
         return str(path.resolve()) if names_a_file and word not in shipped and path.exists() else word
 
@@ -133,32 +133,32 @@ def field_at(key: str, scenario: Scenario) -> Field:
     """
     path, items = split_key(key)
     annotation: Any = Scenario
-    told: Any = scenario
+    value: Any = scenario
     for depth, name in enumerate(path):
-        annotation, told = _below(annotation, told, name, ".".join(path[:depth]), scenario)
+        annotation, value = _below(annotation, value, name, ".".join(path[:depth]), scenario)
     for item in items:
-        annotation, told = _item(annotation, told, item, key)
-    kind, marks = _core(annotation)
+        annotation, value = _item(annotation, value, item, key)
+    kind, marks = core(annotation)
     if get_origin(kind) is tuple:
         raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
     quantity = next((mark for mark in marks if isinstance(mark, Quantity)), None)
     if quantity is not None:
-        return Field(key, "number", quantity.unit, annotation, value=told)
+        return Field(key, "number", quantity.unit, annotation, value=value)
     if kind is int:
-        return Field(key, "integer", "", annotation, value=told)
+        return Field(key, "integer", "", annotation, value=value)
     if kind is str or kind is pathlib.Path or get_origin(kind) is Literal:
-        return Field(key, "word", "", annotation, value=told)
+        return Field(key, "word", "", annotation, value=value)
     description = next((name for name, spec in SPECS.items() if spec is kind), "")
     if description:
         return Field(key, "word", "", annotation, description)
-    allowed = ", ".join(f"{key}.{name}" for name in _names(kind, told, scenario))
+    allowed = ", ".join(f"{key}.{name}" for name in _names(kind, value, scenario))
     raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
 
 
-def _below(annotation: Any, told: Any, name: str, at: str, scenario: Scenario) -> tuple[Any, Any]:
+def _below(annotation: Any, value: Any, name: str, at: str, scenario: Scenario) -> tuple[Any, Any]:
     """(type, value where there is one) of a field of a table."""
-    kind, _ = _core(annotation)
-    names = _names(kind, told, scenario)
+    kind, _ = core(annotation)
+    names = _names(kind, value, scenario)
     if name not in names:
         whole = f"{at}.{name}" if at else name
         if not names:
@@ -166,59 +166,40 @@ def _below(annotation: Any, told: Any, name: str, at: str, scenario: Scenario) -
         nearest = nearest_name(name, names)
         raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
     if get_origin(kind) is dict:
-        return get_args(kind)[1], (told or {}).get(name)
-    if kind in HOW and name in _parameters(kind, told):
-        parameter = _parameters(kind, told)[name]
-        bounds = Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper)
-        return Annotated[float, bounds], told.parameters[name]
+        return get_args(kind)[1], (value or {}).get(name)
+    if kind in SETS and name in _parameters(kind, value):
+        return parameter_leaf(_parameters(kind, value)[name]).annotation, value.parameters[name]
     if name in kind.model_fields:
-        info = kind.model_fields[name]
-        marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
-        return marked, getattr(told, name, None)
+        return marked(kind.model_fields[name]), getattr(value, name, None)
     extra = kind.__annotations__["__pydantic_extra__"]  # a chamber's valves, of timer or phases
-    return get_args(extra)[1], None if told is None else told.chambers.get(name)
+    return get_args(extra)[1], None if value is None else value.chambers.get(name)
 
 
-def _item(annotation: Any, told: Any, item: int, key: str) -> tuple[Any, Any]:
+def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
     """(type, value where there is one) of an item of a list."""
-    kind, _ = _core(annotation)
+    kind, _ = core(annotation)
     if get_origin(kind) is not tuple:
         raise InputError("is not a list, so it has no items", field=key)
     kinds = get_args(kind)
-    count = len(told) if isinstance(told, tuple) else 0
+    count = len(value) if isinstance(value, tuple) else 0
     if item >= count:
         allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
         raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
-    return kinds[0] if kinds[-1] is Ellipsis else kinds[item], told[item]
+    return kinds[0] if kinds[-1] is Ellipsis else kinds[item], value[item]
 
 
-def _names(kind: Any, told: Any, scenario: Scenario) -> list[str]:
+def _names(kind: Any, value: Any, scenario: Scenario) -> list[str]:
     """The fields of a table."""
     if get_origin(kind) is dict:
-        return list(told or ())
-    if not (isinstance(kind, type) and issubclass(kind, BaseModel)):
+        return list(value or ())
+    if not is_table(kind):
         return []
-    if kind in HOW:
-        kept = ["pressure_range", "contraction_range"] if kind is LawSet else []
-        return [*_parameters(kind, told), *kept]
+    if kind in SETS:
+        return [*_parameters(kind, value), *(name for name in RANGES if name in kind.model_fields)]
     chambers: Iterable[str] = scenario.orthosis.chamber if kind.model_config.get("extra") == "allow" else ()
-    return [*(name for name in kind.model_fields if name != "provenance"), *chambers]
+    return [*fields_of(kind), *chambers]
 
 
-def _parameters(kind: Any, told: Any) -> dict[str, LawParameter]:
-    what, known = HOW[kind]
-    return {parameter.name: parameter for parameter in known[getattr(told, what)].parameters}
-
-
-def _core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A type without "or nothing", and the marks that stand at it."""
-    marks: tuple[Any, ...] = ()
-    while True:
-        origin = get_origin(annotation)
-        if origin is Annotated:
-            annotation, *more = get_args(annotation)
-            marks += tuple(more)
-        elif origin in (typing.Union, types.UnionType):
-            annotation = next(part for part in get_args(annotation) if part is not type(None))
-        else:
-            return annotation, marks
+def _parameters(kind: Any, value: Any) -> dict[str, LawParameter]:
+    owner = SETS[kind][getattr(value, SELECTOR[kind])]
+    return {parameter.name: parameter for parameter in owner.parameters}

@@ -36,8 +36,8 @@ class Key:
     @property
     def origin(self) -> str:
         """File and provenance of the value, on one line."""
-        told = f"{self.kind}: {self.reference}" if self.kind else ""
-        return "; ".join(filter(None, (self.source, told)))
+        reference = f"{self.kind}: {self.reference}" if self.kind else ""
+        return "; ".join(filter(None, (self.source, reference)))
 
     def mentions(self, word: str) -> bool:
         """Whether a word stands in the key or in its meaning."""
@@ -90,13 +90,13 @@ def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
     """A leaf's key, or one for each item of its list."""
     written = value_at(reading.tree.root, leaf.path)
     source, provenance = _source(reading, leaf, written)
-    told = (provenance.kind, provenance.source) if provenance else ("", "")
+    origin = (provenance.kind, provenance.source) if provenance else ("", "")
     default = leaf.default if written is None else written
     if default is None and isinstance(holder(reading.description, leaf.path), BaseModel):
         default = getattr(holder(reading.description, leaf.path), leaf.path[-1], None)
     for name, value, annotation in _items(leaf.key, default, leaf.annotation):
         facts = (shown(value, annotation), unit_of(annotation), allowed(annotation))
-        yield Key(name, *facts, leaf.meaning, source, *told)
+        yield Key(name, *facts, leaf.meaning, source, *origin)
 
 
 def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -18,6 +18,7 @@ from afo_sim.physics.laws import LAWS
 
 Path = tuple[str, ...]
 SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
+SELECTOR: dict[Any, str] = {LawSet: "law", FrictionSet: "friction"}  # field that names the law or friction
 RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
 CUTOFF = 0.6  # likeness from which on a name counts as misspelt
 

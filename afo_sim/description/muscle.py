@@ -298,7 +298,7 @@ class Muscle(Described, RestCurves):
 
 
 def _named(table: dict[str, Any], kind: str) -> Any:
-    """The tables [laws.NAME] or [frictions.NAME], each told its name."""
+    """The tables [laws.NAME] or [frictions.NAME], each with its name."""
     given = table.get(f"{kind}s", {})
     if not isinstance(given, Mapping):
         raise refusal("is not a table", f"a table [{kind}s.NAME] for each {kind}", f"{kind}s")

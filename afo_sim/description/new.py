@@ -24,14 +24,14 @@ LIKE = {
     "scenario": "seated",
 }
 SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
-# What no shipped product says.
+# Examples of keys that no shipped product sets.
 EXAMPLES: dict[str, dict[str, Any]] = {
     "orthosis": {"muscle": {"flexor": {"chamber": "dorsiflexor"}}},
     "leg": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m"},
 }
-# Where a file names others, and as what.
+# Keys under which a file names other descriptions.
 PLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
     "scenario": {"leg": (), "orthosis": (), "patient": ()},

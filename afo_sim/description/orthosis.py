@@ -35,6 +35,16 @@ class Valve(Described):
     closing_delay: Delay
     """Time from the end of the current to the shut valve."""
 
+    @property
+    def row(self) -> dict[str, float]:
+        """The parameters of its compiled counterpart, SI."""
+        return {
+            "conductance": self.conductance,
+            "critical_ratio": self.critical_ratio,
+            "opening_delay": self.opening_delay,
+            "closing_delay": self.closing_delay,
+        }
+
 
 class Anchor(Described):
     """One end of a muscle group: where on which segment, and how far apart its muscles are."""

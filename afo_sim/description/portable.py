@@ -43,7 +43,7 @@ def portable(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any
 
 
 def _placed(file: pathlib.Path, folder: pathlib.Path, name: str) -> str:
-    """What is written for a file; copies it if need be."""
+    """The text that stands for a file; copies a file that is not shipped."""
     for root in assets.FOLDERS:
         shipped = assets.folder(root).resolve()
         if file.is_relative_to(shipped):

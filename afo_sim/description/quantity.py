@@ -162,10 +162,10 @@ class Described(BaseModel):
 def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Separate { value, source, kind } tables into plain values and a map of provenance."""
     values: dict[str, Any] = {}
-    told = table.get("provenance", {})
-    if not isinstance(told, Mapping):
+    given = table.get("provenance", {})
+    if not isinstance(given, Mapping):
         raise refusal("is not a table", "a table of { source, kind } by field", "provenance")
-    sources: dict[str, Any] = dict(told)
+    sources: dict[str, Any] = dict(given)
     for key, value in table.items():
         if isinstance(value, Mapping) and "value" in value:
             values[key] = value["value"]

@@ -241,7 +241,7 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
 
 
 def _say_who_set(table: Any, *path: str) -> None:
-    """Where a number that is about to be set names its source, name the user instead."""
+    """Name the user as the source of a number that is about to be set, if it names one."""
     for name in path[:-1]:
         table = table.get(name) if isinstance(table, dict) else None
     sources = table.get("provenance") if isinstance(table, dict) else None

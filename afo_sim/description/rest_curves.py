@@ -17,7 +17,7 @@ Found = Any  # a float of plain numbers, an array of arrays
 
 
 class _Muscle(Protocol):
-    """What the curves take of a muscle."""
+    """The properties of a muscle that its curves need."""
 
     @property
     def law(self) -> str: ...

@@ -96,7 +96,7 @@ class Shank(Described):
 
 
 class ValveTimes(Described):
-    """When a chamber's two valves are open, as [from, to] within the timer's period."""
+    """Intervals in which a chamber's two valves are open, [from, to] within the timer's period."""
 
     inlet: tuple[tuple[Time, Time], ...] = ()
     """Intervals [from, to] in which the inlet valve's coil has current."""
@@ -115,7 +115,7 @@ class Timer(Described):
 
     @property
     def chambers(self) -> dict[str, ValveTimes]:
-        """When each chamber's valves are open."""
+        """The valves' intervals by chamber."""
         return dict(self.__pydantic_extra__ or {})
 
     @model_validator(mode="after")

@@ -88,9 +88,9 @@ class Template:
     def _keys(self, kind: Any, given: Table, examples: Table, live: bool, name: str) -> Iterator[str]:
         """The plain keys of a table, each with its comment."""
         for key, meaning, annotation, required, default in _plain(kind, name, given):
-            told = (f"{type_name(kind)} {name}" if kind in SETS else type_name(kind), key)
-            value, known = given.get(key), told in self.explained
-            self.explained.add(told)
+            entry = (f"{type_name(kind)} {name}" if kind in SETS else type_name(kind), key)
+            value, known = given.get(key), entry in self.explained
+            self.explained.add(entry)
             if not known:
                 yield ""
                 yield from _comment(meaning)

@@ -138,19 +138,19 @@ def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
     return tuple(names.split(".")), tuple(int(item) for item in re.findall("[0-9]+", rest))
 
 
-def _with_item(told: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
+def _with_item(old: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
     """A copy of a list, perhaps of lists, in which one item is replaced."""
     if not items:
         return value
-    if isinstance(told, dict) and "value" in told:
-        told = told["value"]
-    if not isinstance(told, list | tuple):
+    if isinstance(old, dict) and "value" in old:
+        old = old["value"]
+    if not isinstance(old, list | tuple):
         raise InputError("is not a list here, so it has no items", field=dotted, value=value)
-    if items[0] >= len(told):
-        allowed = f"[0] to [{len(told) - 1}]" if told else "none: the list is empty"
+    if items[0] >= len(old):
+        allowed = f"[0] to [{len(old) - 1}]" if old else "none: the list is empty"
         raise InputError(f"there is no item [{items[0]}]", field=dotted, value=value, allowed=allowed)
-    replaced = list(told)
-    replaced[items[0]] = _with_item(told[items[0]], items[1:], value, dotted)
+    replaced = list(old)
+    replaced[items[0]] = _with_item(old[items[0]], items[1:], value, dotted)
     return replaced
 
 

@@ -82,7 +82,7 @@ class Ground(Described):
 
 
 class ValvePhases(Described):
-    """When a chamber's two valves are open, as [from, to] in gait phase; from > to runs over heel strike."""
+    """Intervals of gait phase in which a chamber's two valves are open; from > to runs over heel strike."""
 
     inlet: tuple[tuple[Phase, Phase], ...] = ()
     """Intervals [from, to] of gait phase in which the inlet valve's coil has current."""
@@ -110,5 +110,5 @@ class Phases(Described):
 
     @property
     def chambers(self) -> dict[str, ValvePhases]:
-        """When each chamber's valves are open, by gait phase."""
+        """The valves' intervals of gait phase by chamber."""
         return dict(self.__pydantic_extra__ or {})

@@ -1,4 +1,4 @@
-"""What a gait cycle must be: wrong units, signs, axes and gaps are refused, in the file's own words."""
+"""Checks of a gait cycle: wrong units, signs, axes and gaps are refused in the file's own words."""
 
 from dataclasses import dataclass
 from typing import NoReturn
@@ -281,7 +281,7 @@ def closing_errors(cycle: GaitCycle) -> dict[str, float]:
 
 
 def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
-    """What was understood of a gait cycle, in words and numbers for people: (what, finding)."""
+    """Findings on a gait cycle, in words and numbers for people: (subject, finding)."""
     ankle, flat = np.degrees(cycle.ankle_angle), cycle.foot_flat()
     pitch = np.degrees(cycle.foot_pitch()[flat])
     moment, demand = -cycle.ankle_moment, -cycle.ground_moment()

@@ -7,7 +7,7 @@ MID_SWING = (0.25, 0.75)  # of the swing, where no dip is found [-]
 
 
 def dip(height: np.ndarray) -> tuple[int, bool]:
-    """Where the clearance of a swing is least, and whether that is a minimum between two peaks.
+    """Row of the least clearance of a swing, and whether that is a minimum between two peaks.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def dip(height: np.ndarray) -> tuple[int, bool]:
 
 
 def _rise(height: np.ndarray) -> float:
-    """How far a height climbs above its first value before it falls below it [m]."""
+    """Climb of a height above its first value before it falls below it [m]."""
     below = height < height[0]
     end = int(np.argmax(below)) if below.any() else len(height)
     return float(height[:end].max() - height[0])

@@ -107,7 +107,7 @@ class Metric(float):
         return float(self) >= self._other(other)
 
     def _other(self, other: Any) -> Any:
-        """What stands on the other side of a comparison, in this unit."""
+        """The other side of a comparison, in this unit."""
         if isinstance(other, Metric):
             return float(other) if other.unit == self.unit else float(other.to(self.unit))
         if not isinstance(other, str):
@@ -124,7 +124,7 @@ def _spelled(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class Entry:
+class MetricEntry:
     """A metric's row in the registry.
 
     `name` may hold {}, which stands for a chamber or a direction and is filled into `label`.
@@ -136,7 +136,7 @@ class Entry:
     label: str
     meaning: str = ""
 
-    def fill(self, name: str) -> "Entry | None":
+    def fill(self, name: str) -> "MetricEntry | None":
         """This row for a metric of that name; None where the name is another."""
         if name == self.name:
             return self
@@ -148,10 +148,10 @@ class Entry:
             return None
         if self.label.startswith("{}"):
             middle = middle.replace("_", " ").capitalize()
-        return Entry(self.group, name, self.unit, self.label.format(middle), self.meaning)
+        return MetricEntry(self.group, name, self.unit, self.label.format(middle), self.meaning)
 
 
-METRICS: dict[str, Entry] = {}
+METRICS: dict[str, MetricEntry] = {}
 Tells = TypeVar("Tells", bound=Callable[..., Any])
 
 
@@ -166,7 +166,7 @@ def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
 
     def register(function: Tells) -> Tells:
         for row in rows:
-            entry = Entry(group, *row)
+            entry = MetricEntry(group, *row)
             assert entry.name not in METRICS, f"{entry.name} is registered twice"
             METRICS[entry.name] = entry
         return function
@@ -175,7 +175,7 @@ def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
 
 
 @functools.cache
-def entry(name: str) -> Entry:
+def entry(name: str) -> MetricEntry:
     """The registered row of a metric; KeyError where no function tells it."""
     if name in METRICS:
         return METRICS[name]

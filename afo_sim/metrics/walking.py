@@ -4,7 +4,7 @@ The strides before the air has settled, and always the first begun, are the tran
 stand among the strides, but not in the totals (`strides.settled`).
 A total is the mean over the strides, but for the `lowest_…` clearances. Swing is from toe-off to the next
 heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; peaks and means of a torque
-"each way" are told as positive numbers. What cannot be told is left out, and a warning says so.
+"each way" are positive numbers. A metric that is undefined is left out, and a warning says so.
 """
 
 import math
@@ -90,8 +90,8 @@ def walk_metrics(
     all_of = {stride.number: stride_metrics(stride) for stride in (whole if transient else counted)}
     each = {number: _finite(metrics) for number, metrics in all_of.items()}
     if not counted:
-        told = "no whole stride follows the first, which is the start's transient: no gait metrics"
-        return WalkMetrics({}, each, (f"{told}; a longer duration would give some",))
+        missing = "no whole stride follows the first, which is the start's transient: no gait metrics"
+        return WalkMetrics({}, each, (f"{missing}; a longer duration would give some",))
     totals = {"strides_counted": measured("strides_counted", float(len(counted)))}
     warnings = []
     for name in dict.fromkeys(name for stride in counted for name in all_of[stride.number]):
@@ -99,8 +99,8 @@ def walk_metrics(
         if found:
             totals[name] = measured(name, float(np.mean([metric.value for metric in found])))
         if len(found) < len(counted):
-            told = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
-            warnings.append(f"{name} is undefined {told}")
+            extent = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
+            warnings.append(f"{name} is undefined {extent}")
     for name in ("toe_clearance", "ball_clearance"):
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
@@ -114,7 +114,7 @@ def _finite(metrics: dict[str, Metric]) -> dict[str, Metric]:
 
 
 def _without_dip(totals: dict[str, Metric]) -> Iterator[str]:
-    """Where a clearance is not what the literature calls so."""
+    """Warnings of swings without the dip that the literature calls clearance."""
     for point in ("toe", "ball"):
         share = totals.get(f"swings_without_{point}_dip")
         if share is not None and share.value > 0.0:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from afo_sim.metrics import ankle as _ankle  # noqa: F401  # registers its metrics, as does the next
 from afo_sim.metrics import walking as _walking  # noqa: F401
 from afo_sim.metrics.metric import GROUPS as GROUPS
-from afo_sim.metrics.metric import METRICS, OTHER, Entry, Metric, entry
+from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, entry
 
 UNITS = {"N*m": "N·m", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
@@ -15,12 +15,12 @@ DIGITS |= {"g": 3, "l": 3, "s": 3, "": 0}
 WORDS = {name: row for name, row in METRICS.items() if "{}" not in name}
 
 
-def words(name: str) -> Entry:
-    """What a metric is called; one that no function registers is called by its name."""
+def words(name: str) -> MetricEntry:
+    """Words for a metric; one that no function registers goes by its name."""
     try:
         return entry(name)
     except KeyError:
-        return Entry(OTHER, name, "", name.replace("_", " "))
+        return MetricEntry(OTHER, name, "", name.replace("_", " "))
 
 
 def unit(metric: Metric) -> str:
@@ -40,14 +40,14 @@ def number(value: float, in_unit: str, signed: bool = False) -> str:
 
 
 def in_short(metrics: Mapping[str, Metric]) -> list[str]:
-    """What matters most of a walking run, as sentences; none of other runs."""
-    said = []
+    """The main results of a walking run, as sentences; none for other runs."""
+    sentences = []
     for name, point in (("toe_clearance", "toe"), ("ball_clearance", "ball of the foot")):
         if name in metrics:
             off = metrics[f"{name}_to_recorded"].value
             than = f"{abs(off):.0f} mm {'higher' if off >= 0.0 else 'lower'} than in the healthy trial"
             than = "as in the healthy trial" if abs(off) < 0.5 else than
-            said.append(f"In swing the {point} passes {_height(metrics[name].value)}, {than}.")
+            sentences.append(f"In swing the {point} passes {_height(metrics[name].value)}, {than}.")
     parts = {"heel": "with the heel", "flat": "with a flat foot", "forefoot": "with the forefoot"}
     shares = {
         how: metrics[f"contacts_with_{k}"].value
@@ -56,20 +56,21 @@ def in_short(metrics: Mapping[str, Metric]) -> list[str]:
     }
     begun = {how: share for how, share in shares.items() if share > 0.0}
     if len(begun) == 1:
-        said.append(f"Every stride begins {next(iter(begun))}.")
+        sentences.append(f"Every stride begins {next(iter(begun))}.")
     elif begun:
-        said.append(f"Strides begin {', '.join(f'{share:.0f} % {how}' for how, share in begun.items())}.")
+        ways = ", ".join(f"{share:.0f} % {how}" for how, share in begun.items())
+        sentences.append(f"Strides begin {ways}.")
     if "mid_swing_angle" in metrics:
         angle = metrics["mid_swing_angle"].value
         side = "dorsiflexion" if angle >= 0.0 else "plantarflexion"
-        said.append(f"In mid-swing the ankle stands at {number(abs(angle), 'deg')}° of {side}.")
+        sentences.append(f"In mid-swing the ankle stands at {number(abs(angle), 'deg')}° of {side}.")
     if "torque_covered" in metrics:
         covered, air = metrics["torque_covered"].value, metrics["air_per_stride"].value
-        said.append(
+        sentences.append(
             f"The orthosis gives {covered:.0f} % of the torque that the patient lacks and takes "
             f"{number(air, 'g')} g of air per stride."
         )
-    return said
+    return sentences
 
 
 def _height(millimetres: float) -> str:

@@ -51,8 +51,8 @@ class Built:
     def body_mass(self) -> float:
         """Of the patient, or of the leg's adult [kg]."""
         patient = self.scenario.patient
-        told = None if patient is None else patient.body_mass
-        return self.scenario.leg.body_mass if told is None else told
+        own = None if patient is None else patient.body_mass
+        return self.scenario.leg.body_mass if own is None else own
 
 
 def build(scenario: Scenario) -> Built:

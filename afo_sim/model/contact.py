@@ -51,11 +51,11 @@ class Contact:
     lost: float
 
     def warnings(self) -> tuple[str, ...]:
-        """Where even a foot that goes as recorded does not feel what was recorded."""
+        """Warnings of recorded force that the pads cannot reproduce even on the recorded path."""
         if self.lost <= NOTICED:
             return ()
-        told = f"the pads lose up to {100.0 * self.lost:.0f} % of the body weight of the recorded force"
-        return (f"{told}, where the recorded foot leaves the floor fast: lower ground.damping",)
+        loss = f"the pads lose up to {100.0 * self.lost:.0f} % of the body weight of the recorded force"
+        return (f"{loss}, where the recorded foot leaves the floor fast: lower ground.damping",)
 
 
 def pad_stiffness(ground: Ground, foot: Foot) -> dict[str, float]:
@@ -145,7 +145,7 @@ def register(
 
 
 def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """What part of the force each pad bears: by the lever rule on the two that the force stands between.
+    """Share of the force that each pad bears, by the lever rule on the two pads beside the force.
 
     Of the two, one that is higher than the other and than the floor bears less: where the heel rolls, the
     centre of pressure moves ahead of it long before the ball is down.

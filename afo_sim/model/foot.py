@@ -33,7 +33,7 @@ class Foot:
     def frame_moment(
         self, pitch: np.ndarray, acceleration: np.ndarray, shank_acceleration: np.ndarray
     ) -> np.ndarray:
-        """What the driven shank's acceleration does to the foot, as a moment about the ankle.
+        """Moment about the ankle that the driven shank's acceleration puts on the foot.
 
         I φ̈ − m (c_x a_z − c_z a_x): the foot turns with ψ = θ − φ, and its centre is carried by the ankle.
 

@@ -1,4 +1,4 @@
-"""How the muscles are mounted, and what only the compiled model can tell: checks before a run."""
+"""Mounting of the muscles, and the checks before a run that need the compiled model."""
 
 import math
 from dataclasses import dataclass
@@ -116,11 +116,6 @@ def sweep_ankle(
     return contraction, arm, inertia
 
 
-def lock_contraction(braid_angle: float) -> float:
-    """The (negative) contraction ratio at which a braid locks: κ = 1 − 1/cos α0 [-]."""
-    return 1.0 - 1.0 / float(np.cos(braid_angle))
-
-
 def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> list[str]:
     """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit."""
     lower, upper = scenario.orthosis.range_of_motion
@@ -131,7 +126,7 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
     for column, name in enumerate(index.muscles):
         group, worst = groups[name], int(np.argmin(contraction[:, column]))
         least, angle = contraction[worst, column], np.degrees(angles[worst])
-        lock = lock_contraction(group.type.braid_angle)
+        lock = group.type.braid.lock
         role = name.rsplit("_", 1)[0]
         allowed = group.type.limits
         if least <= lock:
@@ -183,7 +178,7 @@ def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: f
 
 
 def check_description(scenario: Scenario) -> list[str]:
-    """What the description itself gives reason to say."""
+    """Warnings that follow from the description alone."""
     found = []
     knee = scenario.shank.knee_angle
     if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:

@@ -17,10 +17,10 @@ from afo_sim.physics.passive_ankle import passive_moment
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
 # swing are assumed.
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
-# How the stiffness follows the side that is active: two equal lags in series, as a twitch rises (critically
-# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s), so that it is
-# half there after 84 ms. Its fall is only so long that nothing jumps: the table above tells already how the
-# stiffness goes before toe-off, and what lingers would hold a hanging foot up. Both times are assumed [s].
+# Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
+# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s). Half of it is
+# there after 84 ms. The lag of its fall only avoids a jump: the table above already holds the fall before
+# toe-off, and a stiffness that lingers would hold a hanging foot up. Both times are assumed.
 RISE, FALL = 0.05, 0.005
 
 
@@ -105,11 +105,11 @@ def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
 
 
 def activated(wanted: np.ndarray, timestep: float) -> np.ndarray:
-    """What a muscle gives of what is wanted of it: it rises and falls through two equal lags in series.
+    """Activation of a muscle: the excitation after two equal first-order lags in series.
 
     Parameters
     ----------
-    wanted : at every step, constant during it (n,)
+    wanted : excitation at every step, constant during it (n,)
     timestep : [s]
 
     Returns

@@ -17,7 +17,7 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
-from afo_sim.physics.friction.tondu_lopez import contact_surface
+from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import laminar_slope
 
 AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2
@@ -73,12 +73,10 @@ def check_stability(
 
 def _falling_friction(muscle: Muscle, pressure: float) -> float:
     """The steepest fall of a muscle's friction with its speed [N·s/m]: damping of the wrong sign."""
-    if muscle.friction != "tondu_lopez_2000_stribeck":
+    if muscle.friction not in FRICTIONS:
         return 0.0
-    q = muscle.frictions[muscle.friction].parameters
-    surface = contact_surface(0.0, muscle.nominal_length, muscle.braid.nominal_radius, muscle.braid.b)
-    fall = (q["static_coefficient"] - q["kinetic_coefficient"]) / q["stribeck_velocity"]
-    return max(fall, 0.0) * surface * pressure
+    parameters = muscle.frictions[muscle.friction].parameters
+    return FRICTIONS[muscle.friction].steepest_fall(muscle.braid, parameters, pressure)
 
 
 def _too_long(reason: str, step: float, enough: float) -> InputError:

@@ -45,7 +45,7 @@ def _add_tendon(
 
 
 def _side(name: str, group: MuscleGroup) -> float:
-    """Where a single muscle stands beside its parallel ones, in spacings from their middle."""
+    """Place of a single muscle beside its parallel ones, in spacings from their middle."""
     return int(name.rsplit("_", 1)[1]) - 0.5 * (group.count + 1)
 
 

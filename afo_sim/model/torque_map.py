@@ -11,7 +11,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import sweep_ankle
 
-# What a drop foot needs of the orthosis in dorsiflexion [N·m] (computed for this project from gait).
+# Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
 
 

@@ -90,7 +90,7 @@ def _laid_out(
 
 
 def _keep(*arrays: np.ndarray) -> None:
-    """What later runs are given too is nobody's to change."""
+    """Make arrays read-only that later runs share."""
     for array in arrays:
         array.flags.writeable = False
 

@@ -1,4 +1,4 @@
-"""What walking adds to the model: a driven shank, the ground's moment, the patient's own ankle."""
+"""Additions to the model for walking: a driven shank, the ground's moment, the patient's own ankle."""
 
 import mujoco
 import numpy as np

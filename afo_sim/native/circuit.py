@@ -9,7 +9,7 @@ A circuit is named parameters only; whoever has descriptions turns them into one
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 import mujoco
@@ -43,26 +43,27 @@ FRICTION_STATES = {friction.native_id: friction.n_state for friction in FRICTION
 
 
 class ValveParameters(Protocol):
-    """A solenoid valve's numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s]."""
+    """A valve of any type."""
 
     @property
-    def conductance(self) -> float: ...
-    @property
-    def critical_ratio(self) -> float: ...
-    @property
-    def opening_delay(self) -> float: ...
-    @property
-    def closing_delay(self) -> float: ...
+    def row(self) -> Mapping[str, Any]:
+        """Its own parameters, as `valve_row` takes them."""
+        ...
 
 
 @dataclass(frozen=True)
 class CircuitValve:
-    """A solenoid valve by its numbers alone."""
+    """A solenoid valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s]."""
 
     conductance: float
     critical_ratio: float
     opening_delay: float = 0.0
     closing_delay: float = 0.0
+
+    @property
+    def row(self) -> Mapping[str, Any]:
+        """Its parameters, as `valve_row` takes them."""
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -205,12 +206,7 @@ def fill_circuit(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
             userdata=FLOWS_PER_CHAMBER * number,
         )
         for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
-            user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(
-                conductance=valve.conductance,
-                critical_ratio=valve.critical_ratio,
-                opening_delay=valve.opening_delay,
-                closing_delay=valve.closing_delay,
-            )
+            user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
         for muscle, following in zip(members, chain[1:], strict=True):
             user[ids.muscles[muscle.name]] = muscle_row(
                 **muscle.row,

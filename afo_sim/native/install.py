@@ -12,7 +12,9 @@ import mujoco
 from numba.extending import register_jitable
 
 from afo_sim.common.errors import CallbackError
-from afo_sim.native.callbacks import COMPLAINTS, define, muscle_force
+from afo_sim.native.callbacks import define
+from afo_sim.native.complaints import COMPLAINTS
+from afo_sim.native.muscle import muscle_force
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
@@ -72,7 +74,7 @@ def _native_callbacks() -> tuple[Any, Any]:
 
 
 class KernelFailure(Exception):
-    """What `mju_error` is to the compiled callbacks, in Python mode."""
+    """The complaint of a kernel in Python mode, where compiled callbacks call `mju_error`."""
 
 
 @functools.cache
@@ -95,7 +97,7 @@ def _python_callbacks() -> tuple[Any, Any]:
 
 
 def _flat(m: Any) -> Any:
-    """What the kernels read of a model, with the rows end to end as compiled code sees them."""
+    """The fields of a model that the kernels read, with the rows end to end as compiled code sees them."""
     return SimpleNamespace(
         nuser_actuator=m.nuser_actuator,
         actuator_user=m.actuator_user.reshape(-1),

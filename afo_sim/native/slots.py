@@ -19,7 +19,7 @@ KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0
 
 
-# Where a parameter stands within its actuator's row (after the mark and the kind)
+# Places of the parameters within their actuator's row (after the mark and the kind)
 (
     MUSCLE_LAW,
     MUSCLE_CHAMBER,
@@ -75,10 +75,24 @@ def muscle_row(
 ) -> np.ndarray:
     """`actuator_user` of a muscle.
 
-    `series_length` is all of the tendon that does not contract; `implicit_count` is the number of
-    parallel muscles whose damping this one's gain stands for: all for a group's first, else none.
-    `damper` are the coefficients of a three-element damper; `friction` is a friction's native id and
-    `friction_states` the actuator that holds its states, if it has any.
+    Parameters
+    ----------
+    law, coefficients : name of a force law, and its kernel's coefficients
+    lowest_pressure : gauge, of the law's range [Pa]
+    braid : geometry
+    series_length : all of the tendon that does not contract [m]
+    damping : Hill damping over absolute pressure, R in F_d = R p κ̇ [N·s/Pa]
+    braid_stiffness : [N] per unit of stretch
+    dead_volume : [m³]
+    chamber, next_muscle : actuator ids; −1 for no next muscle of the chamber
+    implicit_count : parallel muscles whose damping this one's gain carries: all for a group's first, else 0
+    damper : coefficients of a three-element damper
+    friction, friction_coefficients : native id of a friction, 0 for none, and its kernel's coefficients
+    friction_states : actuator id of the states of friction; −1 for none
+
+    Returns
+    -------
+    (N_USER,)
     """
     row = _row(
         KIND_MUSCLE,
@@ -113,19 +127,27 @@ def chamber_row(
     wall_conductance: float,
     userdata: int,
 ) -> np.ndarray:
-    """`actuator_user` of a chamber; its first muscle and its valves are actuator ids."""
+    """`actuator_user` of a chamber.
+
+    Parameters
+    ----------
+    first_muscle, inlet, outlet : actuator ids
+    tube_volume : [m³]
+    wall_conductance : heat to the wall [W/K]
+    userdata : first place of its flows in `userdata`
+    """
     return _row(KIND_CHAMBER, first_muscle, inlet, outlet, tube_volume, wall_conductance, userdata)
 
 
 def valve_row(
     *, conductance: float, critical_ratio: float, opening_delay: float, closing_delay: float
 ) -> np.ndarray:
-    """`actuator_user` of a solenoid valve."""
+    """`actuator_user` of a solenoid valve: C [m³/(s·Pa)], b [-], dead times [s]."""
     return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay)
 
 
 def passive_row(*, scale: float, offset: float, load: float = 0.0) -> np.ndarray:
-    """`actuator_user` of the passive ankle, and of a constant load moment against positive angles."""
+    """`actuator_user` of the passive ankle: scale [-], offset [rad], load against positive angles [N·m]."""
     return _row(KIND_PASSIVE, scale, offset, load)
 
 
@@ -140,12 +162,18 @@ def motor_row() -> np.ndarray:
 
 
 def spastic_row(*, gain: float) -> np.ndarray:
-    """`actuator_user` of the plantarflexors' stretch reflex."""
+    """`actuator_user` of the plantarflexors' stretch reflex; gain [N·m·s/rad]."""
     return _row(KIND_SPASTIC, gain)
 
 
 def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
-    """`actuator_user` of a pad under the sole; `floor` is the actuator whose input is the floor's height."""
+    """`actuator_user` of a pad under the sole.
+
+    Parameters
+    ----------
+    stiffness, damping : [N/m], [s/m]
+    floor : id of the actuator whose input is the floor's height [m]
+    """
     return _row(KIND_PAD, stiffness, damping, floor)
 
 

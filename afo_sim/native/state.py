@@ -68,7 +68,7 @@ def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flo
 
 
 def read_opening(model: mujoco.MjModel, act: np.ndarray, valve: int) -> np.ndarray:
-    """How far a valve's seat is open [-], from `act` (…, na)."""
+    """Opening of a valve's seat [-], from `act` (…, na)."""
     opening: np.ndarray = act[..., model.actuator_actadr[valve] + OPENING]
     return opening
 

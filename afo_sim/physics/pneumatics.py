@@ -120,7 +120,7 @@ def braid_volume(
 
     Source
     ------
-    Chou & Hannaford 1996: a cylinder of length B cos α and diameter B sin α/(n π).
+    Chou & Hannaford 1996, doi 10.1109/70.481753: a cylinder of length B cos α and diameter B sin α/(n π).
     """
     x = 1.0 - contraction
     if x < 0.0:  # there is no shorter muscle than none

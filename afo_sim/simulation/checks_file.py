@@ -8,7 +8,8 @@ from typing import Any, Self
 
 from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.simulation.checks import CHECKS, Result, expect, metric_result
+from afo_sim.simulation.checks import expect, metric_result
+from afo_sim.simulation.criterion import CHECKS, Result
 from afo_sim.simulation.recording import Recording
 
 METRIC_KEYS = ("metric", "between", "above", "below", "why")
@@ -46,7 +47,7 @@ class CheckEntry:
     def refusal(
         self, problem: str, key: str, value: object, allowed: str = "", nearest: str | None = None
     ) -> InputError:
-        """What is wrong with this entry, at a key or ("") as a whole."""
+        """Refusal of this entry, at a key or ("") as a whole."""
         field = f"check[{self.number}]" + (f".{key}" if key else "")
         return InputError(problem, file=self.file, field=field, value=value, allowed=allowed, nearest=nearest)
 

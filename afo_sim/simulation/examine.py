@@ -69,7 +69,7 @@ def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> W
 
 
 def _period(scenario: Scenario) -> float:
-    """What one cycle is: the timer's, or all of the run [s]."""
+    """Period of one cycle: the timer's, or all of the run [s]."""
     if scenario.timer is not None:
         return scenario.timer.period
     return scenario.duration

@@ -22,7 +22,7 @@ Write = Callable[[pathlib.Path], object]
 
 
 class Run(Protocol):
-    """What is written of a recording."""
+    """The parts of a recording that its files hold."""
 
     @property
     def columns(self) -> dict[str, np.ndarray]: ...
@@ -95,7 +95,7 @@ def open_parquet(folder: str | os.PathLike[str]) -> Any:
 
 
 def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a run's opened Parquet file says of it, by field of Recording; all but its rows."""
+    """Header of a run's opened Parquet file, by field of Recording; all but its rows."""
     try:
         run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
         return {
@@ -113,10 +113,10 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
 
 
-def _metrics(told: dict[str, Any]) -> dict[str, Metric]:
+def _metrics(table: dict[str, Any]) -> dict[str, Metric]:
     return {
         name: Metric(math.nan if metric["value"] is None else metric["value"], metric["unit"])
-        for name, metric in told.items()
+        for name, metric in table.items()
     }
 
 

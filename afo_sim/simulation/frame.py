@@ -1,4 +1,4 @@
-"""What a column is computed from, and what a column is."""
+"""A recorded column, and the stretch of a simulation that it is computed from."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

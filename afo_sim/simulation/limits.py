@@ -15,7 +15,7 @@ NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range
 
 
 def limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[str]:
-    """Where a muscle leaves its stated limits of pressure, force or contraction."""
+    """Warnings of muscles beyond their stated limits of pressure, force or contraction."""
     time = columns["time"]
     groups = muscle_names(built.scenario.orthosis)
     for name, group in groups.items():
@@ -65,7 +65,7 @@ def _law_warnings(
     contraction: np.ndarray,
     force: np.ndarray,
 ) -> Iterator[str]:
-    """Where a pulling muscle's law was asked outside the range that it is known to hold in."""
+    """Warnings of a pulling muscle whose law was used outside its range of validity."""
     law = muscle.law_set
     # stretched, the braid carries; the law is asked at zero contraction
     braid = np.zeros_like(force)

@@ -10,7 +10,7 @@ Rows = dict[str, np.ndarray]
 
 
 class Moment(Protocol):
-    """What a policy can look at when it chooses the inputs of the next steps."""
+    """The view from which a policy chooses the inputs of the next steps."""
 
     @property
     def steps(self) -> range:

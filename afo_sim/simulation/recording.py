@@ -56,9 +56,9 @@ class Recording:
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        rows, told = len(self.columns.get("time", ())), len(self.warnings)
+        rows, warned = len(self.columns.get("time", ())), len(self.warnings)
         counted = f"{rows} rows × {len(self.columns)} columns, {len(self.metrics)} metrics"
-        more = f", {told} warning{'s' if told > 1 else ''}" if told else ""
+        more = f", {warned} warning{'s' if warned > 1 else ''}" if warned else ""
         return f"<Recording of {self.scenario['name']!r}: {self.status}, {counted}{more}>"
 
     def _repr_html_(self) -> str:  # asked for by Jupyter
@@ -125,7 +125,7 @@ class Recording:
             shown().open([path])
 
     def summary(self) -> dict[str, Any]:
-        """What summary.json says; of walking, `strides` too."""
+        """Contents of summary.json; of walking, `strides` too."""
         found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,

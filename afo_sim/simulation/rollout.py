@@ -83,7 +83,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a roll-out records and how.
+    """Settings of a roll-out: recorded fields, inputs, rate, threads.
 
     fields : of MjData, beside the state
     inputs : bits of mjtState that tell what the inputs are
@@ -177,7 +177,7 @@ def _limp(case: Case) -> Exception | None:
 
 @dataclass(frozen=True)
 class _Moment:
-    """What a policy sees of a roll-out."""
+    """The present state of a roll-out, as a policy sees it."""
 
     run: "_Run"
     k: int
@@ -317,7 +317,7 @@ class _Run:
         return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first)
 
     def rollout(self, k: int, wall: float) -> Rollout:
-        """A simulation as far as it came."""
+        """The simulation number k up to its end or its failure; `wall` is the time it took [s]."""
         done, reason = self.stops.get(k, (self.n_step, None))
         found = self.stretch(k, 0, done)
         failure = None if reason is None else failed(self.cases[k].model, reason, done, self.cases[k].number)

@@ -1,4 +1,7 @@
-"""What can show a recording: told from above, since what is computed does not know how it is shown."""
+"""Registration of the pictures of recordings.
+
+The rooms above register them here: a computed result does not know how it is shown.
+"""
 
 import pathlib
 from collections.abc import Sequence
@@ -27,17 +30,17 @@ _shows: list[Show] = []
 
 
 def show_with(show: Show) -> None:
-    """Make `show` what shows recordings from now on."""
+    """Register `show` as the pictures of recordings from now on."""
     _shows[:] = [show]
 
 
 def shown() -> Show:
-    """What shows recordings.
+    """The registered pictures of recordings.
 
     Raises
     ------
     RuntimeError
-        Nobody has told; the package itself does when it is imported.
+        None is registered; the package registers its own when it is imported.
     """
     if not _shows:
         raise RuntimeError("nothing is there to show a recording; call show_with first")

@@ -120,7 +120,7 @@ def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> t
 
 
 def _case(built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None) -> Case | Rollout:
-    """What is to be rolled out, or the Rollout of what a kernel refuses to start."""
+    """The case to roll out, or an empty Rollout where a kernel refuses the start."""
     try:
         native.assert_rows(built.model)
         if state is None:

@@ -17,7 +17,7 @@ FAILURES = (mujoco.FatalError, native.KernelFailure)  # a kernel's objection, th
 
 @dataclass(frozen=True)
 class Stop:
-    """Why a simulation goes no further; `spoilt` tells that the step it stopped in has been recorded."""
+    """Reason why a simulation ended early; `spoilt` if the step in which it stopped has been recorded."""
 
     reason: str
     spoilt: bool

@@ -1,4 +1,4 @@
-"""What a recording of walking holds beside the ankle: phase, pose, sole, and all moments about the ankle.
+"""Columns of walking beside the ankle: phase, pose, sole, and all moments about the ankle.
 
 The rows of WALKING replace those of a fixed shank that have the same name.
 """
@@ -20,91 +20,102 @@ WORN = "of this foot's sole above the floor, were the ankle as recorded"
 
 
 class WalkFrame(Frame):
-    """A stretch of walking, with what several columns share."""
+    """A stretch of walking, with the quantities that several columns share; n rows."""
 
     def steps(self, values: np.ndarray) -> np.ndarray:
-        """Of something laid out for every step, that of these."""
+        """The part for these rows of `values` at every step of the run (n_step, …)."""
         return values[self.first_step : self.first_step + self.n]
 
     def instants(self, values: np.ndarray) -> np.ndarray:
-        """Of something laid out for every instant, from one step before the first, that of these."""
+        """The part for these rows of `values` at n_step + 2 instants, the first a step before the run."""
         return values[self.first_step + 1 : self.first_step + 1 + self.n]
 
     @property
     def walk(self) -> Walk:
+        """The recorded walking that drives the shank."""
         assert self.built.walk is not None
         return self.built.walk
 
     @property
     def active(self) -> Active:
+        """The patient's own ankle muscles."""
         assert self.built.active is not None
         return self.built.active
 
     @property
     def foot(self) -> Foot:
+        """The compiled foot, with all that it carries."""
         assert self.built.foot is not None
         return self.built.foot
 
     def joint(self, name: str) -> np.ndarray:
-        """Coordinate of a joint (n,)."""
+        """Coordinate of a joint [m] or [rad] (n,)."""
         return self.rows["qpos"][:, self.built.model.joint(name).qposadr[0]]
 
     def moment(self, name: str) -> np.ndarray:
-        """Force of one of the actuators that walking adds (n,)."""
+        """Force of one of the actuators that walking adds [N·m], of a pad [N] (n,)."""
         return self.force(self.built.index.walking[name])
 
     @functools.cached_property
     def shank(self) -> np.ndarray:
+        """Angle of the shank, knee ahead of the ankle positive [rad] (n,)."""
         return self.joint(JOINTS[2])
 
     @functools.cached_property
     def pitch(self) -> np.ndarray:
+        """Pitch of the sole, toe up positive [rad] (n,): ankle less shank."""
         return self.rows["qpos"][:, self.built.index.ankle_qpos] - self.shank
 
     @functools.cached_property
     def ankle_height(self) -> np.ndarray:
+        """Height of the ankle above the floor [m] (n,)."""
         z = self.joint(JOINTS[1])
         return z if self.built.contact is None else z + self.joint(SINK)
 
     def sole(self, pitch: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """(ahead of the ankle, above it) of the sole's points."""
+        """Distances of the sole's points ahead of the ankle and above it [m] (n,), at pitches [rad] (n,)."""
         places = [self.foot.points[name] for name in POINTS]
         return dict(zip(POINTS, turned_all(places, pitch), strict=True))
 
     @functools.cached_property
     def points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """The sole's points as `sole` gives them, at the simulated pitch."""
         return self.sole(self.pitch)
 
     @functools.cached_property
     def recorded_points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """The same at the recorded ankle angle."""
         return self.sole(self.instants(self.walk.ankle) - self.shank)
 
     @functools.cached_property
     def pads(self) -> np.ndarray:
-        """Forces of the pads (n, n_point)."""
+        """Forces of the pads [N] (n, n_point)."""
         return np.stack([self.moment(name) for name in PADS], axis=1)
 
     @functools.cached_property
     def ahead(self) -> np.ndarray:
-        """Of the ankle: the sole's points (n, n_point)."""
+        """Distance of the sole's points ahead of the ankle [m] (n, n_point)."""
         return np.stack([self.points[name][0] for name in POINTS], axis=1)
 
     @functools.cached_property
     def recorded_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Forward and upward force over body weight, and where it acts ahead of the ankle."""
+        """Recorded force over body weight, forward and upward [-]; its place ahead of the ankle [m] (n,)."""
         forward, upward, place = self.walk.cycle.ground(self.instants(self.walk.phase))
         return forward, upward, place
 
     @functools.cached_property
     def weight(self) -> float:
+        """Body weight [N]."""
         return self.built.body_mass * GRAVITY
 
     @functools.cached_property
     def biological(self) -> np.ndarray:
+        """Moment of the patient's own muscles, dorsiflexion positive [N·m] (n,)."""
         return self.moment(ACTIVE) + self.moment(STIFFNESS) + self.moment(SPASTIC)
 
     @functools.cached_property
     def ground_moment(self) -> np.ndarray:
+        """Moment of the ground about the ankle, dorsiflexion positive [N·m] (n,)."""
         moment = self.moment(GROUND)
         if self.built.contact is None:
             return moment

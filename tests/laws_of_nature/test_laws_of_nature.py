@@ -126,7 +126,8 @@ def test_hung_mass_rests_at_the_closed_form(gauge: float) -> None:
         data.ctrl[1:3] = gauge, 1.0
         for _ in range(60_000):
             mujoco.mj_step(model, data)
-    assert data.act[2] == pytest.approx(gauge + AMBIENT_PRESSURE, rel=1e-9)
+    air = native.read_air(model, data.act, model.actuator("chamber_air").id)
+    assert air.absolute_pressure == pytest.approx(gauge + AMBIENT_PRESSURE, rel=1e-9)
     expected = closed_form_contraction(mass * 9.80665, gauge)
     assert data.qpos[0] / BRAID.nominal_length == pytest.approx(expected, abs=1e-7)
     assert -data.actuator_force[0] == pytest.approx(mass * 9.80665, rel=1e-6)
@@ -136,13 +137,14 @@ def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
     """(time, mass, absolute pressure) of a rigid 130 ml chamber filled from 4 bar."""
     model = hanging_mass(1.0, muscles=0, tube_volume=130e-6, wall_conductance=wall, timestep=timestep)
     model.opt.gravity[:] = 0.0
-    rows = []
+    rows, chamber = [], model.actuator("chamber_air").id
     with native.installed():
         data = charged(model, 0.0)
-        data.act[3:5] = 1.0
+        native.write_valve(model, data.act, model.actuator("valve_air_inlet").id, armature=1.0, opening=1.0)
         data.ctrl[1:3] = 4e5, 1.0
         for _ in range(round(duration / timestep)):
-            rows.append((data.time, data.act[0], data.act[2]))
+            air = native.read_air(model, data.act, chamber)
+            rows.append((data.time, float(air.mass), float(air.absolute_pressure)))
             mujoco.mj_step(model, data)
     return np.array(rows)
 

@@ -1,4 +1,4 @@
-"""What a person says about their files, where the files do not say it."""
+"""Choices of a person where the files themselves do not decide."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 
 @dataclass(frozen=True)
 class Choices:
-    """How to understand a trial; SI. What is None is found in the files, or refused."""
+    """Choices for reading a trial; SI. A choice of None is found in the files, or refused."""
 
     side: str = "right"
     mass: float | None = None  # of the body [kg]

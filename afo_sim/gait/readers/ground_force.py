@@ -1,4 +1,4 @@
-"""The ground's force on one foot: contacts found on the plates, told apart, put together."""
+"""The ground's force on one foot: contacts found on the plates, assigned to feet, put together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the s
 
 
 @dataclass(frozen=True)
-class Contact:
+class PlateContact:
     """A foot on a plate."""
 
     plate: str
@@ -37,13 +37,13 @@ class GroundForce:
     force_x: np.ndarray  # forward [N]
     force_z: np.ndarray  # upward [N]
     moment: np.ndarray  # centre of pressure on the floor (z = 0) times upward force [N·m]
-    contacts: tuple[Contact, ...]  # own, in order
+    contacts: tuple[PlateContact, ...]  # own, in order
     plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
-    foreign: tuple[Contact, ...] = ()
+    foreign: tuple[PlateContact, ...] = ()
     remarks: tuple[str, ...] = ()
 
 
-def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Contact]:
+def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
     """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s or longer."""
     above = force > EDGE
     edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
@@ -53,7 +53,7 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Conta
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
         if force[first:stop].max() > SURE and end - start >= SHORTEST:
-            found.append(Contact(plate, start, end, whole, own=True))
+            found.append(PlateContact(plate, start, end, whole, own=True))
     return found
 
 
@@ -104,7 +104,7 @@ def foot_force(plates: Sequence[Plate], motion: LegMotion, axes: Axes, choices: 
     if not contacts:
         _refuse_no_contact(chosen, foreign, choices)
     force_x, force_z, moment = np.sum(total, axis=0).T
-    told = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    plates_used = ", ".join(dict.fromkeys(c.plate for c in contacts))
     return GroundForce(
         time=grid,
         force_x=force_x,
@@ -113,7 +113,7 @@ def foot_force(plates: Sequence[Plate], motion: LegMotion, axes: Axes, choices: 
         contacts=tuple(sorted(contacts, key=lambda c: c.start)),
         plates=shown,
         foreign=tuple(foreign),
-        remarks=(f"{choices.side} foot on plate {told}", *remarks),
+        remarks=(f"{choices.side} foot on plate {plates_used}", *remarks),
     )
 
 
@@ -129,13 +129,13 @@ def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
 
 
 def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
-    """When the force passes the edge between samples k and k + 1."""
+    """Time at which the force passes the edge between samples k and k + 1 [s]."""
     share = (EDGE - force[k]) / (force[k + 1] - force[k])
     return float(time[k] + share * (time[k + 1] - time[k]))
 
 
 def _under_foot(
-    contact: Contact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
+    contact: PlateContact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
 ) -> bool:
     """Whether the centre of pressure stays where the leg's own foot is."""
     sure = (time > contact.start) & (time < contact.end) & (force > SURE)
@@ -147,7 +147,7 @@ def _under_foot(
     return bool(UNDER_FOOT[0] < low and high < UNDER_FOOT[1])
 
 
-def _with_tails(contact: Contact, time: np.ndarray, force: np.ndarray) -> slice:
+def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> slice:
     """The contact's samples, and those beside it while the force still falls to nothing."""
     first = int(np.searchsorted(time, contact.start))
     last = int(np.searchsorted(time, contact.end, side="right")) - 1
@@ -158,7 +158,7 @@ def _with_tails(contact: Contact, time: np.ndarray, force: np.ndarray) -> slice:
     return slice(first, last + 1)
 
 
-def _refuse_no_contact(plates: Sequence[Plate], foreign: Sequence[Contact], choices: Choices) -> None:
+def _refuse_no_contact(plates: Sequence[Plate], foreign: Sequence[PlateContact], choices: Choices) -> None:
     names = ", ".join(plate.name for plate in plates)
     if not foreign:
         raise InputError(f"no foot stands on a plate ({names})", allowed=f"an upward force above {SURE:g} N")

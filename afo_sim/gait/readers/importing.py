@@ -16,8 +16,8 @@ from afo_sim.gait.readers.ground_force import GroundForce, foot_force
 from afo_sim.gait.readers.leg_motion import LegMotion
 from afo_sim.gait.readers.opensim_table import OpenSimTable
 from afo_sim.gait.readers.signals import evenly, fill_gaps
-from afo_sim.gait.readers.strides import Stride, find_strides
-from afo_sim.gait.readers.trial import Trial, read_trial
+from afo_sim.gait.readers.strides import RecordedStride, find_strides
+from afo_sim.gait.readers.trial import WalkingTrial, read_trial
 
 STANDING = 0.15  # speed that is no walking [m/s]
 HEIGHTS = RANGES["ankle_height_m"]  # that an ankle can have above the floor [m]
@@ -29,14 +29,14 @@ class Imported:
     """A gait cycle with what it was cut from."""
 
     cycle: GaitCycle
-    strides: tuple[Stride, ...]  # all that were found
+    strides: tuple[RecordedStride, ...]  # all that were found
     chosen: int  # which of them the cycle is
     motion: LegMotion
     ground: GroundForce
     remarks: tuple[str, ...]
 
     def findings(self) -> list[tuple[str, str]]:
-        """What was understood of the trial and of the stride, in words and numbers: (what, finding)."""
+        """Findings on the trial and the stride, in words and numbers: (subject, finding)."""
         found = [("understood", remark) for remark in self.remarks]
         for number, stride in enumerate(self.strides, start=1):
             taken = ", taken" if number - 1 == self.chosen else ""
@@ -65,7 +65,7 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     return cut_cycle(read_trial([pathlib.Path(file) for file in files]), choices)
 
 
-def cut_cycle(trial: Trial, choices: Choices) -> Imported:
+def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     """Find the strides of a trial, and bring one of them to gait phase; errors as `import_gait`."""
     if choices.mass is None:
         raise InputError("the body mass is not in the files", field="mass", allowed='for example "72 kg"')
@@ -74,12 +74,12 @@ def cut_cycle(trial: Trial, choices: Choices) -> Imported:
     strides = find_strides(ground, motion)
     chosen = (choices.stride or 1) - 1
     if chosen >= len(strides):
-        told = ", ".join(f"{k}: {s.start:.2f} to {s.end:.2f} s" for k, s in enumerate(strides, start=1))
-        raise InputError("there is no such stride", field="stride", value=choices.stride, allowed=told)
-    zero, shift, said = _calibration(motion, strides, choices)
+        times = ", ".join(f"{k}: {s.start:.2f} to {s.end:.2f} s" for k, s in enumerate(strides, start=1))
+        raise InputError("there is no such stride", field="stride", value=choices.stride, allowed=times)
+    zero, shift, more = _calibration(motion, strides, choices)
     cycle = _cycle(trial, motion, ground, strides[chosen], zero, shift, choices)
     _require_walk(cycle, axes)
-    remarks = (*motion.remarks, f"forward {axes.forward}, up {axes.up}", *ground.remarks, *said)
+    remarks = (*motion.remarks, f"forward {axes.forward}, up {axes.up}", *ground.remarks, *more)
     examine(cycle, ", ".join(file.name for file in trial.files))
     return Imported(cycle, tuple(strides), chosen, motion, ground, remarks)
 
@@ -108,9 +108,9 @@ def _require_walk(cycle: GaitCycle, axes: Axes) -> None:
 
 
 def _calibration(
-    motion: LegMotion, strides: Sequence[Stride], choices: Choices
+    motion: LegMotion, strides: Sequence[RecordedStride], choices: Choices
 ) -> tuple[float, float, list[str]]:
-    """What the flat foot of all strides tells: the ankle's zero [rad], the floor's shift [m], remarks."""
+    """Calibration by the flat foot of all strides: the ankle's zero [rad], the floor's shift [m], remarks."""
     flat = np.zeros(len(motion.time), dtype=bool)
     for stride in strides:
         start, end = stride.window(FLAT)
@@ -118,21 +118,21 @@ def _calibration(
     pitch = (motion.ankle_angle - motion.shank_angle)[flat]
     zero = 0.0 if choices.keep_zero else float(pitch.mean())
     shift = 0.0 if choices.ankle_height is None else choices.ankle_height - float(motion.ankle_z[flat].mean())
-    said = []
+    more = []
     if choices.keep_zero:
-        said.append(f"ankle's zero kept; the foot's pitch where flat is {np.degrees(pitch.mean()):+.1f} deg")
+        more.append(f"ankle's zero kept; the foot's pitch where flat is {np.degrees(pitch.mean()):+.1f} deg")
     else:
-        said.append(f"ankle's zero moved by {np.degrees(-zero):+.1f} deg, so that the flat foot is level")
+        more.append(f"ankle's zero moved by {np.degrees(-zero):+.1f} deg, so that the flat foot is level")
     if choices.ankle_height is not None:
-        said.append(f"ankle's height moved by {1e3 * shift:+.0f} mm")
-    return zero, shift, said
+        more.append(f"ankle's height moved by {1e3 * shift:+.0f} mm")
+    return zero, shift, more
 
 
 def _cycle(
-    trial: Trial,
+    trial: WalkingTrial,
     motion: LegMotion,
     ground: GroundForce,
-    stride: Stride,
+    stride: RecordedStride,
     zero: float,
     shift: float,
     choices: Choices,
@@ -155,10 +155,10 @@ def _cycle(
     if trial.moments is None:
         # what balances the ground, the foot massless; in swing nothing
         ankle_moment = -np.where(pressed, moment - x * force_z + z * force_x, 0.0) / mass
-        told = "derived from ground force and centre of pressure, the foot taken as massless"
+        moment_source = "derived from ground force and centre of pressure, the foot taken as massless"
     else:
         ankle_moment = np.interp(time, *_moment(trial.moments, choices)) / mass
-        told = f"as in {trial.moments.file.name}"
+        moment_source = f"as in {trial.moments.file.name}"
     return GaitCycle(
         source=choices.source or ", ".join(file.name for file in trial.files),
         licence=choices.licence,
@@ -177,7 +177,7 @@ def _cycle(
         grf_z=force_z / (mass * GRAVITY),
         cop_x=cop,
         ankle_moment=ankle_moment,
-        notes=_notes(stride, choices, told),
+        notes=_notes(stride, choices, moment_source),
     )
 
 
@@ -196,7 +196,7 @@ def _moment(table: OpenSimTable, choices: Choices) -> tuple[np.ndarray, np.ndarr
     return evenly(table.time, values)
 
 
-def _notes(stride: Stride, choices: Choices, moment: str) -> dict[str, str]:
+def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, str]:
     cutoff = f"low-pass at {choices.cutoff:g} Hz" if choices.cutoff else "not filtered"
     second = "ground force" if stride.by == "force" else "the leg's posture"
     return {

@@ -50,7 +50,7 @@ def from_markers(markers: Markers, axes: Axes, choices: Choices) -> LegMotion:
     thigh = _lean(points["hip"] - points["knee"])
     foot = points["toe"] - points["heel"]
     pitch = np.unwrap(np.arctan2(foot[:, 1], foot[:, 0]))
-    told = ", ".join(f"{role} {' and '.join(chosen)}" for role, chosen in names.items())
+    chosen_markers = ", ".join(f"{role} {' and '.join(chosen)}" for role, chosen in names.items())
     return LegMotion(
         time=time,
         shank_angle=shank,
@@ -59,7 +59,7 @@ def from_markers(markers: Markers, axes: Axes, choices: Choices) -> LegMotion:
         ankle_x=points["ankle"][:, 0],
         ankle_z=points["ankle"][:, 1],
         hidden=tuple(hidden),
-        remarks=(f"markers: {told}",),
+        remarks=(f"markers: {chosen_markers}",),
     )
 
 
@@ -73,7 +73,7 @@ def from_joint_angles(
     """The sagittal chain pelvis–hip–knee–ankle of an inverse-kinematics file.
 
     Signs are OpenSim's: pelvis tilt backward positive, hip flexion and dorsiflexion positive; the knee's
-    is told from its swing. What turns the leg out of the sagittal plane is left out.
+    is found from its swing. Rotation of the leg out of the sagittal plane is left out.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _filtered(table: OpenSimTable, name: str, cutoff: float) -> np.ndarray:
 
 
 def _joint_angles(table: OpenSimTable, choices: Choices) -> tuple[list[np.ndarray], list[str]]:
-    """Tilt, hip, knee (flexion positive) and ankle in rad, and what was said of them."""
+    """Tilt, hip, knee (flexion positive) and ankle in rad, and remarks."""
     names = [ANGLES[0], *(f"{name}_{choices.letter}" for name in ANGLES[1:])]
     for name in names:
         if name not in table.columns:

@@ -27,6 +27,13 @@ class Plate:
 def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, place: np.ndarray) -> Plate:
     """A plate whose numbers are examined; a place without a number is 0 while hardly anything presses.
 
+    Parameters
+    ----------
+    file, name : of the plate, for messages
+    time : [s] (n,)
+    force : ground on foot, in the laboratory's axes [N] (n, 3)
+    place : centre of pressure [m] (n, 3)
+
     Raises
     ------
     InputError

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.ground_force import Contact, GroundForce
+from afo_sim.gait.readers.ground_force import GroundForce, PlateContact
 from afo_sim.gait.readers.leg_motion import LegMotion
 from afo_sim.gait.readers.signals import low_pass
 
@@ -16,13 +16,13 @@ STRANGER = 0.5  # largest distance of two postures that are taken for the same [
 
 
 @dataclass(frozen=True)
-class Stride:
+class RecordedStride:
     """Heel strike to heel strike [s]."""
 
     start: float
     end: float
     toe_off: float
-    by: str  # what told the second heel strike: "force" or "posture"
+    by: str  # evidence of the second heel strike: "force" or "posture"
 
     @property
     def time(self) -> float:
@@ -34,7 +34,7 @@ class Stride:
         return self.start + share[0] * self.time, self.start + share[1] * self.time
 
 
-def find_strides(ground: GroundForce, motion: LegMotion) -> list[Stride]:
+def find_strides(ground: GroundForce, motion: LegMotion) -> list[RecordedStride]:
     """Strides that begin with a contact seen as a whole.
 
     A stride ends with the next contact of the foot. Where no plate lies there, it ends when the leg's
@@ -48,32 +48,32 @@ def find_strides(ground: GroundForce, motion: LegMotion) -> list[Stride]:
     contacts = _merged(ground.contacts)
     found, why = [], []
     for k, contact in enumerate(contacts):
-        told = f"contact {contact.start:.2f} to {contact.end:.2f} s: "
+        place = f"contact {contact.start:.2f} to {contact.end:.2f} s: "
         if contact.end - contact.start > STRIDE[1]:
-            why.append(told + "too long for a step; both feet on one plate, or wrong axes?")
+            why.append(place + "too long for a step; both feet on one plate, or wrong axes?")
             continue
         if not contact.whole:
-            why.append(told + "its beginning or end is not on the recording")
+            why.append(place + "its beginning or end is not on the recording")
             continue
         if not motion.time[0] <= contact.start <= motion.time[-1]:
-            why.append(told + f"the motion is known from {motion.time[0]:.2f} to {motion.time[-1]:.2f} s")
+            why.append(place + f"the motion is known from {motion.time[0]:.2f} to {motion.time[-1]:.2f} s")
             continue
         end, by = _next_strike(contact, contacts[k + 1 :], motion)
         if end is None:
-            why.append(told + "the motion ends before the next heel strike")
+            why.append(place + "the motion ends before the next heel strike")
             continue
         gaps = [name for name, a, b in motion.hidden if a < end and b > contact.start]
         if gaps:
-            why.append(told + f"marker {gaps[0]} is missing for too long")
+            why.append(place + f"marker {gaps[0]} is missing for too long")
             continue
-        found.append(Stride(contact.start, end, contact.end, by))
+        found.append(RecordedStride(contact.start, end, contact.end, by))
     if not found:
         raise InputError("no whole stride was found: " + "; ".join(why[:6]))
     return found
 
 
 def posture_return(motion: LegMotion, start: float) -> float | None:
-    """When the leg's posture first comes back to what it was at a time [s]; None if the motion ends before.
+    """First time after `start` at which the leg's posture returns [s]; None if the motion ends before.
 
     Posture is shank, knee and ankle angle and a tenth of a second of their velocities; the return is the
     nearest approach, to a part of a sample, of the first cycle.
@@ -98,7 +98,9 @@ def posture_return(motion: LegMotion, start: float) -> float | None:
     return float(motion.time[k] + shift * (motion.time[1] - motion.time[0]))
 
 
-def _next_strike(contact: Contact, later: list[Contact], motion: LegMotion) -> tuple[float | None, str]:
+def _next_strike(
+    contact: PlateContact, later: list[PlateContact], motion: LegMotion
+) -> tuple[float | None, str]:
     """The next heel strike: a contact's beginning where posture agrees, or else posture's own."""
     returned = posture_return(motion, contact.start)
     if returned is None:
@@ -109,14 +111,14 @@ def _next_strike(contact: Contact, later: list[Contact], motion: LegMotion) -> t
     return returned, "posture"
 
 
-def _merged(contacts: tuple[Contact, ...]) -> list[Contact]:
+def _merged(contacts: tuple[PlateContact, ...]) -> list[PlateContact]:
     """Contacts of one step that lay on two plates as one."""
-    merged: list[Contact] = []
+    merged: list[PlateContact] = []
     for contact in contacts:
         if merged and contact.start < merged[-1].end:
             last = merged.pop()
             whole = last.whole and contact.whole
-            merged.append(Contact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
+            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
         else:
             merged.append(contact)
     return merged

@@ -1,4 +1,4 @@
-"""The files of one walking trial, told apart by what they hold."""
+"""The files of one walking trial, recognised by their columns."""
 
 import pathlib
 from collections.abc import Sequence
@@ -16,8 +16,8 @@ SUFFIXES = ".mot, .sto, .trc, .c3d"
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
-    """What the files of a trial hold."""
+class WalkingTrial:
+    """Tables in the files of one walking trial."""
 
     files: tuple[pathlib.Path, ...]
     plates: tuple[Plate, ...]
@@ -44,7 +44,7 @@ class Trial:
         return from_markers(self.markers, axes, choices), axes
 
 
-def read_trial(files: Sequence[pathlib.Path]) -> Trial:
+def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     """Read the files of one trial, in any order.
 
     Parameters
@@ -92,11 +92,11 @@ def read_trial(files: Sequence[pathlib.Path]) -> Trial:
             file=_names(files),
             allowed="columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates",
         )
-    return Trial(files=tuple(files), plates=tuple(plates), **found)  # type: ignore[arg-type]
+    return WalkingTrial(files=tuple(files), plates=tuple(plates), **found)  # type: ignore[arg-type]
 
 
 def _kind(table: OpenSimTable) -> str:
-    """Which of a trial's tables this is, by its columns."""
+    """Name of a trial's table, by its columns."""
     names = list(table.columns)
     if plates_of(table):
         return "plates"

@@ -87,7 +87,7 @@ def test_markers_alone_are_enough_in_any_axes(
 ) -> None:
     from afo_sim.gait.readers.markers import Markers
     from afo_sim.gait.readers.plates import Plate
-    from afo_sim.gait.readers.trial import Trial
+    from afo_sim.gait.readers.trial import WalkingTrial
 
     file = write_trc(tmp_path / "walk.trc", walk, SLOW, forward=forward, up=up)
     read = read_trc(file)
@@ -101,7 +101,7 @@ def test_markers_alone_are_enough_in_any_axes(
         place[:, "xyz".index(axis[-1])] = sign * at
     from afo_sim.gait.readers.importing import cut_cycle
 
-    done = cut_cycle(Trial((file,), (Plate("1", FAST, force, place),), markers=read), PLAIN)
+    done = cut_cycle(WalkingTrial((file,), (Plate("1", FAST, force, place),), markers=read), PLAIN)
     assert f"forward {forward}, up {up}" in done.remarks
     assert_recovered(done, walk)
 

@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 
 from afo_sim.bench import measures as stand_measures
 from afo_sim.bench import trial as stand
-from afo_sim.bench.plan import Laboratory, Plan, plan_isobaric, plan_release
-from afo_sim.bench.rest import force_at, lock, slack
+from afo_sim.bench.plan import Laboratory, StandPlan, plan_isobaric, plan_release
+from afo_sim.bench.rest import force_at, slack
 from afo_sim.bench.rig import roll
 from afo_sim.bench.static_load import static_load
 from afo_sim.bench.trial import Trial
@@ -138,7 +138,7 @@ def test_rate_independent_loops_close_and_do_not_know_the_speed(
         assert fast.metrics[0][name].value == pytest.approx(trial.metrics[0][name].value, rel=0.01)
 
 
-class Path(Plan):
+class Path(StandPlan):
     """A plan whose length follows straight lines between turning points."""
 
     TURNS = (0.0, 1.0, 0.4, 0.7, 0.4, 1.0)
@@ -337,7 +337,7 @@ def test_range_is_of_this_muscle() -> None:
     muscle = load("muscle", "dmsp_20")
     assert force_at(muscle, slack(muscle, 3e5) + 1e-6, 3e5) == 0.0
     assert force_at(muscle, slack(muscle, 3e5) - 1e-3, 3e5) > 0.0
-    assert lock(muscle) == pytest.approx(1.0 - 1.0 / math.cos(muscle.braid_angle))
+    assert muscle.braid.lock == pytest.approx(1.0 - 1.0 / math.cos(muscle.braid_angle))
 
 
 def test_command_writes_all_three_characteristics(

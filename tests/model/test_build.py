@@ -9,7 +9,8 @@ import pytest
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
-from afo_sim.model.mounting import lock_contraction, sweep_ankle
+from afo_sim.model.mounting import sweep_ankle
+from afo_sim.physics.law import Braid
 
 FORWARD = "orthosis.muscle.dorsiflexor"
 BACK = "orthosis.muscle.plantarflexor"
@@ -98,7 +99,7 @@ def test_muscle_too_short_for_its_arm_is_said() -> None:
 
 
 def test_lock_is_where_the_ideal_braid_encloses_nothing() -> None:
-    assert lock_contraction(np.radians(22.0)) == pytest.approx(-0.0785, abs=1e-4)
+    assert Braid(0.2, 0.01, np.radians(22.0)).lock == pytest.approx(-0.0785, abs=1e-4)
 
 
 def test_too_fast_air_is_refused_with_the_step_that_would_do() -> None:

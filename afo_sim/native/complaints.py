@@ -1,0 +1,11 @@
+"""Complaints of the callbacks; the text that MuJoCo reports is "<complaint> <actuator id>"."""
+
+COMPLAINTS = (
+    "the force is not a number in actuator",
+    "the absolute pressure is not positive in actuator",
+    "the volume is not positive in actuator",
+    "the air mass is not positive in actuator",
+    "the supply's absolute pressure is not positive in actuator",
+)
+NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY = range(len(COMPLAINTS))
+FINE = -1

@@ -1,0 +1,214 @@
+"""Criteria on samples: limits with units, held against the samples of a window, and the result in words."""
+
+import dataclasses
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import in_unit, parse_quantity
+from afo_sim.metrics.ankle import rise_time
+
+GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s
+SAMPLE_CHECKS = ("between", "above", "below", "settles_to")  # the others look at one number of the window
+MOMENTS: dict[str, Callable[[np.ndarray], Any]] = {
+    "peak_between": np.argmax,
+    "trough_between": np.argmin,
+    "final_between": lambda values: len(values) - 1,
+}
+TOTALS: dict[str, Callable[["Signal"], Any]] = {
+    "range_between": lambda signal: np.ptp(signal.values),
+    "integral_between": lambda signal: np.sum(signal.values * signal.steps),
+    "rise_time_below": lambda signal: rise_time(signal.time, signal.values),
+}
+CHECKS = (*SAMPLE_CHECKS, *MOMENTS, *TOTALS)
+
+
+@dataclass(frozen=True)
+class Result:
+    """The result of a check; true when all is well.
+
+    `value` is the worst sample (when `ok`, the one closest to a limit) and `limit` the limit it is
+    compared with, both in the column's SI unit, or in the metric's; `time` [s] is NaN for a metric.
+    """
+
+    ok: bool
+    message: str
+    column: str
+    time: float
+    value: float
+    limit: float
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def verify(self) -> None:
+        """Raise AssertionError with the message unless all is well."""
+        if not self.ok:
+            raise AssertionError(self.message)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A limit: its number, and the text and unit in which the person wrote it."""
+
+    value: float  # in the SI unit
+    text: str = ""
+    unit: str = ""  # as the person wrote it
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A check by name, with its limits in SI and in words."""
+
+    kind: str
+    unit: str  # SI, of what is compared
+    low: Bound
+    high: Bound
+    words: str
+    by: float = -math.inf  # [s], samples before it are let be
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples to be judged [SI], and their times [s] (n,)."""
+
+    name: str
+    start: float  # [s], from which the person's times count
+    time: np.ndarray
+    values: np.ndarray
+    steps: np.ndarray  # how long each sample lasts [s]
+
+
+def judge(criterion: Criterion, signals: list[Signal], window: str) -> Result:
+    """The worst result of one criterion over the cycles, and how many fail.
+
+    Parameters
+    ----------
+    criterion : limits and the number that they hold for
+    signals : one for each cycle
+    window : the window of the samples in words, "" for all
+    """
+    found = [_judge_one(criterion, signal, f"({criterion.words}{window})") for signal in signals]
+    _, worst = max(found, key=lambda pair: pair[0])
+    failures = sum(not result.ok for _, result in found)
+    tail = f"; {failures} of {len(found)} cycles fail" if failures and len(found) > 1 else ""
+    return dataclasses.replace(worst, message=worst.message + tail)
+
+
+def _judge_one(criterion: Criterion, signal: Signal, words: str) -> tuple[float, Result]:
+    """Distance of the worst sample outside the limits [SI], negative inside, and the result."""
+    odd = ~np.isfinite(signal.values)
+    if odd.any():
+        value, at = float(signal.values[odd][0]), float(signal.time[odd][0])
+        message = f"{signal.name}: {value}{_at(at)} is not a finite number {words}{_count(odd, signal.time)}"
+        return math.inf, Result(False, message, signal.name, at, value, math.nan)
+    times, values = _measure(criterion, signal)
+    over, under = values - criterion.high.value, criterion.low.value - values
+    worst = int(np.argmax(np.maximum(over, under)))
+    at, value = float(times[worst]), float(values[worst])
+    plain = criterion.kind in SAMPLE_CHECKS
+    noun = "" if plain else re.sub("_between|_below", "", criterion.kind).replace("_", " ")
+    place = f" from {signal.time[0]:.6g} s to {at:.6g} s" if criterion.kind in TOTALS else _at(at)
+    if math.isnan(value):
+        message = f"{signal.name}: there is no {noun}{place} {words}"
+        return math.inf, Result(False, message, signal.name, at, value, criterion.high.value)
+    limit = criterion.high if over[worst] >= under[worst] else criterion.low
+    excess = float(max(over[worst], under[worst]))
+    zero, one = (in_unit(x, criterion.unit, limit.unit) for x in (0.0, 1.0))
+    seen = _written(in_unit(value, criterion.unit, limit.unit), limit.unit)
+    away = _written(abs(excess) * (one - zero), limit.unit)
+    side = "above" if value >= limit.value else "below"
+    message = f"{signal.name}: {f'{noun} of ' if noun else ''}{seen}{place} is {away} {side} the limit of "
+    message += f"{limit.text} {words}"
+    if excess > 0.0:
+        message += _count(np.maximum(over, under) > 0.0, times)
+    return excess, Result(excess <= 0.0, message, signal.name, at, value, limit.value)
+
+
+def _measure(criterion: Criterion, signal: Signal) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values that are compared with the limits."""
+    if criterion.kind in MOMENTS:
+        k = [int(MOMENTS[criterion.kind](signal.values))]
+        return signal.time[k], signal.values[k]
+    if criterion.kind in TOTALS:
+        return signal.time[-1:], np.array([TOTALS[criterion.kind](signal)], dtype=float)
+    late = ~(signal.time - signal.start < criterion.by - GRACE)  # a metric has no time
+    if not late.any():
+        raise InputError("no sample of the window is that late", field=criterion.kind, value=criterion.words)
+    return signal.time[late], signal.values[late]
+
+
+def read_criterion(kind: str, limits: Any, unit: str) -> Criterion:
+    """A criterion by name, with limits written as in a checks file and read in `unit`."""
+    if kind == "settles_to":
+        if not isinstance(limits, dict) or set(limits) != {"value", "within", "by"}:
+            raise InputError("is not a settling", field=kind, value=limits, allowed="value, within and by")
+        value, within = _limit(limits["value"], unit, kind), _limit(limits["within"], unit, kind, True)
+        if within.value < 0.0:
+            raise InputError("is negative", field=kind, value=within.text, allowed="within at least 0")
+        low, high = (
+            Bound(x, _written(in_unit(x, unit, value.unit), value.unit), value.unit)
+            for x in (value.value - within.value, value.value + within.value)
+        )
+        words = f"settles to {value.text} within {within.text} by {limits['by']}"
+        return Criterion(kind, unit, low, high, words, seconds(limits["by"], kind))
+    words, difference = kind.replace("_", " "), kind == "range_between"
+    if not kind.endswith("between"):
+        limit = _limit(limits, unit, kind)
+        low = limit if kind == "above" else Bound(-math.inf)
+        high = limit if kind != "above" else Bound(math.inf)
+        return Criterion(kind, unit, low, high, f"{words} {limit.text}")
+    if not isinstance(limits, list) or len(limits) != 2:
+        raise InputError("is not a range", field=kind, value=limits, allowed="a lower and an upper limit")
+    low, high = (_limit(limit, unit, kind, difference) for limit in limits)
+    if low.value > high.value:
+        raise InputError("is an empty range", field=kind, value=limits, allowed="the lower limit first")
+    return Criterion(kind, unit, low, high, f"{words} {low.text} and {high.text}")
+
+
+def _limit(text: object, unit: str, field: str, difference: bool = False) -> Bound:
+    """A limit in words and in `unit`; that of a `difference` has no unit with an offset, such as degC."""
+    try:
+        value = parse_quantity(text, unit)
+    except ValueError as error:
+        allowed = f'a text with a unit that converts to "{unit}"' if unit else "a number, without a unit"
+        raise InputError(str(error), field=field, value=text, allowed=allowed) from None
+    written = re.sub(r"^\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*", "", str(text)).strip() if unit else ""
+    if difference and unit and parse_quantity(f"0 {written}", unit) != 0.0:
+        raise InputError("is not a difference", field=field, value=text, allowed=f'a unit such as "{unit}"')
+    return Bound(value, str(text).strip(), written)
+
+
+def seconds(text: object, field: str) -> float:
+    """A time in words, such as "1 s" [s]."""
+    return _limit(text, "s", field).value
+
+
+def times_seconds(unit: str, power: int) -> str:
+    """The unit times seconds to a power: of "kg/s" and 1, "kg"."""
+    base, per, exponent = re.fullmatch(r"(.*?)(?:(/s)(?:\^(\d))?)?", unit).groups()  # type: ignore[union-attr]
+    power -= int(exponent or 1) if per else 0
+    if power > 0:
+        return f"{base}*s" if base else "s"
+    if power == 0:
+        return base
+    return (f"{base}/s" + (f"^{-power}" if power < -1 else "")) if base else f"s^{power}"
+
+
+def _written(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".strip()
+
+
+def _at(time: float) -> str:
+    return "" if math.isnan(time) else f" at {time:.6g} s"
+
+
+def _count(bad: np.ndarray, time: np.ndarray) -> str:
+    if len(bad) == 1:
+        return ""
+    return f"; {int(bad.sum())} of {len(bad)} samples fail, the first{_at(float(time[bad][0]))}"
