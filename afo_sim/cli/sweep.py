@@ -25,7 +25,7 @@ from afo_sim.cli.overwriting import check_folder
 from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.study.runner import Estimate, Progress
+    from afo_sim.study.runner import SweepProgress, Workload
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 CHANGED = ("refuse", "restart", "continue")
@@ -78,7 +78,7 @@ def sweep(
         store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or pool.processors()
         expected = runner.estimate(store, workers or (1 if scheduler else threads), which)
-        print(_told(expected, scheduler))
+        print(_workload_text(expected, scheduler))
         if dry_run:
             return
         begun = time.monotonic()
@@ -164,8 +164,8 @@ def replay(
         print(f"case {case}: {again.status} in the sweep, now {again.recording.status}: {target}")
         print("afo-sim: another processor, other code or other libraries", file=sys.stderr)
         sys.exit(1)
-    told = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
-    print(f"case {case}: {told}: {target}")
+    verdict = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
+    print(f"case {case}: {verdict}: {target}")
 
 
 @contextmanager
@@ -185,7 +185,7 @@ def _part(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _told(expected: "Estimate", scheduler: str) -> str:
+def _workload_text(expected: "Workload", scheduler: str) -> str:
     done = f", {expected.done} of them done" if expected.done else ""
     dropped = f" ({expected.dropped} outside the constraints)" if expected.dropped else ""
     time = "" if expected.done == expected.cases else f"; about {duration(expected.seconds)}"
@@ -193,23 +193,23 @@ def _told(expected: "Estimate", scheduler: str) -> str:
     return f"{expected.cases} cases{dropped}{done}{time}; about {expected.bytes / 1e6:.3g} MB of results"
 
 
-def reporter(show: Callable[..., None]) -> Callable[["Progress"], None]:
+def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
     """Rate, failures and time left: on the terminal, or now and then as a line of a log."""
-    begun = said = time.monotonic()
+    begun = printed = time.monotonic()
 
-    def report(state: "Progress") -> None:
-        nonlocal said
+    def report(state: "SweepProgress") -> None:
+        nonlocal printed
         now = time.monotonic()
         line = _line(state, now - begun)
         show(state.done, state.cases, line)
-        if now - said >= LINE_EVERY and not sys.stderr.isatty():
+        if now - printed >= LINE_EVERY and not sys.stderr.isatty():
             print(line, file=sys.stderr, flush=True)
-            said = now
+            printed = now
 
     return report
 
 
-def _line(state: "Progress", seconds: float) -> str:
+def _line(state: "SweepProgress", seconds: float) -> str:
     failed = f", {state.failed} failed" if state.failed else ""
     rate = state.new / max(seconds, 1e-9)
     left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""

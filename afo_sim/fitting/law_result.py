@@ -96,7 +96,7 @@ def fit(
     test: Any = (),
     free: Sequence[str] = (),
     fixed: Mapping[str, Any] | None = None,
-    told: Mapping[str, Any] | None = None,
+    facts: Mapping[str, Any] | None = None,
     loss: str = "linear",
     like: str = LIKE,
     report: Callable[[str], None] = lambda text: None,
@@ -112,7 +112,7 @@ def fit(
     test : further data that are predicted, not fitted
     free : parameters to fit beside those that the law usually is fitted by
     fixed : parameters to hold, for example {"braid_angle": "24 deg"}
-    told : what the data do not say of the muscle, for example {"bore": "20 mm"}
+    facts : what the data do not say of the muscle, for example {"bore": "20 mm"}
     loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers
     like : muscle to take from what the data do not tell
     report : called with what is being done
@@ -136,18 +136,18 @@ def fit(
     ...     "contraction [-]": contraction,
     ...     "force [N]": muscle.force(1e5 * pressure, contraction=contraction),
     ... }
-    >>> told = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
-    >>> fitted = fit(data, law="sarosi_2012", told=told, hold_out="none")
+    >>> facts = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
+    >>> fitted = fit(data, law="sarosi_2012", facts=facts, hold_out="none")
     >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
     >>> bool(abs(again - muscle.force("3.5 bar", contraction=0.1)) < 5.0)  # [N]
     True
     """
-    fixed, told = dict(fixed or {}), dict(told or {})
+    fixed, facts = dict(fixed or {}), dict(facts or {})
     _check(law, hold_out, loss, like, fixed)
     sources, tests = _several(data), _several(test)
     _require_different(sources, tests)
-    points, left_out = _read(sources, told)
-    unseen, _ = _read(tests, told)
+    points, left_out = _read(sources, facts)
+    unseen, _ = _read(tests, facts)
     found, skipped = [], {}
     for name in LAWS if law == "all" else [law]:
         report(f"fitting {name}")
@@ -222,25 +222,25 @@ def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
             raise InputError("is given twice: its points would count double", file=file)
 
 
-def _read(sources: Sequence[Any], told: Mapping[str, Any]) -> tuple[list[Measured], int]:
+def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:
     """The usable points of each data set, with what the caller tells of the muscle; how many are not."""
-    facts: dict[str, Any] = {}
-    for key, text in told.items():
+    values: dict[str, Any] = {}
+    for key, text in facts.items():
         unit = HEADER.get(key)
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
             raise InputError(
                 "is nothing that can be told",
-                field="told",
+                field="facts",
                 value=key,
                 allowed=", ".join(names),
                 nearest=nearest_name(key, names),
             )
-        facts[key] = _quantity(f"told.{key}", text, unit)
-    check_facts(None, facts, "told")
+        values[key] = _quantity(f"facts.{key}", text, unit)
+    check_facts(None, values, "facts")
     data, left_out = [], 0
     for source in sources:
-        measured = read_measured(source, facts)
+        measured = read_measured(source, values)
         usable, dropped = select(measured)
         if not len(usable):
             raise InputError("has no point with pressure, tension and contraction", file=measured.file)

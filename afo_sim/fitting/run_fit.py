@@ -20,9 +20,9 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.fitting.identifiability import Estimate, intervals, refused, rms, verdict
 from afo_sim.fitting.run_misfit import Errors, channel_errors, doubts
-from afo_sim.fitting.run_parameter import Parameter
+from afo_sim.fitting.run_parameter import RunParameter
 from afo_sim.fitting.run_problem import HELD_OUT, RunProblem, differences, pose, run_at
-from afo_sim.fitting.run_search import AT_BOUND, Progress, Search
+from afo_sim.fitting.run_search import AT_BOUND, Progress, RunSearch
 from afo_sim.simulation.recording import Recording
 
 
@@ -84,7 +84,7 @@ class FitRun:
         fitted: Scenario = load("scenario", self.problem.scenario, self.sets)
         return fitted.with_values(name=f"{fitted.name or 'scenario'}-fitted")
 
-    def belief(self, parameter: Parameter) -> str:
+    def belief(self, parameter: RunParameter) -> str:
         """A parameter's interval, or why it has none, in words."""
         ends = self.interval[parameter.name]
         if ends is None:
@@ -151,7 +151,7 @@ def fit_run(
 def solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
     """The fit of a posed problem, see `fit_run`."""
     before = run_at(problem, problem.starts)
-    search = Search(problem, report)
+    search = RunSearch(problem, report)
     every = np.ones(len(problem.log.time), dtype=bool)
     start = np.array([p.search(p.start or p.kind.typical) if p.keys else 0.0 for p in problem.parameters])
     if not len(start):
@@ -201,7 +201,7 @@ COUNTED = "independent errors (they hang together in time)"
 
 
 def _believe(
-    problem: RunProblem, search: Search, best: Any
+    problem: RunProblem, search: RunSearch, best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[str, ...], float, float]:
     """95 % intervals, correlations, what the log cannot tell, memory and size of the errors.
 

@@ -19,7 +19,7 @@ PARTS = {"fingerprint": dict, "scenario": dict, "metrics": dict, "seconds_per_ca
 
 
 @dataclass(frozen=True)
-class Kind:
+class FolderKind:
     """A kind of study.
 
     `name` is "sweep" or "search"; `manifest` the file that says what is studied, with at least `parts`;
@@ -42,19 +42,19 @@ class Kind:
         """
         path, allowed = folder / self.manifest, "--if-changed restart, which throws the folder's results away"
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            manifest = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise InputError(
                 f"there is no {self.name} here ({self.manifest} is missing)", file=folder
             ) from None
         except (OSError, ValueError) as error:
             raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
-        whole = isinstance(told, dict) and all(
-            isinstance(told.get(k), kind) for k, kind in self.parts.items()
+        whole = isinstance(manifest, dict) and all(
+            isinstance(manifest.get(k), kind) for k, kind in self.parts.items()
         )
         if not whole:
             raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
-        return dict(told)
+        return dict(manifest)
 
     def open(
         self,
@@ -81,17 +81,17 @@ class Kind:
         """
         check_writable(folder)
         now = known["fingerprint"]
-        told = self._continued(folder, now, changed)
-        if told is None:
+        manifest = self._continued(folder, now, changed)
+        if manifest is None:
             new = holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
-            told = dict(first())
+            manifest = dict(first())
             if not new:
                 self.clear(folder)
-        mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
-        if told | known | mixed != told:  # where the files of the scenario lie may have changed
-            told = told | known | mixed
-            write_json(folder / self.manifest, told)
-        return told
+        mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
+        if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
+            manifest = manifest | known | mixed
+            write_json(folder / self.manifest, manifest)
+        return manifest
 
     def _continued(
         self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
@@ -103,17 +103,17 @@ class Kind:
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
             raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder")
         try:
-            told = self.read(folder)
+            manifest = self.read(folder)
         except InputError:
             if changed == "restart":
                 return None
             raise
-        if told["fingerprint"] == now:
-            return told
+        if manifest["fingerprint"] == now:
+            return manifest
         if changed == "restart" or not self.holds_cases(folder):
             return None
-        self._check_change(folder, told["fingerprint"], now, changed)
-        return told
+        self._check_change(folder, manifest["fingerprint"], now, changed)
+        return manifest
 
     def _check_change(
         self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
@@ -173,10 +173,10 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
     old = before.get("versions")
     old = old if isinstance(old, dict) else {}
-    told = [
+    changes = [
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
-    return f" ({', '.join(told)})" if told else ""
+    return f" ({', '.join(changes)})" if changes else ""
 
 
 def write_text(path: pathlib.Path, text: str) -> None:
@@ -185,9 +185,9 @@ def write_text(path: pathlib.Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_json(path: pathlib.Path, told: Mapping[str, Any]) -> None:
+def write_json(path: pathlib.Path, data: Mapping[str, Any]) -> None:
     """Plain data, as `write_text`."""
-    write_text(path, json.dumps(told, indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
 
 
 def _version(package: str) -> str:

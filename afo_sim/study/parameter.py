@@ -156,7 +156,7 @@ class Parameter:
         """Whether its values are words."""
         return isinstance(self.spread, Choice) and isinstance(self.spread.values[0], str)
 
-    def told(self, value: float | str) -> Any:
+    def written(self, value: float | str) -> Any:
         """A value as `--set` takes it: text that reads as exactly this value, number, or word."""
         if isinstance(value, str):
             return self.files.get(value, value)

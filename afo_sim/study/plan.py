@@ -20,7 +20,7 @@ from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study.case_table import values_of
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter, Span
-from afo_sim.study.parameter_table import ParameterReader, Told, ToldParameter, is_free
+from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, is_free
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 DESIGNS = ("grid", "list", *RANDOM)
@@ -78,7 +78,7 @@ class Plan:
             key: repr(value) if isinstance(value, float) else value
             for key, value in asdict(parameter.spread).items()
         }
-        told = {
+        written = {
             "name": parameter.name,
             "keys": list(parameter.keys),
             "unit": parameter.unit,
@@ -88,10 +88,10 @@ class Plan:
             spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
         if isinstance(parameter.spread, Choice) and not parameter.words:
             spread["values"] = [repr(value) for value in spread["values"]]
-        return told | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
+        return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
 
 
-class _ToldSweep(Told):
+class SweepFile(StrictTable):
     """A sweep's file as it is written."""
 
     description: StrictStr = ""
@@ -105,7 +105,7 @@ class _ToldSweep(Told):
     constraints: tuple[StrictStr, ...] = ()
     file: StrictStr | None = None
     set: dict[str, Any] = Option(default_factory=dict)
-    parameters: dict[str, ToldParameter] = Option(min_length=1)
+    parameters: dict[str, ParameterTable] = Option(min_length=1)
 
     @field_validator("design")
     @classmethod
@@ -155,52 +155,52 @@ def read(path: str | os.PathLike[str]) -> Plan:
 def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
     """A sweep that stands in `file` as `table`; returns and raises as `read`."""
     try:
-        told = _ToldSweep.model_validate(table)
+        written = SweepFile.model_validate(table)
     except ValidationError as error:
         raise first_error(file, table, error) from None
-    _check_count(file, told)
-    scenario = _scenario_of(file, told.scenario)
-    sets = _flat(told.set)
+    _check_count(file, written)
+    scenario = _scenario_of(file, written.scenario)
+    sets = _flat(written.set)
     try:
         base = load("scenario", scenario, sets)
     except InputError as error:
         mine = error.field in sets or (error.file is None and error.field)
         field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
-    parameters = _parameters(file, told, base)
+    parameters = _parameters(file, written, base)
     check_keys(file, parameters, sets)
-    constraints = _constraints(file, told, parameters)
+    constraints = _constraints(file, written, parameters)
     return Plan(
         file=file,
-        description=told.description,
+        description=written.description,
         scenario=scenario,
-        design=told.design,
-        cases=told.cases,
-        seed=told.seed,
-        metrics=told.metrics,
-        keep=told.keep,
-        chunk=told.chunk,
+        design=written.design,
+        cases=written.cases,
+        seed=written.seed,
+        metrics=written.metrics,
+        keep=written.keep,
+        chunk=written.chunk,
         set=sets,
         parameters=parameters,
         constraints=constraints,
     )
 
 
-def _check_count(file: pathlib.Path, told: _ToldSweep) -> None:
+def _check_count(file: pathlib.Path, written: SweepFile) -> None:
     """The number of cases, and what else the design asks for or refuses."""
-    counted = told.design in RANDOM
-    if counted and told.cases is None:
-        raise InputError(f"is missing: the design {told.design!r} needs it", file=file, field="cases")
+    counted = written.design in RANDOM
+    if counted and written.cases is None:
+        raise InputError(f"is missing: the design {written.design!r} needs it", file=file, field="cases")
     for field, refused in (
-        ("cases", not counted and told.cases is not None),
-        ("file", told.design != "list" and told.file is not None),
-        ("constraints", told.design == "saltelli" and bool(told.constraints)),
+        ("cases", not counted and written.cases is not None),
+        ("file", written.design != "list" and written.file is not None),
+        ("constraints", written.design == "saltelli" and bool(written.constraints)),
     ):
         if refused:
-            problem = f"does not go with the design {told.design!r}"
+            problem = f"does not go with the design {written.design!r}"
             if field == "constraints":
                 problem += ": sensitivity indices need every case of it"
-            raise InputError(problem, file=file, field=field, value=getattr(told, field))
+            raise InputError(problem, file=file, field=field, value=getattr(written, field))
 
 
 def plan_of(
@@ -260,13 +260,13 @@ def plain_scenario(scenario: Any) -> str | dict[str, Any]:
 def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
     found: dict[str, dict[str, Any]] = {}
-    names = column_names([key for key, told in parameters.items() if not _has_key(told)])
-    for key, told in parameters.items():
-        if isinstance(told, Span):
-            told = told.table()
-        elif not isinstance(told, Mapping):
-            told = {"values": tuple(told.tolist() if hasattr(told, "tolist") else told)}
-        found[names.get(key, key)] = dict(told) if _has_key(told) else {"key": key, **told}
+    names = column_names([key for key, values in parameters.items() if not _has_key(values)])
+    for key, values in parameters.items():
+        if isinstance(values, Span):
+            values = values.table()
+        elif not isinstance(values, Mapping):
+            values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
+        found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}
     return found
 
 
@@ -288,8 +288,8 @@ def column_names(keys: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _has_key(told: Any) -> bool:
-    return isinstance(told, Mapping) and ("key" in told or "keys" in told)
+def _has_key(values: Any) -> bool:
+    return isinstance(values, Mapping) and ("key" in values or "keys" in values)
 
 
 def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
@@ -311,25 +311,25 @@ def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return found
 
 
-def _parameters(file: pathlib.Path, told: _ToldSweep, base: Scenario) -> tuple[Parameter, ...]:
-    told_parameters = told.parameters
-    if told.file is not None:
-        for name, parameter in told_parameters.items():
+def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple[Parameter, ...]:
+    tables = written.parameters
+    if written.file is not None:
+        for name, parameter in tables.items():
             if parameter.values is not None:
                 problem = "is told by the file's column"
                 raise InputError(
                     problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
                 )
-        rows = values_of(file, told.file, told_parameters)
-        told_parameters = {
+        rows = values_of(file, written.file, tables)
+        tables = {
             name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
-            for name, parameter in told_parameters.items()
+            for name, parameter in tables.items()
         }
     found = tuple(
-        ParameterReader(file, told.design, name, parameter, base).parameter()
-        for name, parameter in told_parameters.items()
+        ParameterReader(file, written.design, name, parameter, base).parameter()
+        for name, parameter in tables.items()
     )
-    if told.design == "list":
+    if written.design == "list":
         lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
         if len(set(lengths.values())) != 1:
             each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
@@ -378,10 +378,10 @@ def _parts(key: str) -> tuple[str, ...]:
 
 
 def _constraints(
-    file: pathlib.Path, told: _ToldSweep, parameters: tuple[Parameter, ...]
+    file: pathlib.Path, written: SweepFile, parameters: tuple[Parameter, ...]
 ) -> tuple[Constraint, ...]:
     found = []
-    for number, text in enumerate(told.constraints):
+    for number, text in enumerate(written.constraints):
         try:
             found.append(read_constraint(text, parameters))
         except InputError as error:
@@ -426,9 +426,9 @@ def _content(description: Any) -> dict[str, Any]:
 
 def _stripped(node: Any) -> Any:
     if isinstance(node, dict):
-        told = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
-        files = {k: _digest(v) for k, v in told.items() if k in ("file", "cuff", "plate", "cycle") and v}
-        return {k: _stripped(v) for k, v in (told | files).items() if k != "provenance"}
+        written = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
+        files = {k: _digest(v) for k, v in written.items() if k in ("file", "cuff", "plate", "cycle") and v}
+        return {k: _stripped(v) for k, v in (written | files).items() if k != "provenance"}
     return [_stripped(part) for part in node] if isinstance(node, list | tuple) else node
 
 

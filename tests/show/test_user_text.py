@@ -21,7 +21,7 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.model.torque_map import TorqueMap
 from afo_sim.show import compare, gait_figure, report_figures, run_figure, sweep_figures, torque_map
 from afo_sim.show.numbers import printed, readable
-from afo_sim.show.shown import Shown
+from afo_sim.show.run_view import RunView
 from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.static_load import draw_study
 from afo_sim.show.style import plain
@@ -77,7 +77,7 @@ def test_figure_of_a_run(
 
 
 def test_figures_of_a_report(short: Recording) -> None:
-    run = Shown(NAME, "black", short)
+    run = RunView(NAME, "black", short)
     for draw in (
         report_figures.draw_over_time,
         lambda figure, runs: report_figures.draw_pressures(figure, runs, "time"),

@@ -83,7 +83,7 @@ def test_the_rooms_that_compute_are_rooms_of_the_package() -> None:
     assert not {"show", "cli"} & set(versions.COMPUTING)
 
 
-def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.Search:
+def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.SearchPlan:
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "small.toml"
     file.write_text(text, encoding="utf-8")

@@ -46,7 +46,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SearchProgress:
     """Generations of all starts that are done, how many there will be at most, the best design so far."""
 
     generations: int
@@ -60,7 +60,7 @@ def evolve(
     folder: pathlib.Path,
     generations: int,
     evaluate: Evaluate,
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[SearchProgress], None] | None = None,
 ) -> tuple[Columns, bool]:
     """Search; killed at any time, the next call goes on from the last finished generation.
 
@@ -155,7 +155,7 @@ def _judged(
     return head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
 
 
-def _progress(aim: Aim, done: Sequence[Columns], most: int) -> Progress:
+def _progress(aim: Aim, done: Sequence[Columns], most: int) -> SearchProgress:
     together = store.joined(done)
     best = row(together, best_of(aim, together))
-    return Progress(len(done), most, best, bool(aim.feasible(best)[0]))
+    return SearchProgress(len(done), most, best, bool(aim.feasible(best)[0]))

@@ -42,24 +42,24 @@ def statement(best: Mapping[str, Any]) -> list[str]:
         if best["settled"]
         else "the search has not settled: more generations may find better"
     )
-    said = []
+    lines = []
     if best["feasible"]:
-        said.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
+        lines.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
     else:
-        said.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
-    said.append(f"{tried}; {how}")
-    said += spread_over_starts(best)
+        lines.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
+    lines.append(f"{tried}; {how}")
+    lines += spread_over_starts(best)
     if best.get("mixed"):
-        said.append("the designs were computed by more than one version of the code")
+        lines.append("the designs were computed by more than one version of the code")
     ends = [p["name"] for p in best["parameters"] if _at_an_end(p)]
     if ends:
-        said.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
+        lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     fresh = best["fresh_patients"]
     if fresh is None:
-        said.append("not tried on fresh patients: the search tells no patients to draw from")
+        lines.append("not tried on fresh patients: the search tells no patients to draw from")
     elif best["feasible"] and not _holds(fresh):
-        said.append("with fresh patients it does not keep every limit: take the limits with a margin")
-    return said
+        lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
+    return lines
 
 
 def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
