@@ -70,9 +70,9 @@ def sweep(
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.simulation.files import RERUN
-        from afo_sim.study import design, plan, pool, replay, runner
+        from afo_sim.study import design, pool, replay, runner, sweep_file
 
-        chosen = plan.read(source)
+        chosen = sweep_file.read(source)
         folder = out or pathlib.Path("runs") / chosen.file.stem
         cases = design.cases_of(chosen, sys.maxsize if yes_many else design.MOST)
         store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]

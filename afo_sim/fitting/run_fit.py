@@ -93,7 +93,7 @@ class FitRun:
         return f"95 % interval {low:.4g} to {high:.4g} {parameter.kind.shown}"
 
     def reason(self, name: str) -> str:
-        """Why a parameter's interval is refused; "" where it is not."""
+        """The reason why a parameter's interval is refused; "" where it is not."""
         for line in self.verdict:
             names, _, reason = line.partition(": ")
             if name in names.split(", "):

@@ -1,4 +1,4 @@
-"""What of a scenario's dynamics can be fitted to a log: short names, the keys they set, bounds, units."""
+"""Dynamic parameters that a log can tell: short names, the keys that they set, bounds, units."""
 
 import math
 from collections.abc import Sequence
@@ -95,7 +95,7 @@ class RunParameter:
 
     @property
     def size(self) -> float:
-        """What the search measures steps and uncertainties by [SI]."""
+        """Unit of the search's steps and uncertainties [SI]."""
         return (self.start or self.kind.typical) if self.kind.logarithmic else self.kind.typical
 
     def search(self, value: float) -> float:

@@ -81,7 +81,7 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
 
 
 def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
-    """What to know of the cases before anything is computed from them."""
+    """Remarks on the cases: unfinished, failed, mixed."""
     remarks = []
     if results.unfinished:
         remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")

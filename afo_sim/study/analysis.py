@@ -15,7 +15,7 @@ LEVELS = 12  # distinct values up to which each is a bin of its own, if it has t
 
 @dataclass(frozen=True)
 class Spread:
-    """How a metric varies over the cases that have it; NaN where there are too few."""
+    """Spread of a metric over the cases that have it; NaN where there are too few."""
 
     count: int
     mean: float

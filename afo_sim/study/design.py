@@ -109,7 +109,7 @@ def case_seeds(seed: int, count: int) -> np.ndarray:
 
 
 def _count(plan: Plan) -> int:
-    """How many cases the design has, before constraints."""
+    """Number of cases of the design, before constraints."""
     levels = [len(_levels(p)) for p in plan.parameters if isinstance(p.spread, Choice)]
     if plan.design == "grid":
         steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
@@ -262,7 +262,7 @@ def _telling(cases: Cases) -> list[int]:
 
 
 def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
-    """What is wrong with a case, as of the parameter that set the field, if one did."""
+    """The error of a case, as one of the parameter that set the field, if one did."""
     plan = cases.plan
     at = error.field.replace("[", ".").replace("]", "")
     blamed = [

@@ -1,4 +1,4 @@
-"""The folder of a study, sweep or search: what it says of itself, and whether what lies there may go on."""
+"""The folder of a study, sweep or search: its manifest, and the rules by which it goes on."""
 
 import hashlib
 import importlib.metadata
@@ -33,7 +33,7 @@ class FolderKind:
     parts: Mapping[str, type]
 
     def read(self, folder: pathlib.Path) -> dict[str, Any]:
-        """What a folder says of itself.
+        """The manifest of a folder.
 
         Raises
         ------
@@ -63,7 +63,7 @@ class FolderKind:
         changed: Changed,
         first: Callable[[], Mapping[str, Any]],
     ) -> dict[str, Any]:
-        """What the folder says of itself once it is this study's: a new one, or one that goes on.
+        """The manifest of the folder once it is this study's: a new one, or one that goes on.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class FolderKind:
     def _continued(
         self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
     ) -> dict[str, Any] | None:
-        """What the folder says of the study that goes on in it; None where one begins."""
+        """The manifest of the study that goes on in the folder; None where a new one begins."""
         if holds_nothing(folder):
             return None
         if not (folder / self.manifest).is_file():
@@ -131,7 +131,7 @@ class FolderKind:
         raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
 
     def holds_cases(self, folder: pathlib.Path) -> bool:
-        """Whether a case is computed."""
+        """True where a case is computed."""
         finished = any((folder / name).is_file() for name in self.computed)
         return finished or any((folder / self.cases).glob("*.parquet"))
 
@@ -146,12 +146,12 @@ class FolderKind:
 
 
 def holds_nothing(folder: pathlib.Path) -> bool:
-    """Whether a folder is new; what a killed process has left there unfinished, `.NAME`, does not count."""
+    """True where a folder is new; unfinished files of a killed process, `.NAME`, do not count."""
     return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
 
 
 def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dict[str, Any]:
-    """What decides the results: the study's own description, this program's code, what it runs on.
+    """Everything that decides the results: the study's description, this program's code, its libraries.
 
     Parameters
     ----------

@@ -153,7 +153,7 @@ class Parameter:
 
     @property
     def words(self) -> bool:
-        """Whether its values are words."""
+        """True where its values are words."""
         return isinstance(self.spread, Choice) and isinstance(self.spread.values[0], str)
 
     def written(self, value: float | str) -> Any:

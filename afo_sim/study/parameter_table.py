@@ -47,7 +47,7 @@ class StrictTable(BaseModel):
 
 
 class ParameterTable(StrictTable):
-    """What [parameters.NAME] says, as it is written."""
+    """A table [parameters.NAME], as it is written."""
 
     key: StrictStr | None = None
     keys: tuple[StrictStr, ...] | None = None
@@ -64,7 +64,7 @@ class ParameterTable(StrictTable):
 
 
 def is_free(name: str) -> bool:
-    """Whether no other column of the results is called so."""
+    """True where no other column of the results has this name."""
     return name not in (*EVERY_ROW, OVERRIDES, WARNINGS) and words(name).group == OTHER
 
 
@@ -228,7 +228,7 @@ class ParameterReader:
     def _error(
         self, problem: str, option: str, allowed: str = "", value: Any = None, nearest: str | None = None
     ) -> InputError:
-        """What is wrong with an option of this parameter; says which key of the scenario it is about."""
+        """An error of an option of this parameter, with the key of the scenario."""
         keys = self.table.keys or ((self.table.key,) if self.table.key else ())
         about = f" ({', '.join(keys)})" if keys and option != "key" else ""
         return InputError(

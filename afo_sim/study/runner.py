@@ -30,7 +30,7 @@ MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 @dataclass(frozen=True)
 class Workload:
-    """What a sweep, or a part, will take: cases, of which are done; seconds for the rest; bytes on disk.
+    """Work of a sweep or a part: cases, those that are done, seconds for the rest, bytes on disk.
 
     `dropped` are the samples outside the constraints.
     """
@@ -107,7 +107,7 @@ def sweep(
 
     Parameters
     ----------
-    plan : from `plan.read` or `plan.plan_of`
+    plan : from `sweep_file.read` or `arguments.plan_of`
     folder, changed : as `open_store` takes them
     threads : as many as processors if 0
     workers, scheduler, report : as `run` takes them
@@ -127,7 +127,7 @@ def sweep(
 
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
-    """What is left to do, by the time that the first cases took.
+    """The work that is left, by the time that the first cases took.
 
     Parameters
     ----------

@@ -47,11 +47,11 @@ class Store:
 
     @property
     def finished(self) -> bool:
-        """Whether the results are there."""
+        """True where the results are there."""
         return (self.folder / RESULTS).is_file()
 
     def has(self, chunk: int) -> bool:
-        """Whether a chunk is computed, by this process or another."""
+        """True where a chunk is computed, by this process or another."""
         return self.finished or self._path(chunk).is_file()
 
     def numbers(self, chunk: int) -> range:
@@ -204,7 +204,7 @@ class Store:
 
 
 def fingerprint(plan: Plan) -> dict[str, Any]:
-    """What decides a sweep's results."""
+    """Everything that decides a sweep's results."""
     return folder.fingerprint(SWEEP.name, plan.canonical())
 
 

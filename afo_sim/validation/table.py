@@ -73,7 +73,7 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
 
 
 def remarks(rows: Sequence[Row]) -> list[str]:
-    """Why a source is contradicted or cannot be held to, one line for each reason."""
+    """Reasons why a source is contradicted or cannot be held to, one line each."""
     sources: dict[str, list[str]] = {}
     for row in rows:
         if row.outcome in ("FAILED", "erratum", "disagrees", "compared", "lost"):

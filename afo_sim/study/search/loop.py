@@ -1,4 +1,4 @@
-"""The search itself: ask for designs, judge them, tell how they compare, generation by generation."""
+"""The loop of a search: ask for designs, judge them, rank them, generation by generation."""
 
 import pathlib
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from afo_sim.study.search.evolution import Evolution
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: ranges, constraints on them, what makes a design good, and from how many starts.
+    """The problem of a search: ranges, constraints on them, aim, number of starts.
 
     Every start is a search of its own with its own seed, and none learns from another: how far apart they end
     tells how far the result depends on chance.
@@ -64,7 +64,7 @@ def evolve(
 ) -> tuple[Columns, bool]:
     """Search; killed at any time, the next call goes on from the last finished generation.
 
-    What is in the folder is replayed: the optimiser asks for the same designs again, and is told the same.
+    What is in the folder is replayed: the optimiser asks for the same designs and takes the same ranks.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study import plan as sweep_plan
+from afo_sim.study import arguments, sweep_file
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
@@ -59,7 +59,7 @@ class StatedLimit:
 
     @property
     def option(self) -> str:
-        """Which option tells the bound."""
+        """The option that holds the bound."""
         return "at_least" if self.at_least else "at_most"
 
 
@@ -83,7 +83,7 @@ class SearchPlan:
     starts: int = STARTS
 
     def problem(self, aim: Aim) -> Problem:
-        """What the optimiser searches."""
+        """The problem that the optimiser solves."""
         plan = self.designs
         return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
 
@@ -147,7 +147,7 @@ class SearchPlan:
         return Cases(plan, tuple(names), tuple(units), dict(values), case_seeds(plan.seed, count), 0)
 
     def fingerprint(self) -> dict[str, Any]:
-        """What decides the result: the search, this program's code, what it runs on.
+        """Everything that decides the result: the search, this program's code, its libraries.
 
         How many generations are asked for is not in it: of more, the first are the same.
         """
@@ -256,7 +256,7 @@ def search_of(
 
     Parameters
     ----------
-    scenario : as `study.plan.plan_of` takes it
+    scenario : as `study.arguments.plan_of` takes it
     over : {dotted key: (lower, upper), a span, or a table as [parameters.NAME] has it}
     lowest, highest : the metric that is to be so; one of the two
     of : what of the metric over the patients
@@ -274,8 +274,8 @@ def search_of(
         raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     table = {
-        "scenario": sweep_plan.plain_scenario(scenario),
-        "parameters": sweep_plan.parameter_tables(ranges),
+        "scenario": arguments.plain_scenario(scenario),
+        "parameters": arguments.parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
         "set": dict(options.pop("sets", None) or {}),
@@ -300,7 +300,7 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     try:
         written = SearchFile.model_validate(table)
     except ValidationError as error:
-        raise sweep_plan.first_error(file, table, error) from None
+        raise sweep_file.first_error(file, table, error) from None
     base = {"scenario": written.scenario, "set": written.set}
     searched = {
         "design": "random",
@@ -309,7 +309,7 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
         "constraints": written.constraints,
         "parameters": written.parameters,
     }
-    designs = sweep_plan.of_table(file, base | searched)
+    designs = sweep_file.of_table(file, base | searched)
     limits = _limits(written.limits)
     for parameter in designs.parameters:
         _check_searched(file, parameter, written.parameters[parameter.name], limits)
@@ -363,14 +363,14 @@ def _check_searched(
 
 def _patients(file: pathlib.Path, table: dict[str, Any], designs: Plan) -> Plan:
     try:
-        found = sweep_plan.of_table(file, table)
+        found = sweep_file.of_table(file, table)
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
                 raise InputError(
                     "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
                 )
-        sweep_plan.check_keys(file, (*designs.parameters, *found.parameters), {})
+        sweep_file.check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
         raise _of_patients(error) from None

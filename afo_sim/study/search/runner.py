@@ -41,7 +41,7 @@ class Opened:
 
     @property
     def finished(self) -> bool:
-        """Whether there is nothing left to do."""
+        """True where nothing is left to do."""
         return self.best is not None and (
             self.best["settled"] or self.best["generations"] >= self.search.generations
         )
@@ -226,7 +226,7 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
 
 
 def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, Any] | None:
-    """How the best design serves patients that the search has not seen."""
+    """The best design with patients that the search has not seen."""
     if fresh is None or columns is None:
         return None
     return {
