@@ -16,15 +16,16 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_fit import LawFit, fit_law, held_out
-from afo_sim.fitting.law_muscle import LIKE, muscle
-from afo_sim.fitting.law_problem import GEOMETRY, Loss, pose, select
+from afo_sim.fitting.law_muscle import LIKE, muscle, residual_unit, usual
+from afo_sim.fitting.law_problem import GEOMETRY, LawProblem, Loss, pose, select
 from afo_sim.fitting.law_ranking import doubts, rank
 from afo_sim.physics.laws import LAWS
+from afo_sim.simulation.shown import shown
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StaticFit:
     """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
 
@@ -36,6 +37,21 @@ class StaticFit:
     skipped: dict[str, str]
     left_out: int
     like: str
+
+    def __repr__(self) -> str:
+        """One line: the best law, its parameters, its error."""
+        values = ", ".join(map(self._parameter_text, self.parameters))
+        factor, unit = residual_unit(self.best)
+        error = f"{factor * self.best.rms:.3g} {unit} RMS over {len(self.residuals)} points"
+        others = f"; best of {len(self.fits)} laws" if len(self.fits) > 1 else ""
+        return f"<StaticFit: {self.ranking[0]} with {values}; {error}{others}>"
+
+    def _parameter_text(self, name: str) -> str:
+        value, unit = usual(self.parameters[name], self.best.problem.describe(name).unit)
+        return f"{name} = {value:.4g} {unit}".rstrip()
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
 
     @property
     def best(self) -> LawFit:
@@ -129,13 +145,9 @@ def fit(
     Examples
     --------
     >>> muscle = load("muscle", "dmsp_20")
-    >>> contraction = np.tile(np.linspace(0.0, 0.2, 9), 3)
-    >>> pressure = np.repeat([2.0, 3.0, 4.0], 9)
-    >>> data = {
-    ...     "pressure [bar]": pressure,
-    ...     "contraction [-]": contraction,
-    ...     "force [N]": muscle.force(1e5 * pressure, contraction=contraction),
-    ... }
+    >>> share, bar = np.tile(np.linspace(0.0, 0.2, 9), 3), np.repeat([2.0, 3.0, 4.0], 9)
+    >>> force = muscle.force(1e5 * bar, contraction=share)
+    >>> data = {"pressure [bar]": bar, "contraction [-]": share, "force [N]": force}
     >>> facts = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
     >>> fitted = fit(data, law="sarosi_2012", facts=facts, hold_out="none")
     >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
@@ -148,24 +160,31 @@ def fit(
     _require_different(sources, tests)
     points, left_out = _read(sources, facts)
     unseen, _ = _read(tests, facts)
+    problems, skipped = _problems(law, points, free, fixed, loss)
+    found = []
+    for problem in problems:
+        report(f"fitting {problem.law.name}")
+        result = fit_law(problem)
+        found.append(_with_held_out(result, unseen, hold_out, report))
+    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+
+
+def _problems(
+    law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
+) -> tuple[list[LawProblem], dict[str, str]]:
+    """The problem of one law, or of each that the data can tell; the reasons why not of the others."""
     found, skipped = [], {}
     for name in LAWS if law == "all" else [law]:
-        report(f"fitting {name}")
         try:
             held = _fixed(name, fixed, only=law != "all")
-            problem = pose(name, points, free=free, fixed=held, loss=loss)  # type: ignore[arg-type]
+            found.append(pose(name, points, free=free, fixed=held, loss=loss))  # type: ignore[arg-type]
         except InputError as error:
             if law != "all":
                 raise
             skipped[name] = error.problem
-            continue
-        result = fit_law(problem)
-        if hold_out != "none" or unseen:
-            result = held_out(result, unseen, report, groups=hold_out != "none")
-        found.append(_only(result, hold_out))
     if not found:
         raise InputError(f"no law can be fitted: {next(iter(skipped.values()))}", file=points[0].file)
-    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+    return found, skipped
 
 
 def _several(data: Any) -> list[Any]:
@@ -173,8 +192,12 @@ def _several(data: Any) -> list[Any]:
     return list(data) if isinstance(data, list | tuple) else [data]
 
 
-def _only(result: LawFit, hold_out: str) -> LawFit:
+def _with_held_out(
+    result: LawFit, unseen: Sequence[Measured], hold_out: str, report: Callable[[str], None]
+) -> LawFit:
     """The fit with the held-out errors that were asked for; those of further data always."""
+    if hold_out != "none" or unseen:
+        result = held_out(result, unseen, report, groups=hold_out != "none")
     if hold_out in ("all", "none"):
         return result
     if hold_out not in result.held_out:

@@ -24,9 +24,10 @@ from afo_sim.fitting.run_parameter import RunParameter
 from afo_sim.fitting.run_problem import HELD_OUT, RunProblem, differences, pose, run_at
 from afo_sim.fitting.run_search import AT_BOUND, Progress, RunSearch
 from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.shown import shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitRun:
     """Dynamic parameters from a log, and how far they can be believed. SI.
 
@@ -47,6 +48,19 @@ class FitRun:
     misfit: float
     runs: int
     converged: bool
+
+    def __repr__(self) -> str:
+        """One line: the fitted values with their intervals, and the errors."""
+        each = [f"{p.name} = {self._value_text(p)}" for p in self.problem.parameters]
+        fitted = ", ".join(each) or "nothing fitted"
+        return f"<FitRun to {self.problem.log.file.name}: {fitted}; errors {self.misfit:.3g} times the noise>"
+
+    def _value_text(self, parameter: RunParameter) -> str:
+        value = f"{parameter.shown(self.values[parameter.name]):.4g} {parameter.kind.shown}"
+        return f"{value} ({self.belief(parameter)})"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
 
     @property
     def identifiable(self) -> bool:

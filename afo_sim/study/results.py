@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.simulation.shown import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -41,7 +42,17 @@ class Results:
 
     def __repr__(self) -> str:
         of = f" of {self.planned}" if self.unfinished else ""
-        return f"<Results of {self.folder}: {self.design}, {len(self)}{of} cases>"
+        failed = len(self) - int(self.ok.sum())
+        cases = f"{len(self)}{of} cases" + (f", {failed} failed" if failed else "")
+        many = f"{len(self.metrics)} metric{'' if len(self.metrics) == 1 else 's'}"
+        over = f"{', '.join(self.parameters)}; {many}"
+        return f"<Results: {self.design} of {cases} over {over}>"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:  # of results["…
+        return list(self.table.column_names)
 
     def __len__(self) -> int:
         return int(self.table.num_rows)

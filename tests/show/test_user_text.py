@@ -25,9 +25,9 @@ from afo_sim.show.run_view import RunView
 from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.static_load import draw_study
 from afo_sim.show.style import plain
-from afo_sim.show.sweep import effects_of
 from afo_sim.simulation.recording import Recording
 from afo_sim.study import read
+from afo_sim.study.findings import effects_of
 
 NAME = r"a$x_1$ ^b\c"
 
