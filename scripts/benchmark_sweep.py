@@ -28,7 +28,7 @@ from afo_sim.model.start import walking_start
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.simulate import simulate
-from afo_sim.study import design, engine, plan, runner
+from afo_sim.study import design, engine, runner, sweep_file
 
 WALK = """
 scenario = "walk-dropfoot-afo"
@@ -71,7 +71,7 @@ def store_of(text: str, folder: pathlib.Path) -> runner.Store:
     """A sweep that has not begun."""
     file = folder / "sweep.toml"
     file.write_text(text, encoding="utf-8")
-    chosen = plan.read(file)
+    chosen = sweep_file.read(file)
     return runner.open_store(chosen, design.cases_of(chosen), folder / "out")
 
 

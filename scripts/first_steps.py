@@ -113,7 +113,7 @@ points = {
     "change of length [cm]": [1.7, 2.7, 3.7, 1.6, 2.6, 3.2, 1.6, 2.6, 3.2, 1.3, 2.6, 3.1],
 }
 about = {"total_length": "21.5 cm", "bore": "11.5 mm", "hanger": "0.1 kg"}
-found = afo.fit(points, law="tondu_lopez_2000_bladder", told=about)
+found = afo.fit(points, law="tondu_lopez_2000_bladder", facts=about)
 print(f"{found.best.problem.law.name}: {100 * found.best.rms:.2f} cm RMS")
 for name, value in found.parameters.items():
     interval = found.intervals[name]

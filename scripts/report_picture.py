@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.show import report_figures
-from afo_sim.show.shown import Shown
+from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUNS as COLOURS
 from afo_sim.show.style import STYLE
 
@@ -26,7 +26,7 @@ RUNS = {
 SIZE, DPI = (report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
 
 
-def draw(figure: Any, runs: list[Shown]) -> None:
+def draw(figure: Any, runs: list[RunView]) -> None:
     """The two figures that the report begins with, one above the other."""
     ankle, clearance = figure.subfigures(2, 1)
     report_figures.draw_ankle(ankle, runs)
@@ -40,7 +40,7 @@ def main() -> None:
     parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
     given = parser.parse_args()
     runs = [
-        Shown(label, colour, afo_sim.run(name, {"duration": given.duration}))
+        RunView(label, colour, afo_sim.run(name, {"duration": given.duration}))
         for (name, label), colour in zip(RUNS.items(), COLOURS, strict=False)
     ]
     with matplotlib.rc_context(STYLE):

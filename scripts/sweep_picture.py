@@ -11,7 +11,7 @@ import shutil
 import tempfile
 
 from afo_sim.show import sweep as show
-from afo_sim.study import design, plan, runner
+from afo_sim.study import design, runner, sweep_file
 from afo_sim.study.pool import processors
 from afo_sim.study.results import read
 
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path("runs/pressure-and-timing"))
     parser.add_argument("--out", type=pathlib.Path, default=place / "sweep.png")
     given = parser.parse_args()
-    chosen = plan.read(given.sweep)
+    chosen = sweep_file.read(given.sweep)
     store = runner.open_store(chosen, design.cases_of(chosen), given.runs)
     state = runner.run(store, threads=processors())
     with tempfile.TemporaryDirectory() as folder:

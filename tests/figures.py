@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from afo_sim.common.errors import InputError
 from afo_sim.show import video_scenery
-from afo_sim.show.shown import alone
+from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
 

@@ -1,4 +1,4 @@
-"""What the commands share: options, progress, tables, quantities from text."""
+"""Parts that the commands share: options, progress, tables, quantities from text."""
 
 import shutil
 import tomllib
@@ -48,7 +48,7 @@ def hertz_of(text: str) -> float:
 
 @contextmanager
 def watching(live: bool) -> Iterator[Any]:
-    """What watches a run grow: a viewer, or nobody."""
+    """A viewer that watches a run grow, or nobody."""
     if not live:
         yield None
         return

@@ -21,7 +21,7 @@ OPTIONS = {
     "hold_out": "--hold-out",
     "free": "--free",
     "fixed": "--fix",
-    "told": "--tell",
+    "facts": "--tell",
     "loss": "--loss",
     "like": "--like",
     "noise": "--noise",
@@ -61,7 +61,7 @@ def fit_run_command(
 ) -> None:
     """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
     values = read_sets(sets)
-    told = read_sets(noise, "--noise", 'angle="0.5 deg"')
+    noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable, together
@@ -77,7 +77,7 @@ def fit_run_command(
                 log,
                 names,
                 sets=values,
-                noise=told,
+                noise=noises,
                 hold_out=hold_out,
                 report=lambda text: report(0, 0, text),
             )
@@ -131,7 +131,7 @@ def fit(
                 test=test or (),
                 free=free or (),
                 fixed=read_sets(fix, "--fix", "k=1"),
-                told=read_sets(tell, "--tell", 'bore="20 mm"'),
+                facts=read_sets(tell, "--tell", 'bore="20 mm"'),
                 loss=loss,
                 like=like,
                 report=lambda text: report(0, 0, text),

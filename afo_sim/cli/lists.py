@@ -18,7 +18,7 @@ LISTS = (
 def list_command(
     what: Annotated[str, typer.Argument(help="|".join(LISTS) + ", or the name of one")] = "",
 ) -> None:
-    """What there is, with one line each; or one of them whole, with every number, its unit and source."""
+    """List what there is, one line each; or one of them whole, with every number, its unit and source."""
     with progress("reading"):
         from afo_sim.description.catalogue import entries, product
 

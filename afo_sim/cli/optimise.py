@@ -50,7 +50,7 @@ def optimise(
         folder = out or pathlib.Path("runs") / search.file.stem
         opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or processors()
-        print(_told(opened, workers or (1 if scheduler else threads)))
+        print(_plan_text(opened, workers or (1 if scheduler else threads)))
         if dry_run:
             return
         with pool(threads, workers, scheduler) as who:
@@ -70,7 +70,7 @@ def optimise(
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
 
 
-def _told(opened: "Opened", workers: int) -> str:
+def _plan_text(opened: "Opened", workers: int) -> str:
     if opened.finished:
         return "the search is finished: nothing is computed"
     search = opened.search

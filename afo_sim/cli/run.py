@@ -173,7 +173,7 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
 
 
 def _undefined(value: float) -> str:
-    """Why a metric says nothing of a run; "" where it does."""
+    """The reason why a metric says nothing of a run; "" where it does."""
     if not math.isfinite(value):
         return "since what they measure does not happen in this run"
     return "since they are zero but for rounding" if 0.0 < abs(value) < ROUNDING else ""

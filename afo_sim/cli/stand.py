@@ -1,7 +1,7 @@
 """The command of the muscle test stand: stand."""
 
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
@@ -47,7 +47,6 @@ def stand_command(
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report, arguments_as_options():
         from afo_sim.bench.stand import stand
-        from afo_sim.bench.table import printed
         from afo_sim.common.writing import check_writable
         from afo_sim.show.stand_files import target, write_stand_files
 
@@ -76,13 +75,18 @@ def stand_command(
             report(0, 0, f"writing {kind}")
             written[kind] = write_stand_files(tests.of(kind), target(out, kind), rrd=rrd)
     for kind, files in written.items():
-        found = tests.of(kind)
-        for trial in found.trials:
-            print_table(*printed(trial))
-        for line in _remarks(found):
-            print(line)
-        wall = sum(trial.wall_seconds for trial in found.trials)
-        print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
+        _print_trials(tests.of(kind), files)
+
+
+def _print_trials(tests: "Stand", files: Sequence[pathlib.Path]) -> None:
+    from afo_sim.bench.table import printed
+
+    for trial in tests.trials:
+        print_table(*printed(trial))
+    for line in _remarks(tests):
+        print(line)
+    wall = sum(trial.wall_seconds for trial in tests.trials)
+    print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
 
 
 # Options are named after the arguments of `stand`, but for these.

@@ -25,7 +25,8 @@ from afo_sim.cli.overwriting import check_folder
 from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.study.runner import Estimate, Progress
+    from afo_sim.study.runner import SweepProgress, Workload
+    from afo_sim.study.store import Store
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 CHANGED = ("refuse", "restart", "continue")
@@ -69,40 +70,49 @@ def sweep(
     check_counts(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.simulation.files import RERUN
-        from afo_sim.study import design, plan, pool, replay, runner
+        from afo_sim.study import design, pool, runner, sweep_file
 
-        chosen = plan.read(source)
-        folder = out or pathlib.Path("runs") / chosen.file.stem
-        cases = design.cases_of(chosen, sys.maxsize if yes_many else design.MOST)
-        store = runner.open_store(chosen, cases, folder, if_changed)  # type: ignore[arg-type]
+        plan = sweep_file.read(source)
+        folder = out or pathlib.Path("runs") / plan.file.stem
+        cases = design.cases_of(plan, sys.maxsize if yes_many else design.MOST)
+        store = runner.open_store(plan, cases, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or pool.processors()
-        expected = runner.estimate(store, workers or (1 if scheduler else threads), which)
-        print(_told(expected, scheduler))
+        workload = runner.estimate(store, workers or (1 if scheduler else threads), which)
+        print(_workload_text(workload, scheduler))
         if dry_run:
             return
         begun = time.monotonic()
         with _interruptible():
-            state = runner.run(
-                store,
-                threads=threads,
-                workers=workers,
-                scheduler=scheduler,
-                part=which,
-                report=reporter(report),
-            )
+            on = {"threads": threads, "workers": workers, "scheduler": scheduler}
+            state = runner.run(store, part=which, report=reporter(report), **on)  # type: ignore[arg-type]
         took = time.monotonic() - begun
-        for case in chosen.keep if store.finished else ():
-            kept = replay.recording_folder(folder, case)
-            if not (kept / RERUN).is_file():
-                _keep(folder, case, kept)
-    how = f" in {duration(took)} ({state.new / took:.3g} a second)" if state.new else ""
+        _keep_recordings(store)
+    print(_end_text(store, state, took, "" if part == "1/1" else f" of part {part}"))
+
+
+def _keep_recordings(store: "Store") -> None:
+    """Write the recordings that a finished sweep is to keep and has not kept yet."""
+    from afo_sim.simulation.files import RERUN
+    from afo_sim.study import replay as replaying
+
+    for case in store.cases.plan.keep if store.finished else ():
+        target = replaying.recording_folder(store.folder, case)
+        if (target / RERUN).is_file():
+            continue
+        try:
+            replaying.replay(store.folder, case).recording.save(target)
+        except (InputError, OSError) as error:  # the results are there, and the same command tries again
+            print(f"afo-sim: case {case} is not kept: {error}", file=sys.stderr)
+
+
+def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -> str:
+    from afo_sim.study.runner import left
+
+    speed = f" in {duration(seconds)} ({state.new / seconds:.3g} a second)" if state.new else ""
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
-    of = "" if part == "1/1" else f" of part {part}"
-    left = "" if store.finished else f", {runner.left(store)} of the sweep are left"
-    print(
-        f"{state.new} cases computed{how}{failed}; {state.done} of {state.cases}{of} are done{left}: {folder}"
-    )
+    rest = "" if store.finished else f", {left(store)} of the sweep are left"
+    done = f"{state.done} of {state.cases}{of} are done{rest}"
+    return f"{state.new} cases computed{speed}{failed}; {done}: {store.folder}"
 
 
 def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
@@ -121,8 +131,9 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
         The folder is no sweep, a metric is not in it, or the figures cannot be written.
     """
     with progress("reading"):
-        from afo_sim.show.sweep import FIGURES, findings, write_figures
+        from afo_sim.show.sweep import FIGURES, write_figures
         from afo_sim.show.sweep_tables import tables
+        from afo_sim.study.findings import findings
         from afo_sim.study.results import read
         from afo_sim.study.words import chosen
 
@@ -164,8 +175,8 @@ def replay(
         print(f"case {case}: {again.status} in the sweep, now {again.recording.status}: {target}")
         print("afo-sim: another processor, other code or other libraries", file=sys.stderr)
         sys.exit(1)
-    told = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
-    print(f"case {case}: {told}: {target}")
+    verdict = "every metric is its row's, to the last bit" if again.recording.ok else again.recording.status
+    print(f"case {case}: {verdict}: {target}")
 
 
 @contextmanager
@@ -185,7 +196,7 @@ def _part(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _told(expected: "Estimate", scheduler: str) -> str:
+def _workload_text(expected: "Workload", scheduler: str) -> str:
     done = f", {expected.done} of them done" if expected.done else ""
     dropped = f" ({expected.dropped} outside the constraints)" if expected.dropped else ""
     time = "" if expected.done == expected.cases else f"; about {duration(expected.seconds)}"
@@ -193,33 +204,24 @@ def _told(expected: "Estimate", scheduler: str) -> str:
     return f"{expected.cases} cases{dropped}{done}{time}; about {expected.bytes / 1e6:.3g} MB of results"
 
 
-def reporter(show: Callable[..., None]) -> Callable[["Progress"], None]:
+def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
     """Rate, failures and time left: on the terminal, or now and then as a line of a log."""
-    begun = said = time.monotonic()
+    begun = printed = time.monotonic()
 
-    def report(state: "Progress") -> None:
-        nonlocal said
+    def report(state: "SweepProgress") -> None:
+        nonlocal printed
         now = time.monotonic()
         line = _line(state, now - begun)
         show(state.done, state.cases, line)
-        if now - said >= LINE_EVERY and not sys.stderr.isatty():
+        if now - printed >= LINE_EVERY and not sys.stderr.isatty():
             print(line, file=sys.stderr, flush=True)
-            said = now
+            printed = now
 
     return report
 
 
-def _line(state: "Progress", seconds: float) -> str:
+def _line(state: "SweepProgress", seconds: float) -> str:
     failed = f", {state.failed} failed" if state.failed else ""
     rate = state.new / max(seconds, 1e-9)
     left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
     return f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
-
-
-def _keep(folder: pathlib.Path, case: int, target: pathlib.Path) -> None:
-    from afo_sim.study.replay import replay as again
-
-    try:
-        again(folder, case).recording.save(target)
-    except (InputError, OSError) as error:  # the results are there, and the same command tries again
-        print(f"afo-sim: case {case} is not kept: {error}", file=sys.stderr)

@@ -104,13 +104,13 @@ def _beside_the_law(data: Measured, like: str) -> tuple[dict[str, Any], dict[str
 
 def _geometry(fit: LawFit, data: Measured) -> dict[str, Sourced]:
     """Lengths, bore and braid angle."""
-    told = _source("user", f"told with {data.file.name}")
+    given = _source("user", f"told with {data.file.name}")
     # with contraction ratios the law was fitted for this length, which some laws depend on
     length = data.facts.get("total_length")
     assumed = _source("assumed", "contraction ratios were measured")
     found: dict[str, Sourced] = {
-        "total_length": (format_quantity(length or NOMINAL_LENGTH, "m"), told if length else assumed),
-        "bore": (format_quantity(data.facts["bore"], "m"), told),
+        "total_length": (format_quantity(length or NOMINAL_LENGTH, "m"), given if length else assumed),
+        "bore": (format_quantity(data.facts["bore"], "m"), given),
         "end_length": (
             format_quantity(0.0, "m"),
             _source("assumed", "contractions were given: braid only"),

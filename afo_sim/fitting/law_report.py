@@ -107,9 +107,9 @@ def _ranking_rows(found: StaticFit) -> list[list[str]]:
         held = [f"{factor * each.held_out_rms(k):.3g}" if k in each.held_out else "-" for k in columns]
         refused = sum(math.isinf(w) for w in each.half_width.values())
         count = len(each.values)
-        told = "all" if not refused else f"{count - refused} of {count}"
+        intervals = "all" if not refused else f"{count - refused} of {count}"
         agree = f"{each.agreeing_starts} of {each.starts}"
-        rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, agree, told])
+        rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, agree, intervals])
     return rows + [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
 
 

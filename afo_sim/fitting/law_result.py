@@ -16,15 +16,16 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_fit import LawFit, fit_law, held_out
-from afo_sim.fitting.law_muscle import LIKE, muscle
-from afo_sim.fitting.law_problem import GEOMETRY, Loss, pose, select
+from afo_sim.fitting.law_muscle import LIKE, muscle, residual_unit, usual
+from afo_sim.fitting.law_problem import GEOMETRY, LawProblem, Loss, pose, select
 from afo_sim.fitting.law_ranking import doubts, rank
 from afo_sim.physics.laws import LAWS
+from afo_sim.simulation.shown import shown
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StaticFit:
     """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
 
@@ -36,6 +37,21 @@ class StaticFit:
     skipped: dict[str, str]
     left_out: int
     like: str
+
+    def __repr__(self) -> str:
+        """One line: the best law, its parameters, its error."""
+        values = ", ".join(map(self._parameter_text, self.parameters))
+        factor, unit = residual_unit(self.best)
+        error = f"{factor * self.best.rms:.3g} {unit} RMS over {len(self.residuals)} points"
+        others = f"; best of {len(self.fits)} laws" if len(self.fits) > 1 else ""
+        return f"<StaticFit: {self.ranking[0]} with {values}; {error}{others}>"
+
+    def _parameter_text(self, name: str) -> str:
+        value, unit = usual(self.parameters[name], self.best.problem.describe(name).unit)
+        return f"{name} = {value:.4g} {unit}".rstrip()
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
 
     @property
     def best(self) -> LawFit:
@@ -96,7 +112,7 @@ def fit(
     test: Any = (),
     free: Sequence[str] = (),
     fixed: Mapping[str, Any] | None = None,
-    told: Mapping[str, Any] | None = None,
+    facts: Mapping[str, Any] | None = None,
     loss: str = "linear",
     like: str = LIKE,
     report: Callable[[str], None] = lambda text: None,
@@ -112,7 +128,7 @@ def fit(
     test : further data that are predicted, not fitted
     free : parameters to fit beside those that the law usually is fitted by
     fixed : parameters to hold, for example {"braid_angle": "24 deg"}
-    told : what the data do not say of the muscle, for example {"bore": "20 mm"}
+    facts : what the data do not say of the muscle, for example {"bore": "20 mm"}
     loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers
     like : muscle to take from what the data do not tell
     report : called with what is being done
@@ -129,43 +145,46 @@ def fit(
     Examples
     --------
     >>> muscle = load("muscle", "dmsp_20")
-    >>> contraction = np.tile(np.linspace(0.0, 0.2, 9), 3)
-    >>> pressure = np.repeat([2.0, 3.0, 4.0], 9)
-    >>> data = {
-    ...     "pressure [bar]": pressure,
-    ...     "contraction [-]": contraction,
-    ...     "force [N]": muscle.force(1e5 * pressure, contraction=contraction),
-    ... }
-    >>> told = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
-    >>> fitted = fit(data, law="sarosi_2012", told=told, hold_out="none")
+    >>> share, bar = np.tile(np.linspace(0.0, 0.2, 9), 3), np.repeat([2.0, 3.0, 4.0], 9)
+    >>> force = muscle.force(1e5 * bar, contraction=share)
+    >>> data = {"pressure [bar]": bar, "contraction [-]": share, "force [N]": force}
+    >>> facts = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
+    >>> fitted = fit(data, law="sarosi_2012", facts=facts, hold_out="none")
     >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
     >>> bool(abs(again - muscle.force("3.5 bar", contraction=0.1)) < 5.0)  # [N]
     True
     """
-    fixed, told = dict(fixed or {}), dict(told or {})
+    fixed, facts = dict(fixed or {}), dict(facts or {})
     _check(law, hold_out, loss, like, fixed)
     sources, tests = _several(data), _several(test)
     _require_different(sources, tests)
-    points, left_out = _read(sources, told)
-    unseen, _ = _read(tests, told)
+    points, left_out = _read(sources, facts)
+    unseen, _ = _read(tests, facts)
+    problems, skipped = _problems(law, points, free, fixed, loss)
+    found = []
+    for problem in problems:
+        report(f"fitting {problem.law.name}")
+        result = fit_law(problem)
+        found.append(_with_held_out(result, unseen, hold_out, report))
+    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+
+
+def _problems(
+    law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
+) -> tuple[list[LawProblem], dict[str, str]]:
+    """The problem of one law, or of each that the data can tell; the reasons why not of the others."""
     found, skipped = [], {}
     for name in LAWS if law == "all" else [law]:
-        report(f"fitting {name}")
         try:
             held = _fixed(name, fixed, only=law != "all")
-            problem = pose(name, points, free=free, fixed=held, loss=loss)  # type: ignore[arg-type]
+            found.append(pose(name, points, free=free, fixed=held, loss=loss))  # type: ignore[arg-type]
         except InputError as error:
             if law != "all":
                 raise
             skipped[name] = error.problem
-            continue
-        result = fit_law(problem)
-        if hold_out != "none" or unseen:
-            result = held_out(result, unseen, report, groups=hold_out != "none")
-        found.append(_only(result, hold_out))
     if not found:
         raise InputError(f"no law can be fitted: {next(iter(skipped.values()))}", file=points[0].file)
-    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+    return found, skipped
 
 
 def _several(data: Any) -> list[Any]:
@@ -173,8 +192,12 @@ def _several(data: Any) -> list[Any]:
     return list(data) if isinstance(data, list | tuple) else [data]
 
 
-def _only(result: LawFit, hold_out: str) -> LawFit:
+def _with_held_out(
+    result: LawFit, unseen: Sequence[Measured], hold_out: str, report: Callable[[str], None]
+) -> LawFit:
     """The fit with the held-out errors that were asked for; those of further data always."""
+    if hold_out != "none" or unseen:
+        result = held_out(result, unseen, report, groups=hold_out != "none")
     if hold_out in ("all", "none"):
         return result
     if hold_out not in result.held_out:
@@ -222,25 +245,25 @@ def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
             raise InputError("is given twice: its points would count double", file=file)
 
 
-def _read(sources: Sequence[Any], told: Mapping[str, Any]) -> tuple[list[Measured], int]:
+def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:
     """The usable points of each data set, with what the caller tells of the muscle; how many are not."""
-    facts: dict[str, Any] = {}
-    for key, text in told.items():
+    values: dict[str, Any] = {}
+    for key, text in facts.items():
         unit = HEADER.get(key)
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
             raise InputError(
                 "is nothing that can be told",
-                field="told",
+                field="facts",
                 value=key,
                 allowed=", ".join(names),
                 nearest=nearest_name(key, names),
             )
-        facts[key] = _quantity(f"told.{key}", text, unit)
-    check_facts(None, facts, "told")
+        values[key] = _quantity(f"facts.{key}", text, unit)
+    check_facts(None, values, "facts")
     data, left_out = [], 0
     for source in sources:
-        measured = read_measured(source, facts)
+        measured = read_measured(source, values)
         usable, dropped = select(measured)
         if not len(usable):
             raise InputError("has no point with pressure, tension and contraction", file=measured.file)

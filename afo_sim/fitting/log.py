@@ -228,10 +228,10 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     for name, text in texts.items():
         channel = log.channel(name, "noise")
         try:
-            told = parse_quantity(text, channel.si)
+            deviation = parse_quantity(text, channel.si)
         except ValueError as error:
             raise InputError(str(error), field=f"noise.{name}", value=text) from None
-        if told <= 0.0:
+        if deviation <= 0.0:
             raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
-        noise[channel.title] = told
+        noise[channel.title] = deviation
     return noise

@@ -20,13 +20,14 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.fitting.identifiability import Estimate, intervals, refused, rms, verdict
 from afo_sim.fitting.run_misfit import Errors, channel_errors, doubts
-from afo_sim.fitting.run_parameter import Parameter
+from afo_sim.fitting.run_parameter import RunParameter
 from afo_sim.fitting.run_problem import HELD_OUT, RunProblem, differences, pose, run_at
-from afo_sim.fitting.run_search import AT_BOUND, Progress, Search
+from afo_sim.fitting.run_search import AT_BOUND, Progress, RunSearch
 from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.shown import shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitRun:
     """Dynamic parameters from a log, and how far they can be believed. SI.
 
@@ -47,6 +48,19 @@ class FitRun:
     misfit: float
     runs: int
     converged: bool
+
+    def __repr__(self) -> str:
+        """One line: the fitted values with their intervals, and the errors."""
+        each = [f"{p.name} = {self._value_text(p)}" for p in self.problem.parameters]
+        fitted = ", ".join(each) or "nothing fitted"
+        return f"<FitRun to {self.problem.log.file.name}: {fitted}; errors {self.misfit:.3g} times the noise>"
+
+    def _value_text(self, parameter: RunParameter) -> str:
+        value = f"{parameter.shown(self.values[parameter.name]):.4g} {parameter.kind.shown}"
+        return f"{value} ({self.belief(parameter)})"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
 
     @property
     def identifiable(self) -> bool:
@@ -84,7 +98,7 @@ class FitRun:
         fitted: Scenario = load("scenario", self.problem.scenario, self.sets)
         return fitted.with_values(name=f"{fitted.name or 'scenario'}-fitted")
 
-    def belief(self, parameter: Parameter) -> str:
+    def belief(self, parameter: RunParameter) -> str:
         """A parameter's interval, or why it has none, in words."""
         ends = self.interval[parameter.name]
         if ends is None:
@@ -93,7 +107,7 @@ class FitRun:
         return f"95 % interval {low:.4g} to {high:.4g} {parameter.kind.shown}"
 
     def reason(self, name: str) -> str:
-        """Why a parameter's interval is refused; "" where it is not."""
+        """The reason why a parameter's interval is refused; "" where it is not."""
         for line in self.verdict:
             names, _, reason = line.partition(": ")
             if name in names.split(", "):
@@ -151,7 +165,7 @@ def fit_run(
 def solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
     """The fit of a posed problem, see `fit_run`."""
     before = run_at(problem, problem.starts)
-    search = Search(problem, report)
+    search = RunSearch(problem, report)
     every = np.ones(len(problem.log.time), dtype=bool)
     start = np.array([p.search(p.start or p.kind.typical) if p.keys else 0.0 for p in problem.parameters])
     if not len(start):
@@ -201,7 +215,7 @@ COUNTED = "independent errors (they hang together in time)"
 
 
 def _believe(
-    problem: RunProblem, search: Search, best: Any
+    problem: RunProblem, search: RunSearch, best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[str, ...], float, float]:
     """95 % intervals, correlations, what the log cannot tell, memory and size of the errors.
 

@@ -1,4 +1,4 @@
-"""What of a scenario's dynamics can be fitted to a log: short names, the keys they set, bounds, units."""
+"""Dynamic parameters that a log can tell: short names, the keys that they set, bounds, units."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from afo_sim.description.scenario import Scenario
 
 
 @dataclass(frozen=True)
-class Kind:
+class RunParameterKind:
     """A dynamic parameter in general. SI; `shown` is the unit for people's eyes.
 
     `key` is the dotted key that it sets, with {} for each muscle group or chamber (`each`); without a key
@@ -37,39 +37,41 @@ _CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind(
+        RunParameterKind(
             "damping",
             "R of the muscles' damper",
             "orthosis.muscle.{}.type.damping",
             *("muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
         ),
-        Kind("inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
-        Kind(
+        RunParameterKind(
+            "inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE
+        ),
+        RunParameterKind(
             "outlet_conductance", "C of the outlets", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE
         ),
-        Kind(
+        RunParameterKind(
             "wall_conductance",
             "heat from the air to the wall, hA",
             "orthosis.chamber.{}.wall_conductance",
             *("chamber", "W/K", 1e-3, 1e2, 0.3, True),
         ),
-        Kind(
+        RunParameterKind(
             "tube_volume",
             "between valves and muscles",
             "orthosis.chamber.{}.tube_volume",
             *("chamber", "ml", 1e-8, 1e-3, 4e-6, True),
         ),
-        Kind(
+        RunParameterKind(
             "friction",
             "Coulomb friction about the ankle",
             *("leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
         ),
-        Kind(
+        RunParameterKind(
             "inertia",
             "about the ankle, on top of the model's",
             *("leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
         ),
-        Kind(
+        RunParameterKind(
             "time_offset",
             "what the log's clock reads when the timer starts",
             *("", "", "ms", -0.5, 0.5, 0.05, False, "s"),
@@ -79,7 +81,7 @@ KINDS = {
 
 
 @dataclass(frozen=True)
-class Parameter:
+class RunParameter:
     """A dynamic parameter of one scenario: its value there, and the keys that it sets.
 
     `keys` holds each key's share: the value of the first is the parameter's, the others keep the ratio to
@@ -87,13 +89,13 @@ class Parameter:
     """
 
     name: str
-    kind: Kind
+    kind: RunParameterKind
     start: float
     keys: dict[str, float]
 
     @property
     def size(self) -> float:
-        """What the search measures steps and uncertainties by [SI]."""
+        """Unit of the search's steps and uncertainties [SI]."""
         return (self.start or self.kind.typical) if self.kind.logarithmic else self.kind.typical
 
     def search(self, value: float) -> float:
@@ -112,9 +114,9 @@ class Parameter:
         first = next(iter(self.keys), "")
         found = {}
         for key, share in self.keys.items():
-            told = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
+            origin = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
             text = format_quantity(share * value, self.kind.unit)
-            found[key] = {"value": text, "source": told, "kind": "fitted"}
+            found[key] = {"value": text, "source": origin, "kind": "fitted"}
         return found
 
     def shown(self, value: float) -> float:
@@ -122,7 +124,7 @@ class Parameter:
         return in_unit(value, self.kind.unit, self.kind.shown)
 
 
-def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[Parameter, ...]:
+def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParameter, ...]:
     """The parameters of a scenario by name.
 
     Parameters
@@ -147,7 +149,7 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[Parameter
     return tuple(found)
 
 
-def _find(name: str, scenario: Scenario) -> Parameter:
+def _find(name: str, scenario: Scenario) -> RunParameter:
     general, dot, one = name.partition(".")
     kind = KINDS.get(general)
     members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
@@ -161,7 +163,7 @@ def _find(name: str, scenario: Scenario) -> Parameter:
             nearest=nearest_name(name, allowed),
         )
     if not kind.key:
-        return Parameter(name, kind, 0.0, {})
+        return RunParameter(name, kind, 0.0, {})
     keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
     fields = [field_at(key, scenario) for key in keys]
     low, high = fields[0].bounds
@@ -178,4 +180,4 @@ def _find(name: str, scenario: Scenario) -> Parameter:
             value=format_quantity(start, kind.unit),
             allowed=f"{low:g} to {high:g} {kind.shown}",
         )
-    return Parameter(name, kind, start, dict(zip(keys, shares, strict=True)))
+    return RunParameter(name, kind, start, dict(zip(keys, shares, strict=True)))

@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.fitting.log import Log, read_log, read_noise
-from afo_sim.fitting.run_parameter import Parameter, find_parameters
+from afo_sim.fitting.run_parameter import RunParameter, find_parameters
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import make_recording
@@ -25,7 +25,7 @@ class RunProblem:
     """A scenario as plain data, its free parameters, and the log that they are fitted to; SI."""
 
     scenario: dict[str, Any]
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[RunParameter, ...]
     log: Log
     noise: dict[str, float]
     hold_out: float

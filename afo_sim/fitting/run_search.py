@@ -25,7 +25,7 @@ AT_BOUND = 1e-4  # share of the searched range
 MOST_RUNS = 40  # beside those of the finite differences
 
 
-class Search:
+class RunSearch:
     """Least squares over runs; counts them, and remembers what a search cannot return."""
 
     def __init__(self, problem: RunProblem, report: Progress):

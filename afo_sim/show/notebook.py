@@ -1,28 +1,50 @@
-"""A recording as a notebook shows it: status, warnings, numbers, two small figures."""
+"""Results as a notebook shows them: runs with two small figures; sweeps, searches and fits as tables."""
 
 import base64
 import pathlib
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 
+from afo_sim.fitting import law_report, run_scenario
+from afo_sim.fitting.law_result import StaticFit
+from afo_sim.fitting.run_fit import FitRun
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
+from afo_sim.show import sweep_tables
 from afo_sim.show.run_figure import draw_angle, draw_torque
 from afo_sim.simulation.recording import Recording
+from afo_sim.study.findings import findings
+from afo_sim.study.results import Results
+from afo_sim.study.search import words as search_words
+from afo_sim.study.search.best import BestDesign
+from afo_sim.study.words import chosen
 
 FEW = 12  # numbers that stand there unfolded
 WIDTH = 380  # of a figure [px]
-RIGHT = "text-align: right"
+RIGHT, LEFT = "text-align: right", "text-align: left"
+BEST_CASES = 3  # of a sweep, for each metric
+
+Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
-def html(recording: Recording) -> str:
-    """The recording as one HTML element that needs nothing outside itself.
+def html(result: Recording | Results | BestDesign | StaticFit | FitRun) -> str:
+    """A result as one HTML element that needs nothing outside itself."""
+    if isinstance(result, Recording):
+        return recording_html(result)
+    if isinstance(result, Results):
+        found = findings(result, chosen(result, []))
+        return _element(repr(result), sweep_tables.tables(found, BEST_CASES), found.remarks)
+    if isinstance(result, BestDesign):
+        tables, lines = search_words.tables(result.summary), search_words.statement(result.summary)
+        return _element(repr(result), tables, lines)
+    if isinstance(result, StaticFit):
+        return _element(repr(result), law_report.tables(result), law_report.remarks(result))
+    return _element(repr(result), run_scenario.tables(result), run_scenario.remarks(result))
 
-    Parameters
-    ----------
-    recording : a run; of one without rows there are no figures
-    """
+
+def recording_html(recording: Recording) -> str:
+    """Status, warnings, numbers and two figures of a run; of one without rows there are no figures."""
     rows = len(recording["time"]) if "time" in recording.columns else 0
     parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
     parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
@@ -31,6 +53,18 @@ def html(recording: Recording) -> str:
         parts += [_picture(draw, recording) for draw in (draw_angle, draw_torque)]
     if recording.metrics:
         parts.append(_numbers(recording.metrics))
+    return f"<div>{''.join(parts)}</div>"
+
+
+def _element(head: str, tables: Sequence[Table], lines: Sequence[str]) -> str:
+    """Tables with their titles, the remarks below."""
+    parts = [f"<b>{escape(head.strip('<>'))}</b>"]
+    for title, header, rows in tables:
+        cells = "".join(f'<th style="{LEFT}">{escape(name)}</th>' for name in header)
+        lines_of = ("".join(f'<td style="{LEFT}">{escape(cell)}</td>' for cell in row) for row in rows)
+        body = "".join(f"<tr>{line}</tr>" for line in lines_of)
+        parts.append(f"<table><caption>{escape(title)}</caption><tr>{cells}</tr>{body}</table>")
+    parts += [f"<div>{escape(line)}</div>" for line in lines]
     return f"<div>{''.join(parts)}</div>"
 
 

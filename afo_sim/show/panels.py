@@ -11,7 +11,7 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
 from afo_sim.model.foot import foot_of, turned
 from afo_sim.model.mounting import ANKLE
-from afo_sim.show.shown import PERCENT, PHASE, Over, Shown
+from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
 from afo_sim.show.style import LINE_STYLES, MOMENTS, NORM, SOLE, STANCE, ZERO, plain
 
 RECORDED = {"color": "black", "lw": 1.0, "ls": (0, (4, 2)), "label": "healthy trial, recorded", "zorder": 4}
@@ -23,7 +23,7 @@ SIDES = ("inlet", "outlet")
 OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
 
-def angle(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Ankle angle, with the recorded healthy one in walking, the norm's band over the cycle.
 
     A run over time by itself has its stance shaded and its orthosis' range of motion marked.
@@ -47,11 +47,11 @@ def angle(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
             _mark_range(axis, first)
 
 
-def _directions(run: Shown, over: Over) -> str:
+def _directions(run: RunView, over: Over) -> str:
     return "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{run.positive} +"
 
 
-def _keep_still(axis: Any, runs: Sequence[Shown]) -> None:
+def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
     """Rounding errors of a joint that does not move fill no axis, and a word says that it is still."""
     ranges = [np.ptp(np.degrees(run.recording["ankle/angle"])) for run in runs]
     if max(ranges) < STILL:
@@ -61,7 +61,7 @@ def _keep_still(axis: Any, runs: Sequence[Shown]) -> None:
         axis.set_ylim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))
 
 
-def _mark_range(axis: Any, run: Shown) -> None:
+def _mark_range(axis: Any, run: RunView) -> None:
     if not run.groups:
         return
     limits = run.recording.scenario["orthosis"]["range_of_motion"]
@@ -80,7 +80,7 @@ def _mark_range(axis: Any, run: Shown) -> None:
     )
 
 
-def moments(axis: Any, runs: Sequence[Shown]) -> None:
+def moments(axis: Any, runs: Sequence[RunView]) -> None:
     """Moments about the joint over time: of one run all of them, of several the orthosis'."""
     first = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
@@ -99,7 +99,7 @@ def moments(axis: Any, runs: Sequence[Shown]) -> None:
         shade_stance(axis, first)
 
 
-def sole(axis: Any, runs: Sequence[Shown]) -> None:
+def sole(axis: Any, runs: Sequence[RunView]) -> None:
     """Heights of toe and ball over time, and the same foot's at the recorded ankle angle."""
     run = runs[0]
     time = run.recording["time"]
@@ -113,7 +113,7 @@ def sole(axis: Any, runs: Sequence[Shown]) -> None:
     shade_stance(axis, run)
 
 
-def _healthy_heights(run: Shown) -> dict[str, np.ndarray]:
+def _healthy_heights(run: RunView) -> dict[str, np.ndarray]:
     """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
     recording = run.recording
     model = mujoco.MjModel.from_xml_string(recording.model_xml)
@@ -122,7 +122,7 @@ def _healthy_heights(run: Shown) -> dict[str, np.ndarray]:
     return {name: recording["ankle/position/z"] + turned(points[name], pitch)[1] for name in SOLE}
 
 
-def pressures(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run."""
     run = runs[0]
     x, supply = run.curves("supply/pressure", over)
@@ -135,7 +135,7 @@ def pressures(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
         shade_stance(axis, run)
 
 
-def valves(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
+def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """One lane per valve of a run, with a bar as high as its seat is open."""
     run = runs[0]
     lanes = list(itertools.product(run.chambers, SIDES))
@@ -158,7 +158,7 @@ def valves(axis: Any, runs: Sequence[Shown], over: Over = "time") -> None:
     axis.set_ylabel("valves\nopen")
 
 
-def forces(axis: Any, runs: Sequence[Shown]) -> None:
+def forces(axis: Any, runs: Sequence[RunView]) -> None:
     """Force of each muscle of a run over time, of a group once where its muscles coincide."""
     run = runs[0]
     for group in run.groups:
@@ -169,7 +169,7 @@ def forces(axis: Any, runs: Sequence[Shown]) -> None:
     shade_stance(axis, run)
 
 
-def group_curves(run: Shown, group: str, *quantities: str) -> list[tuple[str, str, str]]:
+def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, str, str]]:
     """[(label, muscle, line style)] to draw: one for the whole group where its muscles coincide."""
     count, name = run.recording.scenario["orthosis"]["muscle"][group]["count"], plain(group)
     muscles = [f"{group}_{k}" for k in range(1, count + 1)]
@@ -201,7 +201,7 @@ def _dot(x: np.ndarray) -> str | None:
     return "." if len(x) == 1 else None
 
 
-def shade_stance(axis: Any, run: Shown) -> None:
+def shade_stance(axis: Any, run: RunView) -> None:
     """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
     if not run.walks:
         return

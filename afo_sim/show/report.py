@@ -15,7 +15,7 @@ from afo_sim.show.report_tables import (
     sources,
     stride_tables,
 )
-from afo_sim.show.shown import Shown
+from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUNS
 from afo_sim.simulation.recording import read_recording
 
@@ -63,7 +63,7 @@ def write_report(
     return target
 
 
-def read_runs(folders: Sequence[pathlib.Path]) -> list[Shown]:
+def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
     """The runs of folders, each with a name of its own and a colour; errors as in `write_report`."""
     if len(folders) > len(RUNS):
         raise InputError(
@@ -78,10 +78,10 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[Shown]:
         name if names.count(name) == 1 else str(folder) for name, folder in zip(names, folders, strict=True)
     ]
     recordings = [read_recording(folder) for folder in folders]
-    return [Shown(*each, TIME_POINTS) for each in zip(labels, RUNS, recordings, strict=False)]
+    return [RunView(*each, TIME_POINTS) for each in zip(labels, RUNS, recordings, strict=False)]
 
 
-def remarks(runs: Sequence[Shown]) -> list[str]:
+def remarks(runs: Sequence[RunView]) -> list[str]:
     """Notes on these runs together, and on missing files."""
     found = []
     walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
@@ -99,7 +99,7 @@ def remarks(runs: Sequence[Shown]) -> list[str]:
     return found
 
 
-def page(runs: Sequence[Shown]) -> str:
+def page(runs: Sequence[RunView]) -> str:
     """The whole HTML text of a report; the runs after the first are compared with it."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from afo_sim.show import panels, walk_panels
-from afo_sim.show.shown import Over, Shown
+from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import STYLE, plain
 
 WIDTH = 7.6  # [inch]
@@ -47,7 +47,7 @@ def svg(name: str, size: tuple[float, float], fill: Callable[[Any], None]) -> st
     return re.sub(r'\b(width|height)="[\d.]+pt" ?', "", text, count=2)
 
 
-def draw_ankle(figure: Any, runs: Sequence[Shown]) -> None:
+def draw_ankle(figure: Any, runs: Sequence[RunView]) -> None:
     """Ankle angle and internal moment over the gait cycle, each with the norm's band."""
     angle, moment = figure.subplots(1, 2)
     panels.angle(angle, runs, "cycle")
@@ -58,7 +58,7 @@ def draw_ankle(figure: Any, runs: Sequence[Shown]) -> None:
     panels.legend(figure, (angle, moment))
 
 
-def draw_clearance(figure: Any, runs: Sequence[Shown]) -> None:
+def draw_clearance(figure: Any, runs: Sequence[RunView]) -> None:
     """Height of toe and ball above the floor in swing."""
     axes = figure.subplots(1, 2, sharey=True)
     for axis, point in zip(axes, ("toe", "ball"), strict=True):
@@ -67,7 +67,7 @@ def draw_clearance(figure: Any, runs: Sequence[Shown]) -> None:
     panels.legend(figure, axes)
 
 
-def draw_pressures(figure: Any, runs: Sequence[Shown], over: Over = "cycle") -> None:
+def draw_pressures(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
     across = min(len(runs), ACROSS)
     down = -(-len(runs) // across)
@@ -92,7 +92,7 @@ def draw_pressures(figure: Any, runs: Sequence[Shown], over: Over = "cycle") -> 
     panels.legend(figure, upper)
 
 
-def draw_torque(figure: Any, runs: Sequence[Shown]) -> None:
+def draw_torque(figure: Any, runs: Sequence[RunView]) -> None:
     """Torque that the patient lacks, and torque of the orthosis; one panel for each run."""
     across = min(len(runs), ACROSS)
     axes = figure.subplots(-(-len(runs) // across), across, sharey=True, squeeze=False)
@@ -105,7 +105,7 @@ def draw_torque(figure: Any, runs: Sequence[Shown]) -> None:
     panels.legend(figure, axes.flat)
 
 
-def draw_work(figure: Any, runs: Sequence[Shown]) -> None:
+def draw_work(figure: Any, runs: Sequence[RunView]) -> None:
     """Power of the orthosis over the cycle, and its work per stride."""
     power, work = figure.subplots(1, 2, width_ratios=[1.6, 1.0])
     walk_panels.power(power, runs)
@@ -113,7 +113,7 @@ def draw_work(figure: Any, runs: Sequence[Shown]) -> None:
     panels.legend(figure, (power,))
 
 
-def draw_over_time(figure: Any, runs: Sequence[Shown]) -> None:
+def draw_over_time(figure: Any, runs: Sequence[RunView]) -> None:
     """The joint's angle over time, and of one run all moments about it, of several the orthosis'."""
     axes = angle, moment = figure.subplots(2, 1, sharex=True)
     panels.angle(angle, runs)
@@ -151,7 +151,7 @@ WORK = (
 TIME = ("Angle and moments over time", "Of several runs, the moment is the orthosis'.")
 
 
-def figures_over_cycle(runs: Sequence[Shown]) -> Iterator[Drawing]:
+def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[Drawing]:
     """The figures of runs that walk at least one whole stride."""
     worn = [run for run in runs if run.has_orthosis]
     yield _figure("ankle", 3.3, draw_ankle, runs, ANKLE)
@@ -163,7 +163,7 @@ def figures_over_cycle(runs: Sequence[Shown]) -> Iterator[Drawing]:
         yield _figure("work", 2.8, draw_work, worn, WORK)
 
 
-def figures_over_time(runs: Sequence[Shown]) -> Iterator[Drawing]:
+def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
     """The figures of all other runs."""
     worn = [run for run in runs if run.has_orthosis]
     yield _figure("time", 4.0, draw_over_time, runs, TIME)
@@ -171,7 +171,7 @@ def figures_over_time(runs: Sequence[Shown]) -> Iterator[Drawing]:
         yield _figure("air", _tall(worn, 3.6), partial(draw_pressures, over="time"), worn, PRESSURES)
 
 
-def _tall(runs: Sequence[Shown], height: float) -> float:
+def _tall(runs: Sequence[RunView], height: float) -> float:
     """Height of a figure with a block for each run [inch]."""
     return height * -(-len(runs) // ACROSS)
 
@@ -179,8 +179,8 @@ def _tall(runs: Sequence[Shown], height: float) -> float:
 def _figure(
     name: str,
     height: float,
-    draw: Callable[[Any, Sequence[Shown]], None],
-    runs: Sequence[Shown],
+    draw: Callable[[Any, Sequence[RunView]], None],
+    runs: Sequence[RunView],
     caption: tuple[str, str],
 ) -> Drawing:
     title, text = caption

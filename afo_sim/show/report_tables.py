@@ -12,7 +12,7 @@ from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import GROUPS, number, unit, words
 from afo_sim.show.numbers import readable, undefined
-from afo_sim.show.shown import Shown
+from afo_sim.show.run_view import RunView
 
 NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
@@ -27,7 +27,7 @@ DEFINITIONS = (
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """One line of a table: a name with its meaning, a cell for each run or stride, a unit.
 
     cells : (text, difference from the first run or "")
@@ -44,19 +44,19 @@ class Group:
     """Rows under one heading."""
 
     title: str
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
 
 @dataclass(frozen=True)
 class StrideTable:
     """The numbers of each stride of a run."""
 
-    run: Shown
+    run: RunView
     numbers: tuple[int, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
 
-def scenario_rows(runs: Sequence[Shown]) -> Iterator[Row]:
+def scenario_rows(runs: Sequence[RunView]) -> Iterator[TableRow]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
@@ -69,10 +69,10 @@ def scenario_rows(runs: Sequence[Shown]) -> Iterator[Row]:
     ]
     names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
     for name in [*names, "duration"]:
-        yield Row(name, tuple((str(table.get(name, "–")), "") for table in tables))
+        yield TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
 
 
-def metric_groups(runs: Sequence[Shown]) -> Iterator[Group]:
+def metric_groups(runs: Sequence[RunView]) -> Iterator[Group]:
     """Every metric, runs side by side, with the difference from the first run."""
     tables = [run.recording.metrics for run in runs]
     names = list(dict.fromkeys(name for table in tables for name in table))
@@ -82,11 +82,11 @@ def metric_groups(runs: Sequence[Shown]) -> Iterator[Group]:
             yield Group(group, tuple(_row(name, [table.get(name) for table in tables]) for name in found))
 
 
-def _row(name: str, found: Sequence[Metric | None]) -> Row:
+def _row(name: str, found: Sequence[Metric | None]) -> TableRow:
     """A metric of all runs; runs that have none show a dash."""
     sample = next(metric for metric in found if metric is not None)
     cells = tuple((_cell(name, metric), _difference(name, metric, found[0])) for metric in found)
-    return Row(words(name).label, cells, unit(sample), words(name).meaning)
+    return TableRow(words(name).label, cells, unit(sample), words(name).meaning)
 
 
 def _cell(name: str, metric: Metric | None) -> str:
@@ -102,7 +102,7 @@ def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
     return number(metric.value - first.value, metric.unit, signed=True)
 
 
-def stride_tables(runs: Sequence[Shown]) -> Iterator[StrideTable]:
+def stride_tables(runs: Sequence[RunView]) -> Iterator[StrideTable]:
     """Each stride's numbers, of the runs that have any."""
     for run in runs:
         table = run.recording.strides
@@ -112,12 +112,12 @@ def stride_tables(runs: Sequence[Shown]) -> Iterator[StrideTable]:
             yield StrideTable(run, tuple(table), tuple(rows))
 
 
-def _stride_row(name: str, found: Sequence[Metric | None]) -> Row:
+def _stride_row(name: str, found: Sequence[Metric | None]) -> TableRow:
     sample = next(metric for metric in found if metric is not None)
-    return Row(words(name).label, tuple((_cell(name, metric), "") for metric in found), unit(sample))
+    return TableRow(words(name).label, tuple((_cell(name, metric), "") for metric in found), unit(sample))
 
 
-def sources(runs: Sequence[Shown]) -> Iterator[str]:
+def sources(runs: Sequence[RunView]) -> Iterator[str]:
     """Sources of data and definitions, one sentence or more each."""
     for name in gaits_of(runs):
         yield f"Walking, {name}: {_gait_source(name)}"
@@ -132,7 +132,7 @@ def sources(runs: Sequence[Shown]) -> Iterator[str]:
     yield f"Computed with {' · '.join(f'{name} {version}' for name, version in versions)}"
 
 
-def _muscles(runs: Sequence[Shown]) -> list[str]:
+def _muscles(runs: Sequence[RunView]) -> list[str]:
     """Each muscle used, with the grade of its data and its force law."""
     found = []
     for run in runs:
@@ -142,7 +142,7 @@ def _muscles(runs: Sequence[Shown]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def gaits_of(runs: Sequence[Shown]) -> list[str]:
+def gaits_of(runs: Sequence[RunView]) -> list[str]:
     """The gaits that runs walked, each once."""
     return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
 

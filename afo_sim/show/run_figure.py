@@ -11,14 +11,14 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
 from afo_sim.show import panels
-from afo_sim.show.shown import Shown, alone
+from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import FORMATS, paragraph, write_figure
 from afo_sim.simulation.recording import Recording
 
 LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
 SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
 
-Panel = Callable[[Any, list[Shown]], None]  # draws on an axis
+Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
@@ -116,12 +116,12 @@ def _refuse_empty(recording: Recording) -> None:
         raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
 
 
-def _draw(fill: Callable[..., None], size: tuple[float, float], run: Shown, path: pathlib.Path) -> None:
+def _draw(fill: Callable[..., None], size: tuple[float, float], run: RunView, path: pathlib.Path) -> None:
     _refuse_empty(run.recording)
     write_figure(path, size, functools.partial(fill, run=run))
 
 
-def _stack(figure: Any, run: Shown, rows: tuple[Panel, ...], title: bool = False) -> None:
+def _stack(figure: Any, run: RunView, rows: tuple[Panel, ...], title: bool = False) -> None:
     """Panels under one another on one time axis."""
     heights = [0.28 * len(run.chambers) if panel is panels.valves else 1.0 for panel in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
@@ -145,7 +145,7 @@ def _stack(figure: Any, run: Shown, rows: tuple[Panel, ...], title: bool = False
         figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)
 
 
-def _force_contraction(figure: Any, run: Shown) -> None:
+def _force_contraction(figure: Any, run: RunView) -> None:
     """A panel per group, the curves coloured by the pressure in their chamber."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable

@@ -84,8 +84,8 @@ def _objective(
     keeps = aim.feasible(columns)[so_far]
     _dots(axis, problem, columns, columns[OBJECTIVE], so_far, keeps)
     axis.set_ylabel(_title(aim.objective.metric, units))
-    said = f"{aim.objective.goal}, {aim.objective.over} of patients"
-    axis.set_title(said, loc="left", fontsize=8.0, color="0.3")
+    title = f"{aim.objective.goal}, {aim.objective.over} of patients"
+    axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
 
 
 def _limit(
@@ -99,8 +99,8 @@ def _limit(
     _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, np.full(len(so_far), True))
     axis.axhline(limit.bound, zorder=1, **BOUND)
     axis.set_ylabel(_title(limit.metric, units))
-    said = f"kept by {100.0 * limit.share:.3g} %; limit dashed"
-    axis.set_title(said, loc="left", fontsize=8.0, color="0.3")
+    title = f"kept by {100.0 * limit.share:.3g} %; limit dashed"
+    axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
 
 
 def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:

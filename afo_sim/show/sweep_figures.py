@@ -35,8 +35,8 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         axis.axvline(found.median, color=FULL, lw=1.3)
         axis.margins(x=0.02)
         axis.set_xlabel(plain(look.title, None))
-        said = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
-        axis.set_title(said.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
+        title = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
+        axis.set_title(title.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
     figure.get_layout_engine().set(wspace=0.05)
 
@@ -91,9 +91,9 @@ def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect,
     line = "" if text else "-"
     look = {"color": FULL, "ecolor": FULL, "ls": line, "marker": "o", "ms": 3.4, "elinewidth": 1.0}
     grid = results.levels() is not None and not results.lacking(names[1])  # no cases at random: no error
-    said = "mean over the other parameters" if grid else "mean and its standard error"
+    label = "mean over the other parameters" if grid else "mean and its standard error"
     bars = None if grid else np.where(np.isfinite(errors), errors, 0.0)
-    axis.errorbar(places, means, bars, zorder=3, label=said, **look)
+    axis.errorbar(places, means, bars, zorder=3, label=label, **look)
     axis.margins(x=0.25 if text else 0.04)
 
 
@@ -104,9 +104,9 @@ def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) ->
     """
     shares: dict[str, float] = {}
     for found in effects.values():
-        told = all(np.isfinite(effect.share) for effect in found.values())
-        weight = {name: effect.share if told else _between(effect) for name, effect in found.items()}
-        most = 1.0 if told else max(weight.values(), default=0.0) or 1.0
+        known = all(np.isfinite(effect.share) for effect in found.values())
+        weight = {name: effect.share if known else _between(effect) for name, effect in found.items()}
+        most = 1.0 if known else max(weight.values(), default=0.0) or 1.0
         for name in found:
             shares[name] = max(shares.get(name, -np.inf), weight[name] / most)
     return sorted(shares, key=lambda name: -shares[name])[:count]

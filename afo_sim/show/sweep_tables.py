@@ -4,12 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from afo_sim.show.sweep import EFFECTS, Findings
 from afo_sim.study import analysis, pareto, sobol
+from afo_sim.study.findings import Findings
 from afo_sim.study.results import Results
 from afo_sim.study.sobol import Indices
 from afo_sim.study.words import scale
 
+EFFECTS = "main effects: share of the variance, mean from low to high"
 NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows

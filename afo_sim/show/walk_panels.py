@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.walking import ORTHOSIS, dip
 from afo_sim.show.panels import NORM_LABEL, RECORDED, mean_and_spread
-from afo_sim.show.shown import PERCENT, PHASE, Shown
+from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import NORM, ZERO, plain
 
 INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)
@@ -42,7 +42,7 @@ def mark_toe_off(axis: Any, toe_off: float) -> None:
     axis.axvline(100.0 * toe_off, color="0.6", lw=0.6, ls=":", zorder=1)
 
 
-def internal_moment(axis: Any, runs: Sequence[Shown]) -> None:
+def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
     """Whole internal moment per body mass: tissue, muscles and orthosis together, with the norm's band."""
     low, high = (gait_norm.read().at(f"moment_{end}", PHASE) for end in ("low", "high"))
     axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
@@ -54,7 +54,7 @@ def internal_moment(axis: Any, runs: Sequence[Shown]) -> None:
     over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{FLEXION}")
 
 
-def clearance(axis: Any, runs: Sequence[Shown], point: str) -> None:
+def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
     """Height of toe or ball above the floor in swing, with a dot at the minimum that counts."""
     start = min(run.toe_off for run in runs)
     dots: list[tuple[float, float, str]] = []
@@ -107,7 +107,7 @@ def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
         )
 
 
-def torque(axis: Any, run: Shown) -> None:
+def torque(axis: Any, run: RunView) -> None:
     """Torque that the patient lacks, and the orthosis' torque."""
     needed = run.cycles("gait/needed_moment").mean(axis=0)
     axis.fill_between(PERCENT, 0.0, needed, color="0.82", lw=0.0, label="needed: what the patient lacks")
@@ -119,7 +119,7 @@ def torque(axis: Any, run: Shown) -> None:
     axis.set_title(plain(run.label), loc="left", color=run.colour)
 
 
-def power(axis: Any, runs: Sequence[Shown]) -> None:
+def power(axis: Any, runs: Sequence[RunView]) -> None:
     """Power of the orthosis per body mass."""
     for run in runs:
         flow = run.cycles(ORTHOSIS) * run.cycles("ankle/velocity") / run.body_mass
@@ -127,7 +127,7 @@ def power(axis: Any, runs: Sequence[Shown]) -> None:
     over_cycle(axis, runs[0].toe_off, "power of the orthosis [W/kg]\ntaken –  |  + given")
 
 
-def work(axis: Any, runs: Sequence[Shown]) -> None:
+def work(axis: Any, runs: Sequence[RunView]) -> None:
     """Positive and negative work of the orthosis per stride, one row of bars for each run."""
     for k, run in enumerate(runs):
         found = [run.recording.metrics[name] for name in WORK if name in run.recording.metrics]

@@ -15,7 +15,7 @@ LEVELS = 12  # distinct values up to which each is a bin of its own, if it has t
 
 @dataclass(frozen=True)
 class Spread:
-    """How a metric varies over the cases that have it; NaN where there are too few."""
+    """Spread of a metric over the cases that have it; NaN where there are too few."""
 
     count: int
     mean: float
@@ -63,8 +63,8 @@ def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int
     """
     failed = [(s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok"]
     found = Counter((s, _kind(r)) for s, r in failed)
-    told = {(s, _kind(r)): r for s, r in reversed(failed)}
-    return [(s, told[s, kind], count) for (s, kind), count in found.most_common()]
+    texts = {(s, _kind(r)): r for s, r in reversed(failed)}
+    return [(s, texts[s, kind], count) for (s, kind), count in found.most_common()]
 
 
 def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
@@ -74,8 +74,8 @@ def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
     """
     lines = [text.splitlines() for text in warnings.tolist() if text]
     found = Counter(kind for each in lines for kind in dict.fromkeys(map(_kind, each)))
-    told = {_kind(line): line for each in reversed(lines) for line in reversed(each)}
-    return [(told[kind], count) for kind, count in found.most_common()]
+    texts = {_kind(line): line for each in reversed(lines) for line in reversed(each)}
+    return [(texts[kind], count) for kind, count in found.most_common()]
 
 
 def _kind(text: str) -> str:

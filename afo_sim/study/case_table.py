@@ -6,13 +6,13 @@ from typing import Any
 
 from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.study.parameter_table import ToldParameter
+from afo_sim.study.parameter_table import ParameterTable
 
 EXAMPLE = "pressure [bar],patient"
 
 
 def values_of(
-    sweep: pathlib.Path, name: str, parameters: Mapping[str, ToldParameter]
+    sweep: pathlib.Path, name: str, parameters: Mapping[str, ParameterTable]
 ) -> dict[str, tuple[Any, ...]]:
     """Every parameter's values, as [parameters.NAME] would tell them.
 
@@ -32,7 +32,7 @@ def values_of(
     table = read_table(file, EXAMPLE)
     columns = [split_title(title) for title in table.titles]
     titles = [title for title, _ in columns]
-    wanted = [parameter for parameter, told in parameters.items() if not told.from_seed]
+    wanted = [parameter for parameter, table in parameters.items() if not table.from_seed]
     for title in titles:
         if title not in wanted or titles.count(title) > 1:
             problem = "is there twice" if title in wanted else "is no parameter of the sweep"

@@ -40,7 +40,7 @@ ARITHMETIC: dict[type[ast.operator], np.ufunc] = {
 
 @dataclass(frozen=True)
 class Constraint:
-    """What every case of a sweep fulfils.
+    """A condition on the parameters that every case of a sweep fulfils.
 
     `units` are the SI units of the parameters that are numbers, `words` the values of those that are words.
     """
@@ -50,7 +50,7 @@ class Constraint:
     words: dict[str, tuple[str, ...]]
 
     def holds(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Which cases fulfil it.
+        """Mask of the cases that fulfil it (n,).
 
         Parameters
         ----------
@@ -65,7 +65,7 @@ class Constraint:
         return np.broadcast_to(found, (len(next(iter(values.values()), "-")),))
 
     def excess(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """How far cases are from fulfilling it: 0 where they do, more where more is missing.
+        """Distance of cases from fulfilling it: 0 where they do, more where more is missing.
 
         A comparison's excess is what it is off by, as a share of the larger side; the excesses of parts
         joined by `and` add up, of those joined by `or` the least counts.
@@ -138,7 +138,7 @@ class _Evaluation:
         self._refuse(node, "is neither true nor false", "a comparison, or several with and, or, not")
 
     def excess(self, node: ast.expr, negated: bool = False) -> Any:
-        """How far something that `truth` can read is from being true, or `negated`, false."""
+        """Distance of something that `truth` can read from being true, or `negated`, false."""
         if isinstance(node, ast.UnaryOp):
             return self.excess(node.operand, not negated)
         if isinstance(node, ast.BoolOp):
@@ -154,7 +154,7 @@ class _Evaluation:
         return joined.reduce(np.broadcast_arrays(*parts))
 
     def _off(self, left: ast.expr, op: ast.cmpop, right: ast.expr, negated: bool) -> Any:
-        """What a comparison is off by, as a share of the larger side."""
+        """Error of a comparison, as a share of the larger side."""
         a, b = self._number(left).value, self._number(right).value
         if isinstance(op, ast.Eq | ast.NotEq):
             off = np.abs(a - b) if isinstance(op, ast.Eq) != negated else np.zeros(np.shape(a - b))
@@ -176,7 +176,7 @@ class _Evaluation:
         return COMPARISONS[type(op)](a.value, b.value)
 
     def _word(self, name: str, node: ast.expr) -> Any:
-        """What a parameter of words is compared with: one of its words, or another such parameter."""
+        """The other side of a comparison of words: one of the words, or another such parameter."""
         if isinstance(node, ast.Name) and node.id in self.constraint.words:
             return self.values[node.id]
         words = self.constraint.words[name]
@@ -273,7 +273,7 @@ def _parse(text: str) -> ast.expr:
 
 
 def _depth(tree: ast.AST) -> int:
-    """How deeply an expression is nested."""
+    """Depth to which an expression is nested."""
     level, depth = [tree], 0
     while level:
         level, depth = [child for node in level for child in ast.iter_child_nodes(node)], depth + 1
@@ -295,6 +295,6 @@ def _product(a: Dimension, b: Dimension, sign: int) -> Dimension:
 
 
 def _in_words(measures: Dimension) -> str:
-    """What something measures, as base units."""
+    """A dimension, as base units."""
     text = "·".join(name if power == 1.0 else f"{name}^{power:g}" for name, power in measures)
     return text or "bare numbers"

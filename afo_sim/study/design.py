@@ -49,13 +49,13 @@ class Cases:
         sets = dict(self.plan.set)
         for parameter in self.plan.parameters:
             value = self.values[parameter.name][case]
-            told = parameter.told(value if isinstance(value, str) else float(value))
-            sets |= dict.fromkeys(parameter.keys, told)
+            written = parameter.written(value if isinstance(value, str) else float(value))
+            sets |= dict.fromkeys(parameter.keys, written)
         return sets
 
-    def told(self, case: int) -> str:
+    def in_words(self, case: int) -> str:
         """One case in words: "pressure = 200000.0 Pa, patient = drop-foot"."""
-        each = {p.name: p.told(self.values[p.name][case]) for p in self.plan.parameters}
+        each = {p.name: p.written(self.values[p.name][case]) for p in self.plan.parameters}
         return ", ".join(f"{name} = {value}" for name, value in each.items())
 
 
@@ -109,7 +109,7 @@ def case_seeds(seed: int, count: int) -> np.ndarray:
 
 
 def _count(plan: Plan) -> int:
-    """How many cases the design has, before constraints."""
+    """Number of cases of the design, before constraints."""
     levels = [len(_levels(p)) for p in plan.parameters if isinstance(p.spread, Choice)]
     if plan.design == "grid":
         steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
@@ -166,8 +166,8 @@ def _holds(plan: Plan, values: Columns) -> np.ndarray:
 
 
 def _contradiction(plan: Plan, problem: str) -> InputError:
-    told = "; ".join(constraint.text for constraint in plan.constraints)
-    return InputError(problem, file=plan.file, field="constraints", value=told, allowed="less strict ones")
+    stated = "; ".join(constraint.text for constraint in plan.constraints)
+    return InputError(problem, file=plan.file, field="constraints", value=stated, allowed="less strict ones")
 
 
 def _drawn(plan: Plan, varied: list[Parameter]) -> tuple[Columns, int]:
@@ -262,7 +262,7 @@ def _telling(cases: Cases) -> list[int]:
 
 
 def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
-    """What is wrong with a case, as of the parameter that set the field, if one did."""
+    """The error of a case, as one of the parameter that set the field, if one did."""
     plan = cases.plan
     at = error.field.replace("[", ".").replace("]", "")
     blamed = [
@@ -275,5 +275,5 @@ def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
     field, about = "parameters", error.field
     if len(blamed) == 1 or (blamed and at == blamed[0][1]):
         field, about = f"parameters.{blamed[0][0].name}", blamed[0][1]
-    problem = f"case {case} is no valid scenario: {about}: {error.problem}; {cases.told(case)}"
+    problem = f"case {case} is no valid scenario: {about}: {error.problem}; {cases.in_words(case)}"
     return InputError(problem, file=plan.file, field=field, allowed=error.allowed, nearest=error.nearest)

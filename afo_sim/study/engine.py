@@ -34,7 +34,7 @@ AHEAD = 1  # batches more than threads, so that none of these waits for the next
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings."""
+    """The end of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings."""
 
     status: str
     reason: str
@@ -52,7 +52,7 @@ class Prepared:
 
     @property
     def layout(self) -> tuple[Any, ...]:
-        """What cases must have in common to share a roll-out."""
+        """The parts that cases must have in common to share a roll-out."""
         model = self.built.model
         sizes = tuple(getattr(model, name) for name in _size_names())
         return (self.built.scenario.callback, len(self.control), *sizes)
@@ -181,7 +181,7 @@ def _batches(
 
 
 def _in_python(batch: Sequence[Prepared]) -> bool:
-    """Whether `mujoco.batch` would refuse the batch."""
+    """True where `mujoco.batch` would refuse the batch."""
     return batch[0].built.scenario.callback == "python"
 
 
@@ -224,7 +224,7 @@ def _finite(metric: Metric) -> Metric:
 
 
 def _gone(file: object) -> bool:
-    """Whether a file that was there when the sweep was read is there no more."""
+    """True where a file that was there when the sweep was read is there no more."""
     return isinstance(file, pathlib.Path) and not file.exists()
 
 

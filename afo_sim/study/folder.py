@@ -1,4 +1,4 @@
-"""The folder of a study, sweep or search: what it says of itself, and whether what lies there may go on."""
+"""The folder of a study, sweep or search: its manifest, and the rules by which it goes on."""
 
 import hashlib
 import importlib.metadata
@@ -19,7 +19,7 @@ PARTS = {"fingerprint": dict, "scenario": dict, "metrics": dict, "seconds_per_ca
 
 
 @dataclass(frozen=True)
-class Kind:
+class FolderKind:
     """A kind of study.
 
     `name` is "sweep" or "search"; `manifest` the file that says what is studied, with at least `parts`;
@@ -33,7 +33,7 @@ class Kind:
     parts: Mapping[str, type]
 
     def read(self, folder: pathlib.Path) -> dict[str, Any]:
-        """What a folder says of itself.
+        """The manifest of a folder.
 
         Raises
         ------
@@ -42,19 +42,19 @@ class Kind:
         """
         path, allowed = folder / self.manifest, "--if-changed restart, which throws the folder's results away"
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
+            manifest = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise InputError(
                 f"there is no {self.name} here ({self.manifest} is missing)", file=folder
             ) from None
         except (OSError, ValueError) as error:
             raise InputError(f"is damaged: {error}", file=path, allowed=allowed) from None
-        whole = isinstance(told, dict) and all(
-            isinstance(told.get(k), kind) for k, kind in self.parts.items()
+        whole = isinstance(manifest, dict) and all(
+            isinstance(manifest.get(k), kind) for k, kind in self.parts.items()
         )
         if not whole:
             raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
-        return dict(told)
+        return dict(manifest)
 
     def open(
         self,
@@ -63,7 +63,7 @@ class Kind:
         changed: Changed,
         first: Callable[[], Mapping[str, Any]],
     ) -> dict[str, Any]:
-        """What the folder says of itself once it is this study's: a new one, or one that goes on.
+        """The manifest of the folder once it is this study's: a new one, or one that goes on.
 
         Parameters
         ----------
@@ -81,39 +81,39 @@ class Kind:
         """
         check_writable(folder)
         now = known["fingerprint"]
-        told = self._continued(folder, now, changed)
-        if told is None:
+        manifest = self._continued(folder, now, changed)
+        if manifest is None:
             new = holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
-            told = dict(first())
+            manifest = dict(first())
             if not new:
                 self.clear(folder)
-        mixed = {"mixed": True} if told.get("fingerprint", now) != now else {}
-        if told | known | mixed != told:  # where the files of the scenario lie may have changed
-            told = told | known | mixed
-            write_json(folder / self.manifest, told)
-        return told
+        mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
+        if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
+            manifest = manifest | known | mixed
+            write_json(folder / self.manifest, manifest)
+        return manifest
 
     def _continued(
         self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
     ) -> dict[str, Any] | None:
-        """What the folder says of the study that goes on in it; None where one begins."""
+        """The manifest of the study that goes on in the folder; None where a new one begins."""
         if holds_nothing(folder):
             return None
         if not (folder / self.manifest).is_file():
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
             raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder")
         try:
-            told = self.read(folder)
+            manifest = self.read(folder)
         except InputError:
             if changed == "restart":
                 return None
             raise
-        if told["fingerprint"] == now:
-            return told
+        if manifest["fingerprint"] == now:
+            return manifest
         if changed == "restart" or not self.holds_cases(folder):
             return None
-        self._check_change(folder, told["fingerprint"], now, changed)
-        return told
+        self._check_change(folder, manifest["fingerprint"], now, changed)
+        return manifest
 
     def _check_change(
         self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
@@ -131,7 +131,7 @@ class Kind:
         raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
 
     def holds_cases(self, folder: pathlib.Path) -> bool:
-        """Whether a case is computed."""
+        """True where a case is computed."""
         finished = any((folder / name).is_file() for name in self.computed)
         return finished or any((folder / self.cases).glob("*.parquet"))
 
@@ -146,12 +146,12 @@ class Kind:
 
 
 def holds_nothing(folder: pathlib.Path) -> bool:
-    """Whether a folder is new; what a killed process has left there unfinished, `.NAME`, does not count."""
+    """True where a folder is new; unfinished files of a killed process, `.NAME`, do not count."""
     return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
 
 
 def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dict[str, Any]:
-    """What decides the results: the study's own description, this program's code, what it runs on.
+    """Everything that decides the results: the study's description, this program's code, its libraries.
 
     Parameters
     ----------
@@ -173,10 +173,10 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
     old = before.get("versions")
     old = old if isinstance(old, dict) else {}
-    told = [
+    changes = [
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
-    return f" ({', '.join(told)})" if told else ""
+    return f" ({', '.join(changes)})" if changes else ""
 
 
 def write_text(path: pathlib.Path, text: str) -> None:
@@ -185,9 +185,9 @@ def write_text(path: pathlib.Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_json(path: pathlib.Path, told: Mapping[str, Any]) -> None:
+def write_json(path: pathlib.Path, data: Mapping[str, Any]) -> None:
     """Plain data, as `write_text`."""
-    write_text(path, json.dumps(told, indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
 
 
 def _version(package: str) -> str:

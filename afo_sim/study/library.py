@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from afo_sim.study import runner
-from afo_sim.study.plan import plan_of
+from afo_sim.study.arguments import plan_of
 from afo_sim.study.results import Results
 from afo_sim.study.search import runner as search_runner
+from afo_sim.study.search.best import BestDesign, best_design
 from afo_sim.study.search.plan import search_of
 
 
@@ -37,7 +38,7 @@ def sweep(
     out : folder of the sweep, which it can be resumed from; none is kept by default
     cases : how many, of a sampled design
     design : "grid", "list", "random", "latin-hypercube", "sobol" or "saltelli"; by default the grid of all
-        values, and "sobol" where the number of cases is told
+        values, and "sobol" where the number of cases is given
     metrics : that are kept; all by default
     constraints : such as "pressure < 3 bar"; a column is called by the end of its key
     seed : of a sampled design
@@ -87,7 +88,7 @@ def optimise(
     out: str | os.PathLike[str] | None = None,
     threads: int = 0,
     **options: Any,
-) -> dict[str, Any]:
+) -> BestDesign:
     """The design that makes a metric lowest or highest within limits, by CMA-ES (needs cma).
 
     Parameters
@@ -104,7 +105,7 @@ def optimise(
 
     Returns
     -------
-    dict: what best.json says: the best design, its objective and limits, and how sure that is
+    BestDesign: `parameters` and `metrics` with units, `limits` that are kept, `starts`, `scenario` to run
 
     Raises
     ------
@@ -116,8 +117,8 @@ def optimise(
     >>> over = {"supply.pressure": ("2 bar", "4 bar")}
     >>> best = optimise("seated", over, {"duration": "0.3 s"}, highest="range_of_motion",
     ...                 generations=2, population=4, threads=1)
-    >>> best["generations"]
-    2
+    >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure == best.parameters["pressure"]
+    (True, True)
     """
     search = search_of(
         scenario,
@@ -130,12 +131,12 @@ def optimise(
         **options,
     )
     with _folder(out) as folder:
-        return search_runner.optimise(search, folder, threads=threads)
+        return best_design(search, search_runner.optimise(search, folder, threads=threads))
 
 
 @contextmanager
 def _folder(out: str | os.PathLike[str] | None) -> Iterator[pathlib.Path]:
-    """A folder to work in, for the time being where none is told."""
+    """A folder to work in, which goes again where none is given."""
     if out is not None:
         yield pathlib.Path(out)
         return

@@ -153,10 +153,10 @@ class Parameter:
 
     @property
     def words(self) -> bool:
-        """Whether its values are words."""
+        """True where its values are words."""
         return isinstance(self.spread, Choice) and isinstance(self.spread.values[0], str)
 
-    def told(self, value: float | str) -> Any:
+    def written(self, value: float | str) -> Any:
         """A value as `--set` takes it: text that reads as exactly this value, number, or word."""
         if isinstance(value, str):
             return self.files.get(value, value)

@@ -28,7 +28,7 @@ WAYS = {
 ANY_WAY = "from and to, values, distribution, or from_seed = true"
 
 
-class Told(BaseModel):
+class StrictTable(BaseModel):
     """A table of a sweep's file; an unknown key is refused with the nearest one."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=False)
@@ -46,8 +46,8 @@ class Told(BaseModel):
         return table
 
 
-class ToldParameter(Told):
-    """What [parameters.NAME] says, as it is written."""
+class ParameterTable(StrictTable):
+    """A table [parameters.NAME], as it is written."""
 
     key: StrictStr | None = None
     keys: tuple[StrictStr, ...] | None = None
@@ -64,16 +64,16 @@ class ToldParameter(Told):
 
 
 def is_free(name: str) -> bool:
-    """Whether no other column of the results is called so."""
+    """True where no other column of the results has this name."""
     return name not in (*EVERY_ROW, OVERRIDES, WARNINGS) and words(name).group == OTHER
 
 
 class ParameterReader:
     """Reads one [parameters.NAME] of a sweep's `file`; what is wrong names parameter, option and key."""
 
-    def __init__(self, file: pathlib.Path, design: str, name: str, told: ToldParameter, scenario: Scenario):
-        self.file, self.design, self.name, self.told = file, design, name, told
-        given = told.model_dump(by_alias=True, exclude_none=True)
+    def __init__(self, file: pathlib.Path, design: str, name: str, table: ParameterTable, scenario: Scenario):
+        self.file, self.design, self.name, self.table = file, design, name, table
+        given = table.model_dump(by_alias=True, exclude_none=True)
         self.given: dict[str, Any] = {k: v for k, v in given.items() if k not in ("key", "keys")}
         self._check_name()
         self.fields = self._fields(scenario)
@@ -100,13 +100,13 @@ class ParameterReader:
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
 
     def _fields(self, scenario: Scenario) -> list[Field]:
-        keys, told = self.told.keys or (), self.told
-        if (told.key is None) == (told.keys is None) or (told.keys is not None and not keys):
+        keys, table = self.table.keys or (), self.table
+        if (table.key is None) == (table.keys is None) or (table.keys is not None and not keys):
             raise self._error(
                 "which field of the scenario is meant is not told, or twice", "key", "key or keys"
             )
         found = []
-        for key in keys or (str(told.key),):
+        for key in keys or (str(table.key),):
             try:
                 found.append(field_at(key, scenario))
             except InputError as error:
@@ -141,7 +141,7 @@ class ParameterReader:
         return self._range() if way == "from" else self._normal()
 
     def _own_seed(self) -> OwnSeed:
-        if not self.told.from_seed:
+        if not self.table.from_seed:
             raise self._error("tells nothing", "from_seed", "true", False)
         if self.field.kind != "integer":
             raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
@@ -150,22 +150,22 @@ class ParameterReader:
         return OwnSeed()
 
     def _choice(self) -> Choice:
-        values = [self._read("values", value) for value in self.told.values or ()]
+        values = [self._read("values", value) for value in self.table.values or ()]
         if not values:
             raise self._error("is empty", "values", "at least one value")
         twice = next((v for v in values if values.count(v) > 1), None) if self.design != "list" else None
         if twice is not None:
-            told = (self.told.values or ())[values.index(twice)]
-            raise self._error("is there twice", "values", "different values", told)
+            table = (self.table.values or ())[values.index(twice)]
+            raise self._error("is there twice", "values", "different values", table)
         return Choice(tuple(values))  # type: ignore[arg-type]
 
     def _range(self) -> Range:
         lower, upper = self._number("from"), self._number("to")
-        whole, logarithmic = self.field.kind == "integer", self.told.scale == "log"
+        whole, logarithmic = self.field.kind == "integer", self.table.scale == "log"
         self._require_rising(lower, upper)
         if logarithmic and lower <= 0.0:
-            raise self._error("has no logarithm", "from", "more than zero with a log scale", self.told.from_)
-        steps = self.told.steps
+            raise self._error("has no logarithm", "from", "more than zero with a log scale", self.table.from_)
+        steps = self.table.steps
         if self.design == "grid" and steps is None:
             raise self._error("is missing: a grid needs it", "steps", "2 or more")
         if self.design != "grid" and steps is not None:
@@ -177,10 +177,10 @@ class ParameterReader:
         return found
 
     def _normal(self) -> Normal:
-        of_logarithm = self.told.distribution == "lognormal"
+        of_logarithm = self.table.distribution == "lognormal"
         centre_name, other = ("median", "mean") if of_logarithm else ("mean", "median")
         if other in self.given:
-            raise self._error(f"does not go with {self.told.distribution}", other, f"{centre_name} and sd")
+            raise self._error(f"does not go with {self.table.distribution}", other, f"{centre_name} and sd")
         centre = self._number(centre_name)
         unit = "" if of_logarithm or self.field.kind == "integer" else self.field.unit
         sd = self._quantity("sd", unit)
@@ -192,13 +192,13 @@ class ParameterReader:
                 raise self._error("is out of range", option, "more than zero", self.given[option])
         if of_logarithm and upper <= 0.0:
             raise self._error(
-                "leaves nothing of a lognormal distribution", "to", "more than zero", self.told.to
+                "leaves nothing of a lognormal distribution", "to", "more than zero", self.table.to
             )
         return Normal(centre, sd, lower, upper, of_logarithm, self.field.kind == "integer")
 
     def _require_rising(self, lower: float, upper: float) -> None:
         if not lower < upper:
-            raise self._error("is not below to: the range is empty", "from", f"less than {self.told.to}")
+            raise self._error("is not below to: the range is empty", "from", f"less than {self.table.to}")
 
     def _number(self, option: str) -> float:
         if option not in self.given:
@@ -228,8 +228,8 @@ class ParameterReader:
     def _error(
         self, problem: str, option: str, allowed: str = "", value: Any = None, nearest: str | None = None
     ) -> InputError:
-        """What is wrong with an option of this parameter; says which key of the scenario it is about."""
-        keys = self.told.keys or ((self.told.key,) if self.told.key else ())
+        """An error of an option of this parameter, with the key of the scenario."""
+        keys = self.table.keys or ((self.table.key,) if self.table.key else ())
         about = f" ({', '.join(keys)})" if keys and option != "key" else ""
         return InputError(
             f"{problem}{about}",

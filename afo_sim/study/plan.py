@@ -1,30 +1,14 @@
-"""A sweep as its TOML file describes it: scenario, design, parameters, constraints."""
+"""A sweep, checked: scenario, design, parameters, constraints, and the content that decides its results."""
 
 import hashlib
-import os
 import pathlib
-import re
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from pydantic import Field as Option
-from pydantic import StrictInt, StrictStr, ValidationError, field_validator
-
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.description.quantity import refusal
-from afo_sim.description.reader import PROBLEMS, load, split_key
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study.case_table import values_of
-from afo_sim.study.constraint import Constraint, read_constraint
-from afo_sim.study.parameter import Choice, Parameter, Span
-from afo_sim.study.parameter_table import ParameterReader, Told, ToldParameter, is_free
-
-RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
-DESIGNS = ("grid", "list", *RANDOM)
-CHUNK = 32  # cases
+from afo_sim.description.reader import load
+from afo_sim.study.constraint import Constraint
+from afo_sim.study.parameter import Choice, Parameter
 
 
 @dataclass(frozen=True)
@@ -57,7 +41,7 @@ class Plan:
         return str(named or "scenario")
 
     def canonical(self) -> dict[str, Any]:
-        """What decides the results, as JSON-able data: for telling whether two sweeps are the same.
+        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.
 
         The scenario and every description that a word names stand in it as they are resolved, files as
         the SHA-256 of their content; descriptions, sources, chunk and kept cases do not.
@@ -78,7 +62,7 @@ class Plan:
             key: repr(value) if isinstance(value, float) else value
             for key, value in asdict(parameter.spread).items()
         }
-        told = {
+        written = {
             "name": parameter.name,
             "keys": list(parameter.keys),
             "unit": parameter.unit,
@@ -88,335 +72,7 @@ class Plan:
             spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
         if isinstance(parameter.spread, Choice) and not parameter.words:
             spread["values"] = [repr(value) for value in spread["values"]]
-        return told | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
-
-
-class _ToldSweep(Told):
-    """A sweep's file as it is written."""
-
-    description: StrictStr = ""
-    scenario: StrictStr | dict[str, Any]
-    design: StrictStr
-    cases: StrictInt | None = Option(default=None, ge=1)
-    seed: StrictInt = Option(default=0, ge=0)
-    metrics: tuple[StrictStr, ...] = ()
-    keep: tuple[StrictInt, ...] = ()
-    chunk: StrictInt = Option(default=CHUNK, ge=1)
-    constraints: tuple[StrictStr, ...] = ()
-    file: StrictStr | None = None
-    set: dict[str, Any] = Option(default_factory=dict)
-    parameters: dict[str, ToldParameter] = Option(min_length=1)
-
-    @field_validator("design")
-    @classmethod
-    def _is_a_design(cls, design: str) -> str:
-        if design not in DESIGNS:
-            raise refusal("is no design", ", ".join(DESIGNS), nearest=nearest_name(design, DESIGNS) or "")
-        return design
-
-    @field_validator("metrics")
-    @classmethod
-    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
-        for name in metrics:
-            if words(name).group == OTHER:
-                raise refusal(
-                    f"{name!r} is no metric", "see `afo-sim run`", "", nearest_name(name, WORDS) or ""
-                )
-        return metrics
-
-    @field_validator("keep")
-    @classmethod
-    def _are_cases(cls, keep: tuple[int, ...]) -> tuple[int, ...]:
-        if any(case < 0 for case in keep):
-            raise refusal("has a negative number", "numbers of cases, from 0")
-        return keep
-
-
-def read(path: str | os.PathLike[str]) -> Plan:
-    """Read a sweep.
-
-    Parameters
-    ----------
-    path : TOML file, or the name of a shipped sweep
-
-    Returns
-    -------
-    Plan: keys, units and values fit the scenario, which is valid with the plan's fixed overrides
-
-    Raises
-    ------
-    InputError
-        The first thing that is wrong, with its field, value and what is allowed.
-    """
-    file = assets.find("sweep", os.fspath(path))
-    return of_table(file, assets.read_toml(file))
-
-
-def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
-    """A sweep that stands in `file` as `table`; returns and raises as `read`."""
-    try:
-        told = _ToldSweep.model_validate(table)
-    except ValidationError as error:
-        raise first_error(file, table, error) from None
-    _check_count(file, told)
-    scenario = _scenario_of(file, told.scenario)
-    sets = _flat(told.set)
-    try:
-        base = load("scenario", scenario, sets)
-    except InputError as error:
-        mine = error.field in sets or (error.file is None and error.field)
-        field = f"set.{error.field}" if mine else "scenario"
-        raise _elsewhere(error, file, field) from None
-    parameters = _parameters(file, told, base)
-    check_keys(file, parameters, sets)
-    constraints = _constraints(file, told, parameters)
-    return Plan(
-        file=file,
-        description=told.description,
-        scenario=scenario,
-        design=told.design,
-        cases=told.cases,
-        seed=told.seed,
-        metrics=told.metrics,
-        keep=told.keep,
-        chunk=told.chunk,
-        set=sets,
-        parameters=parameters,
-        constraints=constraints,
-    )
-
-
-def _check_count(file: pathlib.Path, told: _ToldSweep) -> None:
-    """The number of cases, and what else the design asks for or refuses."""
-    counted = told.design in RANDOM
-    if counted and told.cases is None:
-        raise InputError(f"is missing: the design {told.design!r} needs it", file=file, field="cases")
-    for field, refused in (
-        ("cases", not counted and told.cases is not None),
-        ("file", told.design != "list" and told.file is not None),
-        ("constraints", told.design == "saltelli" and bool(told.constraints)),
-    ):
-        if refused:
-            problem = f"does not go with the design {told.design!r}"
-            if field == "constraints":
-                problem += ": sensitivity indices need every case of it"
-            raise InputError(problem, file=file, field=field, value=getattr(told, field))
-
-
-def plan_of(
-    scenario: Any,
-    parameters: Mapping[str, Any],
-    *,
-    design: str = "",
-    cases: int | None = None,
-    metrics: Sequence[str] = (),
-    constraints: Sequence[str] = (),
-    sets: Mapping[str, Any] | None = None,
-    seed: int = 0,
-    chunk: int = CHUNK,
-) -> Plan:
-    """A sweep without a file.
-
-    Parameters
-    ----------
-    scenario : a Scenario, one as plain data, a shipped name or a path
-    parameters : {dotted key: values, `span(lower, upper, n)` or a table as [parameters.NAME] has it}; the
-        column is called by the end of the key. A table that has a key of its own is {column: table}
-    design : as in a sweep's file; by default "grid", and "sobol" where the number of `cases` is told
-    metrics : that are kept; all by default
-    constraints : on the parameters, by the names of their columns
-    sets : fixed overrides by dotted key
-    seed, chunk : as in a sweep's file
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    InputError
-        As `read`.
-    """
-    table = {
-        "scenario": plain_scenario(scenario),
-        "design": design or ("grid" if cases is None else "sobol"),
-        "metrics": tuple(metrics),
-        "constraints": tuple(constraints),
-        "set": dict(sets or {}),
-        "seed": seed,
-        "chunk": chunk,
-        "parameters": parameter_tables(parameters),
-    }
-    return of_table(pathlib.Path("sweep"), table | ({} if cases is None else {"cases": cases}))
-
-
-def plain_scenario(scenario: Any) -> str | dict[str, Any]:
-    """A scenario as a plan holds it: a name, a path, or plain data."""
-    if isinstance(scenario, Scenario):
-        return scenario.resolved()
-    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
-
-
-def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
-    found: dict[str, dict[str, Any]] = {}
-    names = column_names([key for key, told in parameters.items() if not _has_key(told)])
-    for key, told in parameters.items():
-        if isinstance(told, Span):
-            told = told.table()
-        elif not isinstance(told, Mapping):
-            told = {"values": tuple(told.tolist() if hasattr(told, "tolist") else told)}
-        found[names.get(key, key)] = dict(told) if _has_key(told) else {"key": key, **told}
-    return found
-
-
-def column_names(keys: Sequence[str]) -> dict[str, str]:
-    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
-    words = {key: re.findall(r"\w+", key) for key in keys}
-
-    def name(key: str, count: int) -> str:
-        return "_".join(words[key][-count:])
-
-    found = {}
-    for key in keys:
-        least = 1 + len(split_key(key)[1])
-        for count in range(least, max(least, len(words[key])) + 1):
-            taken = sum(name(key, count) == name(other, count) for other in keys) > 1
-            if not taken and is_free(name(key, count)):
-                break
-        found[key] = name(key, count)
-    return found
-
-
-def _has_key(told: Any) -> bool:
-    return isinstance(told, Mapping) and ("key" in told or "keys" in told)
-
-
-def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
-    """The scenario's name, its whole path where it lies beside the sweep, or itself."""
-    if not isinstance(name, str):
-        return name
-    beside = file.parent / name
-    return str(beside.resolve()) if name not in assets.names("scenario") and beside.is_file() else name
-
-
-def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """[set] as dotted keys, whether they were written "a.b" = … or a.b = …"""
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, dict) and "value" not in value:
-            found |= _flat(value, f"{above}{key}.")
-        else:
-            found[f"{above}{key}"] = value
-    return found
-
-
-def _parameters(file: pathlib.Path, told: _ToldSweep, base: Scenario) -> tuple[Parameter, ...]:
-    told_parameters = told.parameters
-    if told.file is not None:
-        for name, parameter in told_parameters.items():
-            if parameter.values is not None:
-                problem = "is told by the file's column"
-                raise InputError(
-                    problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
-                )
-        rows = values_of(file, told.file, told_parameters)
-        told_parameters = {
-            name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
-            for name, parameter in told_parameters.items()
-        }
-    found = tuple(
-        ParameterReader(file, told.design, name, parameter, base).parameter()
-        for name, parameter in told_parameters.items()
-    )
-    if told.design == "list":
-        lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
-        if len(set(lengths.values())) != 1:
-            each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
-            problem = (
-                "the parameters' lists of values differ in length"
-                if lengths
-                else "there is no list of values"
-            )
-            raise InputError(
-                problem, file=file, field="parameters", value=each or None, allowed="alike, row by row"
-            )
-    return found
-
-
-def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
-    """Refuse what is set twice: the same key, or one below another parameter's."""
-    taken: dict[tuple[str, ...], tuple[str, str]] = {}
-    for parameter in parameters:
-        for key in parameter.keys:
-            path = _parts(key)
-            for other, (name, written) in taken.items():
-                if path[: len(other)] == other or other[: len(path)] == path:
-                    how = (
-                        "what"
-                        if path == other
-                        else "what lies within"
-                        if len(path) > len(other)
-                        else "all of what"
-                    )
-                    raise InputError(
-                        f"sets {how} {name!r} sets already ({written})",
-                        file=file,
-                        field=f"parameters.{parameter.name}.key",
-                        value=key,
-                    )
-            taken[path] = (parameter.name, key)
-    for key in sets:
-        if _parts(key) in taken:
-            problem = f"is set by the parameter {taken[_parts(key)][0]!r} too"
-            raise InputError(problem, file=file, field=f"set.{key}", value=sets[key])
-
-
-def _parts(key: str) -> tuple[str, ...]:
-    path, items = split_key(key)
-    return (*path, *(f"[{item}]" for item in items))
-
-
-def _constraints(
-    file: pathlib.Path, told: _ToldSweep, parameters: tuple[Parameter, ...]
-) -> tuple[Constraint, ...]:
-    found = []
-    for number, text in enumerate(told.constraints):
-        try:
-            found.append(read_constraint(text, parameters))
-        except InputError as error:
-            raise _elsewhere(error, file, f"constraints[{number}]") from None
-    return tuple(found)
-
-
-def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
-    """The same error, as one of this file and field; what it said of another file stays in its words."""
-    problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
-    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
-    return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
-
-
-def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
-    """The first validation error, as a message for people."""
-    first = error.errors(include_url=False)[0]
-    facts = first.get("ctx", {})
-    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
-    value = table
-    for part in path:
-        if isinstance(value, list):
-            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
-        else:
-            value = value.get(part) if isinstance(value, dict) else None
-    return InputError(
-        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
-            first["type"], first["msg"]
-        ),
-        file=file,
-        field=".".join(path),
-        value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "")),
-        nearest=facts.get("nearest") or None,
-    )
+        return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
 
 
 def _content(description: Any) -> dict[str, Any]:
@@ -426,9 +82,9 @@ def _content(description: Any) -> dict[str, Any]:
 
 def _stripped(node: Any) -> Any:
     if isinstance(node, dict):
-        told = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
-        files = {k: _digest(v) for k, v in told.items() if k in ("file", "cuff", "plate", "cycle") and v}
-        return {k: _stripped(v) for k, v in (told | files).items() if k != "provenance"}
+        written = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
+        files = {k: _digest(v) for k, v in written.items() if k in ("file", "cuff", "plate", "cycle") and v}
+        return {k: _stripped(v) for k, v in (written | files).items() if k != "provenance"}
     return [_stripped(part) for part in node] if isinstance(node, list | tuple) else node
 
 
@@ -440,7 +96,7 @@ def _digest(path: str) -> str:
 
 
 def _digest_of_word(parameter: Parameter, word: str) -> Any:
-    """What a word names: a description's content, a file's, or nothing beyond the word."""
+    """The content that a word names, of a description or a file; None where it is the word alone."""
     description = parameter.description
     path = parameter.files.get(word, word)
     if description:

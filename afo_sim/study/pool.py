@@ -1,4 +1,4 @@
-"""Who simulates a study's cases: threads of this process, or a Dask cluster."""
+"""Simulation of a study's cases by threads of this process, or by a Dask cluster."""
 
 import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping

@@ -31,7 +31,7 @@ class Replay:
 
     @property
     def same(self) -> bool:
-        """Whether the case ends as its row says."""
+        """True where the case ends as its row says."""
         return not self.different and self.recording.ok == (self.status == OK)
 
 
@@ -89,5 +89,5 @@ def row_of(results: Results, case: int) -> dict[str, Any]:
 
 
 def recording_folder(folder: pathlib.Path, case: int) -> pathlib.Path:
-    """Where a case's recording is kept."""
+    """Folder in which a case's recording is kept."""
     return folder / RECORDINGS / f"case_{case:07d}"

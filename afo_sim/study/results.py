@@ -1,4 +1,4 @@
-"""What a sweep has computed: one row per case, read from its folder, finished or not."""
+"""Results of a sweep: one row per case, read from its folder, finished or not."""
 
 import importlib
 import json
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.simulation.shown import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -41,7 +42,17 @@ class Results:
 
     def __repr__(self) -> str:
         of = f" of {self.planned}" if self.unfinished else ""
-        return f"<Results of {self.folder}: {self.design}, {len(self)}{of} cases>"
+        failed = len(self) - int(self.ok.sum())
+        cases = f"{len(self)}{of} cases" + (f", {failed} failed" if failed else "")
+        many = f"{len(self.metrics)} metric{'' if len(self.metrics) == 1 else 's'}"
+        over = f"{', '.join(self.parameters)}; {many}"
+        return f"<Results: {self.design} of {cases} over {over}>"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:  # of results["…
+        return list(self.table.column_names)
 
     def __len__(self) -> int:
         return int(self.table.num_rows)
@@ -59,27 +70,27 @@ class Results:
 
     @property
     def design(self) -> str:
-        """How the cases were chosen: grid, list, random, latin-hypercube, sobol or saltelli."""
+        """The sweep's design: grid, list, random, latin-hypercube, sobol or saltelli."""
         return str(self.sweep["design"])
 
     @property
     def planned(self) -> int:
-        """How many cases the sweep has when it is finished."""
+        """Number of cases of the finished sweep."""
         return int(self.sweep.get("cases", len(self)))
 
     @property
     def ok(self) -> np.ndarray:
-        """Which cases ran to their end (n,)."""
+        """Mask of the cases that ran to their end (n,)."""
         return self["status"] == "ok"
 
     @property
     def warnings(self) -> np.ndarray:
-        """What each case warns of, a line each; "" where nothing (n,)."""
+        """Warnings of each case, a line each; "" where there are none (n,)."""
         there = WARNINGS in self.table.column_names
         return self[WARNINGS] if there else np.full(len(self), "")
 
     def lacking(self, metric: str) -> int:
-        """How many of the planned cases have no value of a metric, yet or ever."""
+        """Number of the planned cases that have no value of a metric, yet or ever."""
         return self.planned - int(np.isfinite(self[metric]).sum())
 
     def levels(self) -> dict[str, np.ndarray] | None:
@@ -201,7 +212,7 @@ def _levels(values: np.ndarray) -> np.ndarray:
 
 
 def _places(values: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Where among the levels each value is (n,)."""
+    """Index of each value among the levels (n,)."""
     order = np.argsort(level)
     return order[np.searchsorted(level, values, sorter=order)]
 

@@ -29,8 +29,8 @@ MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """What a sweep, or a part, will take: cases, of which are done; seconds for the rest; bytes on disk.
+class Workload:
+    """Work of a sweep or a part: cases, those that are done, seconds for the rest, bytes on disk.
 
     `dropped` are the samples outside the constraints.
     """
@@ -43,7 +43,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SweepProgress:
     """Of a sweep or a part: cases in all, done, done by this run, and failed by this run."""
 
     cases: int
@@ -87,8 +87,10 @@ def open_store(
         metrics, seconds = _tried(known["scenario"], plan, cases, evaluate)
         return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
 
-    told = SWEEP.open(folder, known, changed, first)
-    return Store(folder, cases, told["metrics"], told["chunk"], now["sweep"], bool(told.get("mixed")))
+    manifest = SWEEP.open(folder, known, changed, first)
+    return Store(
+        folder, cases, manifest["metrics"], manifest["chunk"], now["sweep"], bool(manifest.get("mixed"))
+    )
 
 
 def sweep(
@@ -99,13 +101,13 @@ def sweep(
     threads: int = 0,
     workers: int = 0,
     scheduler: str = "",
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[SweepProgress], None] | None = None,
 ) -> Results:
     """Compute a whole sweep, or what is left of it.
 
     Parameters
     ----------
-    plan : from `plan.read` or `plan.plan_of`
+    plan : from `sweep_file.read` or `arguments.plan_of`
     folder, changed : as `open_store` takes them
     threads : as many as processors if 0
     workers, scheduler, report : as `run` takes them
@@ -124,8 +126,8 @@ def sweep(
     return read(folder)
 
 
-def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:
-    """What is left to do, by the time that the first cases took.
+def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
+    """The work that is left, by the time that the first cases took.
 
     Parameters
     ----------
@@ -134,7 +136,7 @@ def estimate(store: Store, workers: int, part: Part = WHOLE) -> Estimate:
     """
     count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
     each = float(SWEEP.read(store.folder)["seconds_per_case"])
-    return Estimate(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
+    return Workload(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
 
 
 def run(
@@ -144,9 +146,9 @@ def run(
     workers: int = 0,
     scheduler: str = "",
     part: Part = WHOLE,
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[SweepProgress], None] | None = None,
     evaluate: Evaluate = engine.outcomes,
-) -> Progress:
+) -> SweepProgress:
     """Compute what is left of a sweep; killed at any time, the next call goes on from there.
 
     Parameters
@@ -167,7 +169,7 @@ def run(
     """
     pending = _of_part(store.pending(), part)
     count = _cases(store, _of_part(range(store.count), part))
-    state = Progress(count, count - _left(store, part), 0, 0)
+    state = SweepProgress(count, count - _left(store, part), 0, 0)
     if pending:
         _check_room(store)
         scenario = SWEEP.read(store.folder)["scenario"]
@@ -182,7 +184,7 @@ def run(
                 store.write(chunk, outcomes)
                 failed = sum(outcome.status != OK for outcome in outcomes)
                 new = len(outcomes)
-                state = Progress(count, state.done + new, state.new + new, state.failed + failed)
+                state = SweepProgress(count, state.done + new, state.new + new, state.failed + failed)
                 if report is not None:
                     report(state)
     if not store.finished and not store.pending():

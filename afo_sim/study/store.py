@@ -15,14 +15,14 @@ from afo_sim.common.writing import disk, keeping
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
-from afo_sim.study.folder import AGAIN, PARTS, Kind
+from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Normal, Range
 from afo_sim.study.plan import Plan
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 GATHERED = 64  # chunks in one row group of the results
-SWEEP = Kind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
+SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,11 @@ class Store:
 
     @property
     def finished(self) -> bool:
-        """Whether the results are there."""
+        """True where the results are there."""
         return (self.folder / RESULTS).is_file()
 
     def has(self, chunk: int) -> bool:
-        """Whether a chunk is computed, by this process or another."""
+        """True where a chunk is computed, by this process or another."""
         return self.finished or self._path(chunk).is_file()
 
     def numbers(self, chunk: int) -> range:
@@ -103,8 +103,8 @@ class Store:
             values = self.cases.values[parameter.name][rows]
             columns.append(pa.array(values, pa.string() if parameter.words else pa.float64()))
         for name in self.metrics:
-            told = [outcome.metrics.get(name) for outcome in outcomes]
-            columns.append(pa.array([np.nan if m is None else m.value for m in told], pa.float64()))
+            metrics = [outcome.metrics.get(name) for outcome in outcomes]
+            columns.append(pa.array([np.nan if m is None else m.value for m in metrics], pa.float64()))
         sets = [json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers]
         columns.append(pa.array(sets, pa.string()))
         columns.append(pa.array(["\n".join(outcome.warnings) for outcome in outcomes], pa.string()))
@@ -204,7 +204,7 @@ class Store:
 
 
 def fingerprint(plan: Plan) -> dict[str, Any]:
-    """What decides a sweep's results."""
+    """Everything that decides a sweep's results."""
     return folder.fingerprint(SWEEP.name, plan.canonical())
 
 

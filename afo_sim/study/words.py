@@ -1,4 +1,4 @@
-"""What stands on an axis or in a table of a sweep: a name for people, and a unit that they read."""
+"""Names for people, and units that they read, on axes and in tables of a sweep."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -31,7 +31,7 @@ POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 @dataclass(frozen=True)
 class Scale:
-    """How a column is shown: its label, the factor from its own unit, and the unit it is shown in."""
+    """The scale of a column: its label, the factor from its own unit, the unit it is shown in."""
 
     label: str
     factor: float
@@ -51,7 +51,7 @@ class Scale:
 
 
 def scale(results: Results, name: str) -> Scale:
-    """How a parameter or a metric is shown."""
+    """The scale of a parameter or a metric."""
     unit = (results.parameters | results.metrics)[name]
     label = metric_words.words(name).label if name in results.metrics else name.replace("_", " ")
     factor, human = human_scale(unit, results[name])
@@ -83,7 +83,7 @@ def _written(unit: str) -> str:
 
 
 def better(metric: str) -> Better:
-    """Which end of a metric is the good one, if nobody says."""
+    """The good end of a metric, if nobody says."""
     return "lowest" if metric.startswith(LOW_IS_GOOD) else "highest"
 
 

@@ -100,8 +100,8 @@ def curve(
         verdict = _verdict("compared", math.isfinite(error))
     else:
         verdict = _verdict("good", error <= tolerance)
-    told = {"held_out": held_out or {}, "points": len(errors)}
-    return Row(source, quantity, None, None, error, tolerance, unit, sourcing, *verdict, why, **told)  # type: ignore[arg-type]
+    counts = {"held_out": held_out or {}, "points": len(errors)}
+    return Row(source, quantity, None, None, error, tolerance, unit, sourcing, *verdict, why, **counts)  # type: ignore[arg-type]
 
 
 def worst(errors: np.ndarray) -> float:

@@ -73,12 +73,12 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
 
 
 def remarks(rows: Sequence[Row]) -> list[str]:
-    """Why a source is contradicted or cannot be held to, one line for each reason."""
-    told: dict[str, list[str]] = {}
+    """Reasons why a source is contradicted or cannot be held to, one line each."""
+    sources: dict[str, list[str]] = {}
     for row in rows:
         if row.outcome in ("FAILED", "erratum", "disagrees", "compared", "lost"):
-            told.setdefault(row.why, []).append(f"{row.source}, {row.outcome}")
-    return [f"{'; '.join(dict.fromkeys(where))}: {why}." for why, where in told.items()]
+            sources.setdefault(row.why, []).append(f"{row.source}, {row.outcome}")
+    return [f"{'; '.join(dict.fromkeys(where))}: {why}." for why, where in sources.items()]
 
 
 def verdict(rows: Sequence[Row]) -> str:

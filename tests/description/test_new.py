@@ -14,8 +14,8 @@ from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table
 from afo_sim.description.new import new, reference
 from afo_sim.description.reader import SPECS, load
 from afo_sim.doctor import check_file
-from afo_sim.study import plan as sweeps
-from afo_sim.study.parameter_table import ToldParameter
+from afo_sim.study import sweep_file as sweeps
+from afo_sim.study.parameter_table import ParameterTable
 from afo_sim.study.search import plan as searches
 from afo_sim.study.template import SEARCH, SWEEP, new_study
 
@@ -163,10 +163,10 @@ def options(*kinds: Any) -> set[str]:
 
 def test_sweep_and_search_hold_every_option() -> None:
     for text, kinds in (
-        (SWEEP, (sweeps._ToldSweep, ToldParameter)),
+        (SWEEP, (sweeps.SweepFile, ParameterTable)),
         (
             SEARCH,
-            (searches._ToldSearch, searches._ToldObjective, searches._ToldLimit, searches._ToldPatients),
+            (searches.SearchFile, searches.ObjectiveTable, searches.LimitTable, searches.PatientsTable),
         ),
     ):
         for option in options(*kinds):

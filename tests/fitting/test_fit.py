@@ -424,12 +424,12 @@ def test_grade_counts_only_what_was_measured() -> None:
         "dead_volume": "2 ml",
         "mass": "250 g",
     }
-    found = fit(readings, law=PLANTED, hold_out="none", told=measured)
+    found = fit(readings, law=PLANTED, hold_out="none", facts=measured)
     assert found.muscle.grade == "A"
     assert found.muscle.mass == pytest.approx(0.25)
     assert found.muscle.provenance["mass"].kind == "user"
     some = {key: value for key, value in measured.items() if key != "mass"}
-    lines = remarks(fit(readings, law=PLANTED, hold_out="none", told=some))
+    lines = remarks(fit(readings, law=PLANTED, hold_out="none", facts=some))
     assert any("mass" in line and "taken over from s1_215mm" in line for line in lines)
 
 
@@ -456,8 +456,8 @@ def test_columns_in_memory_are_the_file(tmp_path: pathlib.Path) -> None:
         ({"law": "sarosi"}, "law"),
         ({"law": PLANTED, "fixed": {"k": 1.0}}, "fixed"),
         ({"law": "tondu_lopez_2000", "fixed": {"braid_angle": "0 deg"}}, "fixed.braid_angle"),
-        ({"law": PLANTED, "told": {"boar": "2 cm"}}, "told"),
-        ({"law": PLANTED, "told": {"bore": "2 s"}}, "told.bore"),
+        ({"law": PLANTED, "facts": {"boar": "2 cm"}}, "facts"),
+        ({"law": PLANTED, "facts": {"bore": "2 s"}}, "facts.bore"),
         ({"law": PLANTED, "like": "s1_215"}, "like"),
     ],
 )

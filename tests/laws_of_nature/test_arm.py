@@ -17,7 +17,7 @@ from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.show import panels, run_figure
 from afo_sim.show.rerun import write_rrd
-from afo_sim.show.shown import alone
+from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")

@@ -18,7 +18,7 @@ from matplotlib.image import imread
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.show import panels, run_figure, style, video, video_painter, video_scenery
-from afo_sim.show.shown import alone
+from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
 FILES = {

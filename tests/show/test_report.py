@@ -22,7 +22,7 @@ from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import OTHER, in_short, number, words
 from afo_sim.show import report_figures
 from afo_sim.show.report import page, read_runs, write_report
-from afo_sim.show.shown import PHASE, Shown
+from afo_sim.show.run_view import PHASE, RunView
 from afo_sim.show.style import RUNS, plain
 from afo_sim.simulation.recording import Recording
 
@@ -76,14 +76,14 @@ def compared(folders: dict[str, pathlib.Path]) -> str:
     return page(read_runs([folders["bare"], folders["worn"]]))
 
 
-def shown(label: str = "run", columns: dict[str, np.ndarray] | None = None) -> Shown:
+def shown(label: str = "run", columns: dict[str, np.ndarray] | None = None) -> RunView:
     """A written-down walk as a run of a known body mass."""
     recorded = afo_sim.load("scenario", "walk-dropfoot", {}).resolved()
     recorded["leg"]["body_mass"] = f"{MASS} kg"
     columns = walk_columns() if columns is None else columns
     found = walk_metrics(columns, STEP, MASS)
     recording = Recording(columns, found.totals, recorded, "", "ok", (), {}, {}, {}, found.strides)
-    return Shown(label, RUNS[0], recording)
+    return RunView(label, RUNS[0], recording)
 
 
 # --- one file, nothing else
@@ -264,7 +264,7 @@ def test_a_name_that_no_font_has_is_drawn_as_question_marks() -> None:
 # --- the figures draw what was recorded
 
 
-def lines(draw: object, runs: list[Shown], panel: int) -> dict[str, np.ndarray]:
+def lines(draw: object, runs: list[RunView], panel: int) -> dict[str, np.ndarray]:
     from matplotlib.figure import Figure
 
     figure = Figure(layout="constrained")

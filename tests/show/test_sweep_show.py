@@ -19,6 +19,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.show import sweep as show
 from afo_sim.show import sweep_figures as figures
 from afo_sim.study import analysis, pareto, sobol, words
+from afo_sim.study.findings import EXACT, effects_of, findings
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}
@@ -249,7 +250,7 @@ def test_shares_of_an_unfinished_grid_are_no_exact_ones(
     assert results.levels() is not None and results.lacking("y") == 45
     exact = analysis.effect(a[:55], y[:55], grid=True)
     assert exact.share > 0.05
-    assert abs(show.effects_of(results, "y")["a"].share) < exact.share
+    assert abs(effects_of(results, "y")["a"].share) < exact.share
     show_folder(folder, None, ["y:lowest"], 1)
     assert "45 of 100 cells of the grid have no y" in capsys.readouterr().out
 
@@ -342,7 +343,7 @@ def test_binned_shares_of_ishigami(tmp_path: pathlib.Path) -> None:
     t = 0.5 * (t[1:] + t[:-1])
     conditional = (np.sin(t) * (1.0 + 0.1 * np.pi**4 / 5.0), 7.0 * np.sin(t) ** 2, 0.0 * t)
     variance = 0.5 + 0.1 * np.pi**4 / 5.0 + 0.01 * np.pi**8 / 18.0 + 49.0 / 8.0
-    for effect, mean in zip(show.effects_of(results, "y").values(), conditional, strict=True):
+    for effect, mean in zip(effects_of(results, "y").values(), conditional, strict=True):
         bins = len(effect.means)
         expected = np.var(mean.reshape(bins, -1).mean(axis=1)) / variance  # the index, but for wide bins
         assert abs(effect.share - expected) < 0.02
@@ -357,7 +358,7 @@ def test_of_a_saltelli_design_one_share_is_told(
     x = saltelli(PI, n)
     folder = write_sweep(tmp_path / "s", "saltelli", bare(x), {"y": (ishigami(x), "")})
     results = afo_sim.study.read(folder)
-    found = show.findings(results, {"y": "lowest"})
+    found = findings(results, {"y": "lowest"})
     index = found.indices["y"].first
     binned = analysis.effect(x["x2"], ishigami(x), bins=4).share
     true = ishigami_indices()[0][1]
@@ -368,7 +369,7 @@ def test_of_a_saltelli_design_one_share_is_told(
     rows = [line.split() for line in said.splitlines() if line.startswith("x2")]
     assert rows[0][1] == f"{100.0 * max(index[1], 0.0):.0f}"  # main effects, in percent
     assert float(rows[1][1]) == pytest.approx(index[1], abs=5e-3)  # Sobol' indices
-    assert show.EXACT.split(",")[0] in " ".join(said.split()) and "means of bins" not in said
+    assert EXACT.split(",")[0] in " ".join(said.split()) and "means of bins" not in said
     if n == 1024:
         assert index[1] == pytest.approx(true, abs=0.03)
 
@@ -404,7 +405,7 @@ def test_every_case_s_own_seed_has_no_part_in_the_indices(tmp_path: pathlib.Path
     found = sobol.indices(results, "y")
     assert found.parameters == ("a", "b") and found.blocks == 1024
     assert np.abs(found.first - [0.9, 0.1]).max() < 0.01
-    assert set(show.effects_of(results, "y")) == {"a", "b"}
+    assert set(effects_of(results, "y")) == {"a", "b"}
 
 
 def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> None:
@@ -419,7 +420,7 @@ def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> No
     again = write_sweep(tmp_path / "b", "saltelli", bare(kept), {"y": (ishigami(kept), "")})
     same = sobol.indices(afo_sim.study.read(again), "y")
     assert np.array_equal(found.first, same.first) and np.array_equal(found.total, same.total)
-    assert any("2 of 512 base samples" in r for r in show.findings(results, {"y": "lowest"}).remarks)
+    assert any("2 of 512 base samples" in r for r in findings(results, {"y": "lowest"}).remarks)
 
 
 def test_indices_that_cannot_be_are_refused(tmp_path: pathlib.Path) -> None:
@@ -429,7 +430,7 @@ def test_indices_that_cannot_be_are_refused(tmp_path: pathlib.Path) -> None:
     failed = afo_sim.study.read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=many))
     with pytest.raises(InputError, match=r"1\.6 % of the cases have no y.*less than 1 %"):
         sobol.indices(failed, "y")
-    assert "1.6 % of the cases have no y" in " ".join(show.findings(failed, {"y": "lowest"}).remarks)
+    assert "1.6 % of the cases have no y" in " ".join(findings(failed, {"y": "lowest"}).remarks)
     whole = afo_sim.study.read(write_sweep(tmp_path / "b", "saltelli", bare(x), y))
     with pytest.raises(InputError, match="does not vary"):
         sobol.indices(whole, "flat")
@@ -474,7 +475,7 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     paths = show.show(results, tmp_path / "f", list(y))
     assert {path.name for path in paths} == FILES
     assert all(shade(path) > 0.005 for path in paths)
-    assert "no case has a value of never" in show.findings(results, dict.fromkeys(y, "lowest")).remarks
+    assert "no case has a value of never" in findings(results, dict.fromkeys(y, "lowest")).remarks
     one = {"pressure": x["pressure"]}
     alone = afo_sim.study.read(write_sweep(tmp_path / "b", design, one, {"force": y["force"]}))
     assert {p.name for p in show.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
@@ -510,7 +511,7 @@ def test_a_heat_map_has_the_mean_of_each_cell(tmp_path: pathlib.Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(layout="constrained")
-    figures.draw_maps(figure, results, {"y": show.effects_of(results, "y")})
+    figures.draw_maps(figure, results, {"y": effects_of(results, "y")})
     axis, mesh = figure.axes[0], figure.axes[0].collections[0]
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("b", "a [bar]")  # variances 25 and 1.6
     expected = np.array([1.0, 2.0, 4.0])[:, None] + np.array([10.0, 20.0]) + 1.5

@@ -20,14 +20,20 @@ from afo_sim.gait import file as gait
 from afo_sim.metrics.metric import Metric
 from afo_sim.model.torque_map import TorqueMap
 from afo_sim.show import compare, gait_figure, report_figures, run_figure, sweep_figures, torque_map
+from afo_sim.show.fit_figure import write_fit_figure
+from afo_sim.show.log_figure import write_log_figure
 from afo_sim.show.numbers import printed, readable
-from afo_sim.show.shown import Shown
+from afo_sim.show.run_view import RunView
+from afo_sim.show.search_figure import draw_search
 from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.static_load import draw_study
 from afo_sim.show.style import plain
-from afo_sim.show.sweep import effects_of
 from afo_sim.simulation.recording import Recording
 from afo_sim.study import read
+from afo_sim.study.findings import effects_of
+from afo_sim.study.parameter import Parameter, Range
+from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
+from afo_sim.study.search.loop import Problem
 
 NAME = r"a$x_1$ ^b\c"
 
@@ -77,7 +83,7 @@ def test_figure_of_a_run(
 
 
 def test_figures_of_a_report(short: Recording) -> None:
-    run = Shown(NAME, "black", short)
+    run = RunView(NAME, "black", short)
     for draw in (
         report_figures.draw_over_time,
         lambda figure, runs: report_figures.draw_pressures(figure, runs, "time"),
@@ -139,6 +145,41 @@ def test_figures_of_a_sweep(tmp_path: pathlib.Path) -> None:
     figure = Figure(layout="constrained")
     sweep_figures.draw_effects(figure, results, {"m$n$": effects_of(results, "m$n$")})
     assert_plain(figure, "p$q$")
+
+
+def test_figure_of_a_search(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    limit = Limit("m$_n$", False, 1.0)
+    aim = Aim(Objective("o$^p$", "lowest"), (limit,))
+    parameters = (Parameter("_q$r$", ("supply.pressure",), "Pa", Range(1e5, 4e5, False, None, False)),)
+    designs = np.arange(4)
+    columns = {"generation": designs // 2, "start": 0 * designs, "design": designs}
+    columns |= {"_q$r$": np.linspace(1e5, 4e5, 4), OUTSIDE: np.zeros(4), LACKING: 0 * designs}
+    columns |= {OBJECTIVE: np.arange(4.0), "reason": np.full(4, "", dtype=object)}
+    columns |= {f"{limit.name}_{part}": np.array([0.0, 0.0, 1.0, 2.0]) for part in ("level", "kept", "short")}
+    draw_search(Problem(parameters, (), aim, 0), {"m$_n$": "mm", "o$^p$": "g"}, columns, tmp_path / "a.png")
+    for name in ("m$ n$", "o$^p$", "q$r$"):
+        assert_plain(drawn[0], name)
+
+
+def test_figure_of_a_fit(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    lines = ["pressure [bar],contraction [-],force [N]", "1,0,253", "1,.05,15", "2,0,500", "2,.1,110"]
+    lines += ["3,0,755", "3,.15,130"]
+    data = tmp_path / f"{NAME}.csv"
+    data.write_text("# bore: 20 mm\n" + "\n".join(lines), encoding="utf-8")
+    write_fit_figure(afo_sim.fit(data, law="tondu_lopez_2000", hold_out="none"), tmp_path)
+    assert_plain(drawn[0])
+
+
+def test_figure_of_a_log(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    log = {"time [s]": short["time"], "angle [rad]": short["ankle/angle"]}
+    sets, noise = {"duration": "0.2 s"}, {"angle": "1 deg"}
+    fit = afo_sim.fit_run("seated", log, sets=sets, noise=noise, hold_out=0)
+    problem = fit.problem
+    channel = dataclasses.replace(problem.log.channels[0], title=NAME)
+    renamed = dataclasses.replace(problem.log, channels=(channel,))
+    problem = dataclasses.replace(problem, log=renamed, noise={NAME: problem.noise["angle"]})
+    write_log_figure(dataclasses.replace(fit, problem=problem), tmp_path)
+    assert_plain(drawn[0])
 
 
 # --- what is undefined is said, not drawn

@@ -57,7 +57,7 @@ def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
         ("cli/sweep.py", "LINE_EVERY = 60.0", "LINE_EVERY = 30.0"),
         ("study/pareto.py", "# of each front, ascending", "# ascending, of each front"),
         ("study/pareto.py", '"""Non-dominated sorting: ', '"""Sorting: '),
-        ("common/units.py", '"""What a unit measures', '"""The dimension of a unit'),
+        ("common/units.py", '"""', '"""Another word: '),
     ],
 )
 def test_what_no_row_depends_on_is_no_other_code(
@@ -71,7 +71,7 @@ def test_what_no_row_depends_on_is_no_other_code(
     [
         ("common/units.py", "GRAVITY = 9.80665", "GRAVITY = 9.81"),
         ("study/design.py", "BLOCK = 1 << 16", "BLOCK = 1 << 15"),
-        ("metrics/metric.py", "(0.1, 0.9)", "(0.2, 0.8)"),
+        ("metrics/ankle.py", "(0.1, 0.9)", "(0.2, 0.8)"),
     ],
 )
 def test_what_rows_depend_on_is_other_code(tmp_path: pathlib.Path, file: str, old: str, new: str) -> None:
@@ -83,7 +83,7 @@ def test_the_rooms_that_compute_are_rooms_of_the_package() -> None:
     assert not {"show", "cli"} & set(versions.COMPUTING)
 
 
-def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.Search:
+def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.SearchPlan:
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "small.toml"
     file.write_text(text, encoding="utf-8")
@@ -219,8 +219,9 @@ def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pat
 
 @pytest.mark.parametrize("base", ["name", "dict", "scenario"])
 def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
+    from afo_sim.study.arguments import plan_of
     from afo_sim.study.parameter import span
-    from afo_sim.study.plan import plan_of, read
+    from afo_sim.study.sweep_file import read
 
     seated = load("scenario", "seated")
     scenario = {"name": "seated", "dict": seated.resolved(), "scenario": seated}[base]
@@ -242,7 +243,7 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
 
 
 def test_columns_are_named_by_the_end_of_their_key() -> None:
-    from afo_sim.study.plan import column_names
+    from afo_sim.study.arguments import column_names
 
     keys = [
         "supply.pressure",
@@ -259,7 +260,7 @@ def test_columns_are_named_by_the_end_of_their_key() -> None:
 
 
 def test_what_a_sweep_without_a_file_refuses() -> None:
-    from afo_sim.study.plan import plan_of
+    from afo_sim.study.arguments import plan_of
 
     with pytest.raises(InputError, match=r"parameters\.pressur\.key.*did you mean 'pressure'"):
         plan_of("seated", {"supply.pressur": ["2 bar"]})

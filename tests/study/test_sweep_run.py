@@ -26,9 +26,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.study import engine, folder, plan, replay, runner, sobol, store
+from afo_sim.study import engine, folder, replay, runner, sobol, store, sweep_file
 from afo_sim.study.engine import Outcome
-from afo_sim.study.runner import Progress
+from afo_sim.study.runner import SweepProgress
 from afo_sim.study.store import Store
 
 
@@ -376,11 +376,11 @@ def test_progress_says_rate_failures_and_time_left(
     shown: list[Any] = []
     report = reporter(lambda *told: shown.append(told))
     clock[0] = 50.0
-    report(Progress(cases=1000, done=300, new=100, failed=0))
+    report(SweepProgress(cases=1000, done=300, new=100, failed=0))
     assert shown[-1] == (300, 1000, "300 of 1000 cases; 2 a second, 5.8 min left")
     assert capsys.readouterr().err == ""
     clock[0] = 100.0
-    report(Progress(cases=1000, done=600, new=400, failed=3))
+    report(SweepProgress(cases=1000, done=600, new=400, failed=3))
     assert capsys.readouterr().err == "600 of 1000 cases, 3 failed; 4 a second, 100 s left\n"
 
 
@@ -527,7 +527,7 @@ def test_a_part_says_what_is_its_own(tmp_path: pathlib.Path) -> None:
     assert [runner.estimate(store, 1, (k, 3)).cases for k in (1, 2, 3)] == [10, 8, 8]
     whole, part = runner.estimate(store, 1), runner.estimate(store, 1, (3, 3))
     assert part.seconds == pytest.approx(whole.seconds * 8 / 26)
-    states: list[Progress] = []
+    states: list[SweepProgress] = []
     last = runner.run(store, part=(3, 3), report=states.append)
     assert (last.cases, last.done, last.new) == (8, 8, 8)
     assert [state.done for state in states] == [4, 8]
@@ -634,9 +634,9 @@ def test_a_set_value_that_holds_over_what_a_case_swaps_is_a_change(
 ) -> None:
     """0 is the drop foot's own strength, not that of the milder one."""
     text = SWEEP.replace('values = ["drop-foot", "healthy"]', 'values = ["drop-foot", "drop-foot-mild"]')
-    before = plan.read(written(tmp_path / "before", text))
+    before = sweep_file.read(written(tmp_path / "before", text))
     own = '[set]\n"patient.dorsiflexor_strength" = 0.0'
-    after = plan.read(written(tmp_path / "after", text.replace("[set]", own)))
+    after = sweep_file.read(written(tmp_path / "after", text.replace("[set]", own)))
     assert store.fingerprint(before)["sweep"] != store.fingerprint(after)["sweep"]
 
 
@@ -713,7 +713,7 @@ def test_a_parameter_cannot_be_called_like_another_column(
     tmp_path: pathlib.Path, name: str, problem: str
 ) -> None:
     with pytest.raises(InputError, match=problem):
-        plan.read(written(tmp_path, SEATED.replace("parameters.pressure", f"parameters.{name}")))
+        sweep_file.read(written(tmp_path, SEATED.replace("parameters.pressure", f"parameters.{name}")))
 
 
 def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:

@@ -85,11 +85,11 @@ class EventFinder:
                     done = "opens" if state == "open" else "shuts"
                     found.append((time, "INFO", f"{valve.replace('_', ' ')} {done}"))
         for name, (time, value) in self._peaks.items():
-            found.append((time, "INFO", f"{name}: {_said(name, value)}"))
+            found.append((time, "INFO", f"{name}: {_peak_text(name, value)}"))
         return sorted(found)
 
 
-def _said(peak: str, value: float) -> str:
+def _peak_text(peak: str, value: float) -> str:
     if peak.endswith("torque of the orthosis"):
         return f"{value:.2f} N·m"
     if peak.startswith("toe"):

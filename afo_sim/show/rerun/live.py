@@ -9,7 +9,7 @@ import afo_sim.show.rerun.curves as curves
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.show.rerun.layout import blueprint
-from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, Shown, contents, log_poses, log_still
+from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
 from afo_sim.show.rerun.source import Source, from_recording
 from afo_sim.show.rerun.viewer import require_display, viewer_process
 from afo_sim.simulation.recording import Recording
@@ -38,7 +38,7 @@ def live_viewer(*, headless: bool = False) -> Iterator[Watch]:
 
 
 def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
-    started: list[Shown] = []
+    started: list[RunScene] = []
 
     def watch(stretch: Recording) -> None:
         source = from_recording(stretch)
@@ -57,10 +57,10 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
     return watch
 
 
-def _shown(source: Source) -> Shown:
+def _shown(source: Source) -> RunScene:
     """The view of a run that has only begun."""
     view = scene.stage(source)
     walker = None
     if source.walks:
         walker = walk_scene.Walker(view, source, walk_scene.expected_carriage(source))
-    return Shown(source, view, curves.curves(source), walker)
+    return RunScene(source, view, curves.curves(source), walker)

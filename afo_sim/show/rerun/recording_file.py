@@ -24,7 +24,7 @@ GHOST = 0.55  # opacity of every run after the first
 
 
 @dataclass(frozen=True)
-class Shown:
+class RunScene:
     """One run with its view, lines and walker; the label is "" where it is the only one."""
 
     source: Source
@@ -56,7 +56,7 @@ def write_rrd(
     walker = None
     if source.walks:
         walker = walk_scene.Walker(view, source, walk_scene.carriage(source))
-    _write(path, source.name, [Shown(source, view, curves.curves(source), walker)], rate)
+    _write(path, source.name, [RunScene(source, view, curves.curves(source), walker)], rate)
 
 
 def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
@@ -73,7 +73,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
         require_rows(source)
     walking = any(source.walks for source in sources)
     root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
-    shown: list[Shown] = []
+    shown: list[RunScene] = []
     for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
         view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else GHOST)
         leader = next((other.walker for other in shown if other.walker), None)
@@ -83,11 +83,11 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
             floor = None if leader is None else leader.floor_height  # all walk on one floor
             walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first, floor)
         lines = curves.compared_curves(source, label, number, healthy=first)
-        shown.append(Shown(source, view, lines, walker, label))
+        shown.append(RunScene(source, view, lines, walker, label))
     _write(path, " · ".join(run.label for run in shown), shown, rate)
 
 
-def contents(shown: list[Shown]) -> Contents:
+def contents(shown: list[RunScene]) -> Contents:
     """The contents of some runs, for the layout."""
     walkers = [run.walker for run in shown if run.walker is not None]
     lanes = sum(len(run.source.named("valve")) for run in shown)
@@ -106,7 +106,7 @@ def contents(shown: list[Shown]) -> Contents:
     )
 
 
-def _write(path: pathlib.Path, name: str, shown: list[Shown], rate: float | None) -> None:
+def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:
     """Everything of some runs."""
     rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
@@ -121,7 +121,7 @@ def _write(path: pathlib.Path, name: str, shown: list[Shown], rate: float | None
         texts.log_texts(stream, [(run.label or run.source.name, run.source) for run in shown])
 
 
-def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:
+def log_still(stream: rr.RecordingStream, shown: list[RunScene]) -> None:
     """Log once all that does not change over some runs."""
     scene.log_axes(stream)
     if not any(run.walker for run in shown):
@@ -133,7 +133,7 @@ def log_still(stream: rr.RecordingStream, shown: list[Shown]) -> None:
             walk_scene.log_walker_styles(stream, run.walker)
 
 
-def _write_run(stream: rr.RecordingStream, run: Shown, rate: float | None) -> None:
+def _write_run(stream: rr.RecordingStream, run: RunScene, rate: float | None) -> None:
     """Log all of one run that changes, block by block."""
     source, every = run.source, run.source.every(rate)
     finder = events.EventFinder(source)
@@ -153,7 +153,7 @@ def _write_run(stream: rr.RecordingStream, run: Shown, rate: float | None) -> No
     events.log_events(stream, finder, source, f"{run.label}/" if run.label else "")
 
 
-def log_poses(stream: rr.RecordingStream, run: Shown, block: Columns) -> None:
+def log_poses(stream: rr.RecordingStream, run: RunScene, block: Columns) -> None:
     """Log the poses in space at a block of rows."""
     scene.log_poses(stream, run.view, block)
     if run.walker is not None:

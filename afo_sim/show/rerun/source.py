@@ -61,8 +61,8 @@ class Source:
     def body_mass(self) -> float:
         """Of the patient, or else of the leg's body [kg]."""
         patient = self.scenario.patient
-        told = None if patient is None else patient.body_mass
-        return float(self.scenario.leg.body_mass if told is None else told)
+        mass = None if patient is None else patient.body_mass
+        return float(self.scenario.leg.body_mass if mass is None else mass)
 
     def named(self, kind: str) -> list[str]:
         """The muscles, chambers or valves of the run."""

@@ -41,8 +41,8 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
         for trial in trials:
             for k in range(len(trial.curves)):
                 entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
-                told = set_point_text(trial, k)
-                label = told if len(trials) == 1 else f"{trial.name} {told}"
+                point = set_point_text(trial, k)
+                label = point if len(trials) == 1 else f"{trial.name} {point}"
                 _log_curve(stream, trial, k, entity, label, place * SPACING)
                 place += 1
         lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]

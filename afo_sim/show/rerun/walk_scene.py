@@ -52,12 +52,12 @@ def carriage(source: Source) -> Carriage:
 
 def expected_carriage(source: Source) -> Carriage:
     """The carriage of a run that is only beginning, from its gait cycle."""
-    told = source.scenario.gait
-    assert told is not None
-    cycle = gait.read(assets.find_gait(told.cycle))
-    stride_time = told.stride_time or cycle.stride_time
+    walking = source.scenario.gait
+    assert walking is not None
+    cycle = gait.read(assets.find_gait(walking.cycle))
+    stride_time = walking.stride_time or cycle.stride_time
     time = np.arange(0.0, source.scenario.duration + stride_time, 0.01)
-    walked = told.start_phase + time / stride_time
+    walked = walking.start_phase + time / stride_time
     return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 

@@ -1,4 +1,4 @@
-"""What a search aims at: an objective over the patients, limits that a share of them must keep."""
+"""Aim of a search: an objective over the patients, and limits that a share of them must keep."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,7 @@ class Limit:
         return limit_name(self.metric, self.at_least, self.number)
 
     def spare(self, patients: int) -> int:
-        """How many of the patients need not keep it."""
+        """Number of the patients that need not keep it."""
         if self.sampled:
             return max(math.floor((1.0 - self.share) * (patients + 1) + 1e-9) - 1, 0)
         return patients - math.ceil(self.share * patients - 1e-9)
@@ -81,7 +81,7 @@ class Limit:
         return float(np.mean(values >= self.bound if self.at_least else values <= self.bound))
 
     def short(self, level: float) -> float:
-        """What a level lacks [the metric's unit]; 0 where it keeps the bound."""
+        """Shortfall of a level [the metric's unit]; 0 where it keeps the bound."""
         return max(self.bound - level if self.at_least else level - self.bound, 0.0)
 
 
@@ -98,7 +98,7 @@ class Aim:
         return tuple(dict.fromkeys([self.objective.metric, *(limit.metric for limit in self.limits)]))
 
     def judge(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """How designs serve it.
+        """Objective, limits and gaps of designs.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class Aim:
         return found | {LACKING: np.zeros(count, np.int64)}
 
     def violation(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """What designs lack of all limits together (n,), of each as a share of the most that any lacks."""
+        """Shortfall of designs over all limits (n,), of each as a share of the largest."""
         total = np.zeros(len(columns[OBJECTIVE]))
         for limit in self.limits:
             short = np.nan_to_num(columns[f"{limit.name}_short"])
@@ -140,7 +140,7 @@ class Aim:
         return total
 
     def ranks(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """How designs compare (n,): 0 is the best; equals share a rank.
+        """Rank of designs (n,): 0 is the best; equals share a rank.
 
         A feasible design beats one that is not, and of two feasible ones the better objective wins. Of two
         others the one that violates less: first the constraints on the parameters, then in how many
@@ -162,21 +162,21 @@ class Aim:
         return found
 
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Which designs keep everything (n,)."""
+        """Mask of the designs that keep everything (n,)."""
         return feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
 
 
 def limit_name(metric: str, at_least: bool, number: int) -> str:
-    """How a limit is called in columns."""
+    """Name of a limit in columns."""
     name = f"{metric}_at_{'least' if at_least else 'most'}"
     return name if number == 1 else f"{name}_{number}"
 
 
 def feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:
-    """Which designs violate nothing (n,)."""
+    """Mask of the designs that violate nothing (n,)."""
     return (outside == 0.0) & (lacking == 0) & (violation == 0.0)
 
 
 def outside(excesses: Sequence[np.ndarray], count: int) -> np.ndarray:
-    """How far designs are outside the constraints on the parameters (n,), all together."""
+    """Distance of designs from within the constraints on the parameters (n,), all together."""
     return np.sum(excesses, axis=0) if len(excesses) else np.zeros(count)

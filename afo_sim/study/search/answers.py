@@ -1,4 +1,4 @@
-"""What the patients make of designs: every design simulated with every patient, by the sweeps' engine."""
+"""Every design of a search simulated with every patient, by the sweeps' engine."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

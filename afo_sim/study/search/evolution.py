@@ -1,4 +1,4 @@
-"""CMA-ES in the unit cube: asks for designs, is told their ranks, and does the same again when replayed."""
+"""CMA-ES in the unit cube: asks for designs, takes their ranks, and repeats itself when replayed."""
 
 import math
 
@@ -51,7 +51,7 @@ class Evolution:
 
     @property
     def settled(self) -> bool:
-        """Whether the designs have come so close together that nothing is left to find."""
+        """True where the designs have come so close together that nothing is left to find."""
         return bool(self._strategy.stop())
 
     def ask(self) -> np.ndarray:
@@ -60,5 +60,5 @@ class Evolution:
         return np.clip(np.array(self._asked)[:, : self.dimensions], 0.0, 1.0)
 
     def tell(self, ranks: np.ndarray) -> None:
-        """How the designs last asked for compare (population,): the lower the better."""
+        """Take the ranks of the designs last asked for (population,): the lower the better."""
         self._strategy.tell(self._asked, [float(rank) for rank in ranks])

@@ -1,4 +1,4 @@
-"""The search itself: ask for designs, judge them, tell how they compare, generation by generation."""
+"""The loop of a search: ask for designs, judge them, rank them, generation by generation."""
 
 import pathlib
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ from afo_sim.study.search.evolution import Evolution
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: ranges, constraints on them, what makes a design good, and from how many starts.
+    """The problem of a search: ranges, constraints on them, aim, number of starts.
 
     Every start is a search of its own with its own seed, and none learns from another: how far apart they end
     tells how far the result depends on chance.
@@ -46,7 +46,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SearchProgress:
     """Generations of all starts that are done, how many there will be at most, the best design so far."""
 
     generations: int
@@ -60,11 +60,11 @@ def evolve(
     folder: pathlib.Path,
     generations: int,
     evaluate: Evaluate,
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[SearchProgress], None] | None = None,
 ) -> tuple[Columns, bool]:
     """Search; killed at any time, the next call goes on from the last finished generation.
 
-    What is in the folder is replayed: the optimiser asks for the same designs again, and is told the same.
+    What is in the folder is replayed: the optimiser asks for the same designs and takes the same ranks.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def _judged(
     return head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
 
 
-def _progress(aim: Aim, done: Sequence[Columns], most: int) -> Progress:
+def _progress(aim: Aim, done: Sequence[Columns], most: int) -> SearchProgress:
     together = store.joined(done)
     best = row(together, best_of(aim, together))
-    return Progress(len(done), most, best, bool(aim.feasible(best)[0]))
+    return SearchProgress(len(done), most, best, bool(aim.feasible(best)[0]))

@@ -16,11 +16,11 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study import plan as sweep_plan
+from afo_sim.study import arguments, sweep_file
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
-from afo_sim.study.parameter_table import Told
+from afo_sim.study.parameter_table import StrictTable
 from afo_sim.study.plan import Plan
 from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
 from afo_sim.study.search.loop import Problem
@@ -43,7 +43,7 @@ FIXED_COLUMNS = (
 
 
 @dataclass(frozen=True)
-class ToldLimit:
+class StatedLimit:
     """A limit before its metric's unit is known: the bound as it is written."""
 
     metric: str
@@ -59,12 +59,12 @@ class ToldLimit:
 
     @property
     def option(self) -> str:
-        """Which option tells the bound."""
+        """The option that holds the bound."""
         return "at_least" if self.at_least else "at_most"
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchPlan:
     """A design search, checked.
 
     `designs` holds scenario, fixed overrides, searched parameters and constraints as a sweep does;
@@ -77,13 +77,13 @@ class Search:
     designs: Plan
     patients: Plan | None
     objective: Objective
-    limits: tuple[ToldLimit, ...]
+    limits: tuple[StatedLimit, ...]
     generations: int
     population: int | None
     starts: int = STARTS
 
     def problem(self, aim: Aim) -> Problem:
-        """What the optimiser searches."""
+        """The problem that the optimiser solves."""
         plan = self.designs
         return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
 
@@ -113,15 +113,15 @@ class Search:
         return Aim(self.objective, tuple(self._limit(k, units, sampled) for k in range(len(self.limits))))
 
     def _limit(self, number: int, units: Mapping[str, str], sampled: bool) -> Limit:
-        told = self.limits[number]
-        bound = told.bound.replace("%", " percent") if isinstance(told.bound, str) else told.bound
+        written = self.limits[number]
+        bound = written.bound.replace("%", " percent") if isinstance(written.bound, str) else written.bound
         try:
-            value = parse_quantity(bound, units[told.metric])
+            value = parse_quantity(bound, units[written.metric])
         except ValueError as error:
-            field = f"limits[{number}].{told.option}"
-            raise InputError(str(error), file=self.file, field=field, value=told.bound) from None
+            field = f"limits[{number}].{written.option}"
+            raise InputError(str(error), file=self.file, field=field, value=written.bound) from None
         drawn = sampled and self.patients is not None and self.patients.cases is not None
-        return Limit(told.metric, told.at_least, value, told.share, told.number, drawn)
+        return Limit(written.metric, written.at_least, value, written.share, written.number, drawn)
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
@@ -147,11 +147,11 @@ class Search:
         return Cases(plan, tuple(names), tuple(units), dict(values), case_seeds(plan.seed, count), 0)
 
     def fingerprint(self) -> dict[str, Any]:
-        """What decides the result: the search, this program's code, what it runs on.
+        """Everything that decides the result: the search, this program's code, its libraries.
 
         How many generations are asked for is not in it: of more, the first are the same.
         """
-        told = {
+        written = {
             "designs": self.designs.canonical(),
             "patients": self.patients.canonical() if self.patients else None,
             "objective": repr(self.objective),
@@ -159,10 +159,10 @@ class Search:
             "population": self.population,
             "starts": self.starts,
         }
-        return fingerprint("search", told, "cma")
+        return fingerprint("search", written, "cma")
 
 
-class _ToldObjective(Told):
+class ObjectiveTable(StrictTable):
     metric: StrictStr
     goal: Literal["lowest", "highest"]
     over: Literal["mean", "median", "worst"] = "mean"
@@ -173,7 +173,7 @@ class _ToldObjective(Told):
         return _known(name)
 
 
-class _ToldLimit(Told):
+class LimitTable(StrictTable):
     metric: StrictStr
     at_least: StrictStr | StrictFloat | StrictInt | None = None
     at_most: StrictStr | StrictFloat | StrictInt | None = None
@@ -185,13 +185,13 @@ class _ToldLimit(Told):
         return _known(name)
 
     @model_validator(mode="after")
-    def _has_one_bound(self) -> "_ToldLimit":
+    def _has_one_bound(self) -> "LimitTable":
         if (self.at_least is None) == (self.at_most is None):
             raise refusal("the bound is not told, or twice", "at_least or at_most", "at_least")
         return self
 
 
-class _ToldPatients(Told):
+class PatientsTable(StrictTable):
     design: StrictStr
     cases: StrictInt | None = None
     seed: StrictInt = Option(default=0, ge=0)
@@ -208,7 +208,7 @@ class _ToldPatients(Told):
         return design
 
 
-class _ToldSearch(Told):
+class SearchFile(StrictTable):
     """A search's file as it is written."""
 
     description: StrictStr = ""
@@ -220,12 +220,12 @@ class _ToldSearch(Told):
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
     parameters: dict[str, Any] = Option(min_length=1)
-    objective: _ToldObjective
-    limits: tuple[_ToldLimit, ...] = ()
-    patients: _ToldPatients | None = None
+    objective: ObjectiveTable
+    limits: tuple[LimitTable, ...] = ()
+    patients: PatientsTable | None = None
 
 
-def read(path: str | os.PathLike[str]) -> Search:
+def read(path: str | os.PathLike[str]) -> SearchPlan:
     """Read a design search.
 
     Parameters
@@ -251,12 +251,12 @@ def search_of(
     limits: Sequence[str] = (),
     patients: Mapping[str, Any] | None = None,
     **options: Any,
-) -> Search:
+) -> SearchPlan:
     """A design search without a file.
 
     Parameters
     ----------
-    scenario : as `study.plan.plan_of` takes it
+    scenario : as `study.arguments.plan_of` takes it
     over : {dotted key: (lower, upper), a span, or a table as [parameters.NAME] has it}
     lowest, highest : the metric that is to be so; one of the two
     of : what of the metric over the patients
@@ -272,10 +272,10 @@ def search_of(
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):
         raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
-    ranges = {key: Span(*told) if isinstance(told, tuple) else told for key, told in over.items()}
+    ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     table = {
-        "scenario": sweep_plan.plain_scenario(scenario),
-        "parameters": sweep_plan.parameter_tables(ranges),
+        "scenario": arguments.plain_scenario(scenario),
+        "parameters": arguments.parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
         "set": dict(options.pop("sets", None) or {}),
@@ -295,37 +295,37 @@ def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
     return table | ({"share": float(share) / 100.0} if share else {})
 
 
-def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Search:
+def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
     try:
-        told = _ToldSearch.model_validate(table)
+        written = SearchFile.model_validate(table)
     except ValidationError as error:
-        raise sweep_plan.first_error(file, table, error) from None
-    base = {"scenario": told.scenario, "set": told.set}
+        raise sweep_file.first_error(file, table, error) from None
+    base = {"scenario": written.scenario, "set": written.set}
     searched = {
         "design": "random",
         "cases": 1,
-        "seed": told.seed,
-        "constraints": told.constraints,
-        "parameters": told.parameters,
+        "seed": written.seed,
+        "constraints": written.constraints,
+        "parameters": written.parameters,
     }
-    designs = sweep_plan.of_table(file, base | searched)
-    limits = _limits(told.limits)
+    designs = sweep_file.of_table(file, base | searched)
+    limits = _limits(written.limits)
     for parameter in designs.parameters:
-        _check_searched(file, parameter, told.parameters[parameter.name], limits)
+        _check_searched(file, parameter, written.parameters[parameter.name], limits)
     patients = None
-    if told.patients is not None:
-        patients = _patients(file, base | told.patients.model_dump(exclude_none=True), designs)
-    return Search(
+    if written.patients is not None:
+        patients = _patients(file, base | written.patients.model_dump(exclude_none=True), designs)
+    return SearchPlan(
         file=file,
-        description=told.description,
+        description=written.description,
         designs=designs,
         patients=patients,
-        objective=Objective(**told.objective.model_dump()),
+        objective=Objective(**written.objective.model_dump()),
         limits=limits,
-        generations=told.generations,
-        population=told.population,
-        starts=told.starts,
+        generations=written.generations,
+        population=written.population,
+        starts=written.starts,
     )
 
 
@@ -335,26 +335,26 @@ def _known(name: str) -> str:
     return name
 
 
-def _limits(all_told: Sequence[_ToldLimit]) -> tuple[ToldLimit, ...]:
-    found: list[ToldLimit] = []
-    for told in all_told:
-        at_least = told.at_least is not None
-        bound = told.at_least if told.at_least is not None else told.at_most
+def _limits(tables: Sequence[LimitTable]) -> tuple[StatedLimit, ...]:
+    found: list[StatedLimit] = []
+    for written in tables:
+        at_least = written.at_least is not None
+        bound = written.at_least if written.at_least is not None else written.at_most
         assert bound is not None
-        number = 1 + sum((limit.metric, limit.at_least) == (told.metric, at_least) for limit in found)
-        found.append(ToldLimit(told.metric, at_least, bound, float(told.share), number))
+        number = 1 + sum((limit.metric, limit.at_least) == (written.metric, at_least) for limit in found)
+        found.append(StatedLimit(written.metric, at_least, bound, float(written.share), number))
     return tuple(found)
 
 
 def _check_searched(
-    file: pathlib.Path, parameter: Parameter, told: Mapping[str, Any], limits: tuple[ToldLimit, ...]
+    file: pathlib.Path, parameter: Parameter, written: Mapping[str, Any], limits: tuple[StatedLimit, ...]
 ) -> None:
     """Refuse what is no range, and names that the designs' table has itself."""
     if not isinstance(parameter.spread, Range):
-        option = next((name for name in ("values", "distribution", "from_seed") if name in told), "")
+        option = next((name for name in ("values", "distribution", "from_seed") if name in written), "")
         problem = "is nothing that can be searched"
         field = f"parameters.{parameter.name}.{option}"
-        raise InputError(problem, file=file, field=field, value=told.get(option), allowed="from and to")
+        raise InputError(problem, file=file, field=field, value=written.get(option), allowed="from and to")
     taken = {f"{limit.name}_{what}" for limit in limits for what in ("level", "kept", "short")}
     if parameter.name in FIXED_COLUMNS or parameter.name in taken:
         problem = "is what another column of the designs is called"
@@ -363,14 +363,14 @@ def _check_searched(
 
 def _patients(file: pathlib.Path, table: dict[str, Any], designs: Plan) -> Plan:
     try:
-        found = sweep_plan.of_table(file, table)
+        found = sweep_file.of_table(file, table)
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
                 raise InputError(
                     "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
                 )
-        sweep_plan.check_keys(file, (*designs.parameters, *found.parameters), {})
+        sweep_file.check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
         raise _of_patients(error) from None

@@ -20,8 +20,8 @@ from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
 from afo_sim.study.search.answers import Answers, Columns, answers
 from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, Progress, best_of, evolve, of_start, row
-from afo_sim.study.search.plan import Search
+from afo_sim.study.search.loop import Problem, SearchProgress, best_of, evolve, of_start, row
+from afo_sim.study.search.plan import SearchPlan
 from afo_sim.study.search.words import spread_over_starts
 
 
@@ -29,7 +29,7 @@ from afo_sim.study.search.words import spread_over_starts
 class Opened:
     """A search and its folder. `seconds` is what one case takes; `best` the result, if it is there."""
 
-    search: Search
+    search: SearchPlan
     folder: pathlib.Path
     scenario: dict[str, Any]
     units: dict[str, str]
@@ -41,7 +41,7 @@ class Opened:
 
     @property
     def finished(self) -> bool:
-        """Whether there is nothing left to do."""
+        """True where nothing is left to do."""
         return self.best is not None and (
             self.best["settled"] or self.best["generations"] >= self.search.generations
         )
@@ -52,19 +52,19 @@ class Opened:
         return self.problem.evolutions()[0].population * (len(self.patients) if self.patients else 1)
 
 
-def open_search(search: Search, folder: pathlib.Path, changed: Changed = "refuse") -> Opened:
+def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "refuse") -> Opened:
     """A search in its folder: a new one, or one to be continued.
 
     Parameters
     ----------
     search : to be done
     folder : made if need be
-    changed : where the folder holds another search or designs of other code, as `Kind.open` takes it
+    changed : where the folder holds another search or designs of other code, as `FolderKind.open` takes it
 
     Raises
     ------
     InputError
-        As `Kind.open`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
+        As `FolderKind.open`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
     """
     patients = search.judging()
     search.fresh()  # says now what would be wrong with them at the end
@@ -81,37 +81,37 @@ def open_search(search: Search, folder: pathlib.Path, changed: Changed = "refuse
         search.aim(units)
         return {"metrics": units, "seconds_per_case": seconds}
 
-    told = store.SEARCH.open(folder, known, changed, first)
-    aim = search.aim(told["metrics"], sampled=True)
+    manifest = store.SEARCH.open(folder, known, changed, first)
+    aim = search.aim(manifest["metrics"], sampled=True)
     return Opened(
         search=search,
         folder=folder,
-        scenario=told["scenario"],
-        units=told["metrics"],
+        scenario=manifest["scenario"],
+        units=manifest["metrics"],
         patients=patients,
         problem=search.problem(aim),
-        seconds=float(told["seconds_per_case"]),
+        seconds=float(manifest["seconds_per_case"]),
         best=store.read_best(folder),
-        mixed=bool(told.get("mixed")),
+        mixed=bool(manifest.get("mixed")),
     )
 
 
 def optimise(
-    search: Search,
+    search: SearchPlan,
     folder: pathlib.Path,
     *,
     changed: Changed = "refuse",
     threads: int = 0,
     workers: int = 0,
     scheduler: str = "",
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[SearchProgress], None] | None = None,
 ) -> dict[str, Any]:
     """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
     with pool(threads, workers, scheduler) as who:
         return run(open_search(search, folder, changed), who, report)
 
 
-def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = None) -> dict[str, Any]:
+def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | None = None) -> dict[str, Any]:
     """Search to the end; what was done before is not done again.
 
     Parameters
@@ -149,13 +149,13 @@ def run(opened: Opened, who: Pool, report: Callable[[Progress], None] | None = N
         again = search.aim(opened.units).judge(found.metrics) | {
             "reason": np.array(found.reasons, dtype=object)
         }
-    told = _told(opened, columns, best, settled) | {"fresh_patients": _fresh(problem.aim, fresh, again)}
-    _write(opened, columns, told)
-    return told
+    summary = _summary(opened, columns, best, settled) | {"fresh_patients": _fresh(problem.aim, fresh, again)}
+    _write(opened, columns, summary)
+    return summary
 
 
 def _tried(
-    scenario: Mapping[str, Any], search: Search, patients: Cases | None
+    scenario: Mapping[str, Any], search: SearchPlan, patients: Cases | None
 ) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
     middle = {p.name: p.spread.at(np.array([0.5])) for p in search.designs.parameters}  # type: ignore[union-attr]
@@ -163,7 +163,7 @@ def _tried(
     return probe(scenario, [search.designs.set, sets], search.file)
 
 
-def _told(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dict[str, Any]:
+def _summary(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dict[str, Any]:
     """The result but for the fresh patients, as JSON-able data."""
     problem, aim = opened.problem, opened.problem.aim
     simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
@@ -226,7 +226,7 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
 
 
 def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, Any] | None:
-    """How the best design serves patients that the search has not seen."""
+    """The best design with patients that the search has not seen."""
     if fresh is None or columns is None:
         return None
     return {
@@ -248,7 +248,7 @@ def _number(column: np.ndarray) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _write(opened: Opened, columns: Columns, told: Mapping[str, Any]) -> None:
+def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None:
     """All files of the result, the one that says so last."""
     aim, folder = opened.problem.aim, opened.folder
     units = {p.name: p.unit for p in opened.problem.parameters}
@@ -256,18 +256,18 @@ def _write(opened: Opened, columns: Columns, told: Mapping[str, Any]) -> None:
     for limit in aim.limits:
         units |= {f"{limit.name}_{what}": opened.units[limit.metric] for what in ("level", "short")}
     judged = {"feasible": aim.feasible(columns), "violation": aim.violation(columns)}
-    about = {key: told[key] for key in ("search", "scenario", "objective", "limits")}
+    about = {key: summary[key] for key in ("search", "scenario", "objective", "limits")}
     store.write_designs(folder, columns | judged, units, about)
-    write_text(folder / store.SCENARIO, _scenario_toml(opened, told))
-    write_json(folder / store.BEST, told)
+    write_text(folder / store.SCENARIO, _scenario_toml(opened, summary))
+    write_json(folder / store.BEST, summary)
 
 
-def _scenario_toml(opened: Opened, told: Mapping[str, Any]) -> str:
+def _scenario_toml(opened: Opened, summary: Mapping[str, Any]) -> str:
     """The scenario with the best design's values; the files that it needs are copied beside it."""
-    scenario = portable(load("scenario", opened.scenario, told["sets"]).resolved(), opened.folder)
+    scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), opened.folder)
     scenario["name"] = f"{opened.search.file.stem}-best"
-    kind = "best design" if told["feasible"] else "design that violates its limits least (none keeps them)"
-    head = f"# The {kind} of {told['designs']} that the search {opened.search.file.name} tried.\n"
-    for line in spread_over_starts(told):
+    kind = "best design" if summary["feasible"] else "design that violates its limits least (none keeps them)"
+    head = f"# The {kind} of {summary['designs']} that the search {opened.search.file.name} tried.\n"
+    for line in spread_over_starts(summary):
         head += f"# {line}\n"
     return head + toml_text(scenario)

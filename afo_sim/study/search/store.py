@@ -9,11 +9,11 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import disk, keeping
-from afo_sim.study.folder import AGAIN, PARTS, Kind
+from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"
-SEARCH = Kind("search", MANIFEST, GENERATIONS, (BEST, DESIGNS, SCENARIO, FIGURE), PARTS)
+SEARCH = FolderKind("search", MANIFEST, GENERATIONS, (BEST, DESIGNS, SCENARIO, FIGURE), PARTS)
 
 Columns = dict[str, np.ndarray]
 

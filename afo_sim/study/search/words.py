@@ -12,7 +12,7 @@ Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
 def tables(best: Mapping[str, Any]) -> list[Table]:
-    """What was found, from best.json: the design, and how it serves objective and limits."""
+    """Tables of best.json: the design, and its objective and limits."""
     kind = "best design" if best["feasible"] else "the design that violates least"
     rows = [[p["name"], *_quantity(p), ", ".join(p["keys"])] for p in best["parameters"]]
     found = [(kind, ["parameter", "value", "searched", "sets"], rows)]
@@ -34,7 +34,7 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
 
 
 def statement(best: Mapping[str, Any]) -> list[str]:
-    """Whether a feasible design was found, what the limits lack if not, and how hard was searched."""
+    """Lines on a result: is it feasible, what do the limits lack if not, how much was searched."""
     tried = f"{best['designs']} designs in {best['generations']} generations"
     tried += f", {best['simulated']} of them simulated with {best['patients']} patients each"
     how = (
@@ -42,28 +42,28 @@ def statement(best: Mapping[str, Any]) -> list[str]:
         if best["settled"]
         else "the search has not settled: more generations may find better"
     )
-    said = []
+    lines = []
     if best["feasible"]:
-        said.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
+        lines.append(f"design {best['design']} keeps every limit, as {best['feasible_designs']} designs do")
     else:
-        said.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
-    said.append(f"{tried}; {how}")
-    said += spread_over_starts(best)
+        lines.append(f"no design keeps every limit; design {best['design']} violates least: {_lacks(best)}")
+    lines.append(f"{tried}; {how}")
+    lines += spread_over_starts(best)
     if best.get("mixed"):
-        said.append("the designs were computed by more than one version of the code")
+        lines.append("the designs were computed by more than one version of the code")
     ends = [p["name"] for p in best["parameters"] if _at_an_end(p)]
     if ends:
-        said.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
+        lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     fresh = best["fresh_patients"]
     if fresh is None:
-        said.append("not tried on fresh patients: the search tells no patients to draw from")
+        lines.append("not tried on fresh patients: the search tells no patients to draw from")
     elif best["feasible"] and not _holds(fresh):
-        said.append("with fresh patients it does not keep every limit: take the limits with a margin")
-    return said
+        lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
+    return lines
 
 
 def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
-    """How far apart the starts of the search have ended; nothing of a single one."""
+    """The distance between the ends of the starts; nothing of a single one."""
     starts, goal = best["starts"], best["objective"]
     if len(starts) < 2:
         return []
@@ -83,7 +83,7 @@ def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
 
 
 def _at_an_end(parameter: Mapping[str, Any]) -> bool:
-    """Whether a value is within a hundredth of its range from either end."""
+    """True where a value is within a hundredth of its range from either end."""
     low, high = parameter["from"], parameter["to"]
     return bool(min(parameter["value"] - low, high - parameter["value"]) < 0.01 * (high - low))
 
@@ -93,7 +93,7 @@ def _holds(fresh: Mapping[str, Any]) -> bool:
 
 
 def _lacks(best: Mapping[str, Any]) -> str:
-    """What the least violating design lacks."""
+    """The shortfalls of the least violating design."""
     if best["outside"]:
         return "no design was within the constraints on the parameters"
     each = [

@@ -20,7 +20,7 @@ Over = Literal["time", "cycle"]  # the abscissa
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class RunView:
     """A run in a figure or report.
 
     label : its name; "" where it is the only one
@@ -112,6 +112,6 @@ class Shown:
         return time[::every], self.recording[column][::every][None, :]
 
 
-def alone(recording: Recording) -> Shown:
+def alone(recording: Recording) -> RunView:
     """A run that is shown by itself, every row of it."""
-    return Shown("", RUNS[0], recording)
+    return RunView("", RUNS[0], recording)

@@ -1,0 +1,103 @@
+"""Arguments of a sweep or a search in Python, as the tables that a file would hold."""
+
+import os
+import pathlib
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from afo_sim.description.reader import split_key
+from afo_sim.description.scenario import Scenario
+from afo_sim.study.parameter import Span
+from afo_sim.study.parameter_table import is_free
+from afo_sim.study.plan import Plan
+from afo_sim.study.sweep_file import CHUNK, of_table
+
+
+def plan_of(
+    scenario: Any,
+    parameters: Mapping[str, Any],
+    *,
+    design: str = "",
+    cases: int | None = None,
+    metrics: Sequence[str] = (),
+    constraints: Sequence[str] = (),
+    sets: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    chunk: int = CHUNK,
+) -> Plan:
+    """A sweep without a file.
+
+    Parameters
+    ----------
+    scenario : a Scenario, one as plain data, a shipped name or a path
+    parameters : {dotted key: values, `span(lower, upper, n)` or a table as [parameters.NAME] has it}; the
+        column is called by the end of the key. A table that has a key of its own is {column: table}
+    design : as in a sweep's file; by default "grid", and "sobol" where the number of `cases` is told
+    metrics : that are kept; all by default
+    constraints : on the parameters, by the names of their columns
+    sets : fixed overrides by dotted key
+    seed, chunk : as in a sweep's file
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    InputError
+        As `read`.
+    """
+    table = {
+        "scenario": plain_scenario(scenario),
+        "design": design or ("grid" if cases is None else "sobol"),
+        "metrics": tuple(metrics),
+        "constraints": tuple(constraints),
+        "set": dict(sets or {}),
+        "seed": seed,
+        "chunk": chunk,
+        "parameters": parameter_tables(parameters),
+    }
+    return of_table(pathlib.Path("sweep"), table | ({} if cases is None else {"cases": cases}))
+
+
+def plain_scenario(scenario: Any) -> str | dict[str, Any]:
+    """A scenario as a plan holds it: a name, a path, or plain data."""
+    if isinstance(scenario, Scenario):
+        return scenario.resolved()
+    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
+
+
+def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
+    found: dict[str, dict[str, Any]] = {}
+    names = column_names([key for key, values in parameters.items() if not _has_key(values)])
+    for key, values in parameters.items():
+        if isinstance(values, Span):
+            values = values.table()
+        elif not isinstance(values, Mapping):
+            values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
+        found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}
+    return found
+
+
+def column_names(keys: Sequence[str]) -> dict[str, str]:
+    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
+    words = {key: re.findall(r"\w+", key) for key in keys}
+
+    def name(key: str, count: int) -> str:
+        return "_".join(words[key][-count:])
+
+    found = {}
+    for key in keys:
+        least = 1 + len(split_key(key)[1])
+        for count in range(least, max(least, len(words[key])) + 1):
+            taken = sum(name(key, count) == name(other, count) for other in keys) > 1
+            if not taken and is_free(name(key, count)):
+                break
+        found[key] = name(key, count)
+    return found
+
+
+def _has_key(values: Any) -> bool:
+    return isinstance(values, Mapping) and ("key" in values or "keys" in values)
