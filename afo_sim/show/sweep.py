@@ -86,7 +86,7 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
     if results.unfinished:
         remarks.append(f"unfinished: {len(results)} of {results.planned} cases are computed so far")
     if others := [name for name in results.metrics if name not in objectives]:
-        remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
+        remarks.append(f"{len(others)} more metrics can be shown, such as {others[0]}")
     if results.sweep.get("mixed"):
         remarks.append("the cases were computed by more than one version of the code")
     for name in objectives:

@@ -40,7 +40,7 @@ class Kind:
         InputError
             The folder holds no such study, or says nothing that can be read.
         """
-        path, allowed = folder / self.manifest, "--if-changed restart, which throws the folder's results away"
+        path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         try:
             told = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -101,7 +101,7 @@ class Kind:
             return None
         if not (folder / self.manifest).is_file():
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
-            raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder")
+            raise InputError(problem, field="out", value=str(folder), allowed="an empty folder")
         try:
             told = self.read(folder)
         except InputError:
@@ -119,16 +119,16 @@ class Kind:
         self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
     ) -> None:
         """Refuse what must not be mixed; results of other code may be, if asked for."""
-        throws = "--if-changed restart, which throws its results away"
+        throws = "`changed=restart`, which throws its results away"
         if before.get(self.name) != now[self.name]:
             problem = f"the folder holds another {self.name}, or this one before it was changed"
             allowed = f"another folder, or {throws}"
         elif changed == "refuse":
             problem = f"the folder's results were computed by other code{differences(before, now)}"
-            allowed = f"{throws}, or --if-changed continue, which mixes"
+            allowed = f"{throws}, or `changed=continue`, which mixes"
         else:
             return
-        raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
+        raise InputError(problem, field="out", value=str(folder), allowed=allowed)
 
     def holds_cases(self, folder: pathlib.Path) -> bool:
         """Whether a case is computed."""

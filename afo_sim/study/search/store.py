@@ -50,7 +50,7 @@ def read_best(folder: pathlib.Path) -> dict[str, Any] | None:
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
+        raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
 
 
 def joined(generations: Sequence[Columns]) -> Columns:
@@ -88,5 +88,5 @@ def _read_table(path: pathlib.Path) -> Columns:
     try:
         table = pq.ParquetFile(path).read()
     except (OSError, pa.ArrowException) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
+        raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
     return {name: table[name].to_numpy() for name in table.column_names}
