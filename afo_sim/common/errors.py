@@ -58,6 +58,17 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
+    def of_file(self, file: object) -> "InputError":
+        """The same error of another file."""
+        return InputError(
+            self.problem,
+            file=file,
+            field=self.field,
+            value=self.value,
+            allowed=self.allowed,
+            nearest=self.nearest,
+        )
+
     def renamed(self, field: Rename, text: Rename) -> "InputError":
         """The same error, and its others, with other names for arguments.
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.versions import code_fingerprint, versions
-from afo_sim.common.writing import check_writable, disk, keeping
+from afo_sim.common.writing import check_writable, disk, keeping, settle
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -80,6 +80,7 @@ class Kind:
             The folder holds another study or something else, or cannot be written to.
         """
         check_writable(folder)
+        settle(folder)
         now = known["fingerprint"]
         told = self._continued(folder, now, changed)
         if told is None:
