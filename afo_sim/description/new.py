@@ -67,7 +67,7 @@ def new(
         The file is there, the name is taken, or what it refers to does not fit.
     """
     target = target_of(kind, name, pathlib.Path(out))
-    base = assets.find(kind, like or LIKE[kind])
+    base = base_of(kind, like or LIKE[kind])
     values, examples = assets.read_toml(base), _examples(kind)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
@@ -77,6 +77,14 @@ def new(
     check_writable(target.parent)
     _write(target, text, kind, values, base)
     return target
+
+
+def base_of(kind: str, like: str) -> pathlib.Path:
+    """The file that a new product is like; an unknown name is the argument `like`'s."""
+    try:
+        return assets.find(kind, like)
+    except InputError as error:
+        raise error.renamed(lambda _: "like", str) from None
 
 
 def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
-from afo_sim.description.new import reference, target_of
+from afo_sim.description.new import base_of, reference, target_of
 from afo_sim.study.search.plan import STARTS
 
 PARAMETERS = """\
@@ -174,7 +174,7 @@ def new_study(
     if like:
         if uses:
             raise InputError("does not go with `like`", field="scenario", value=uses["scenario"])
-        text = assets.find(kind, like).read_text(encoding="utf-8")
+        text = base_of(kind, like).read_text(encoding="utf-8")
     else:
         chosen = (uses or {}).get("scenario", "seated")
         scenario = reference("scenario", chosen, target.parent)

@@ -123,6 +123,9 @@ def test_library_names_fields_and_the_command_line_options(
     assert complaint.startswith("afo-sim: --ankle-zero = 'up'")
     code, _, complaint = call(capsys, "new", "muscle", "mine", "--leg", "adult_75kg", "--out", tmp_path)
     assert complaint.startswith("afo-sim: --leg = 'adult_75kg': does not go with a new muscle")
+    for kind in ("muscle", "sweep"):
+        code, _, complaint = call(capsys, "new", kind, "mine", "--like", "nowhere", "--out", tmp_path)
+        assert complaint.startswith(f"afo-sim: --like = 'nowhere': there is no such {kind}")
     code, _, complaint = call(capsys, "new", "valve", "m/n", "--out", tmp_path)
     assert complaint.startswith("afo-sim: NAME = 'm/n'")
     code, _, complaint = call(capsys, "compare", "arm", "--laws", "kerscher")
