@@ -71,7 +71,7 @@ def test_what_no_row_depends_on_is_no_other_code(
     [
         ("common/units.py", "GRAVITY = 9.80665", "GRAVITY = 9.81"),
         ("study/design.py", "BLOCK = 1 << 16", "BLOCK = 1 << 15"),
-        ("metrics/metric.py", "(0.1, 0.9)", "(0.2, 0.8)"),
+        ("metrics/ankle.py", "(0.1, 0.9)", "(0.2, 0.8)"),
     ],
 )
 def test_what_rows_depend_on_is_other_code(tmp_path: pathlib.Path, file: str, old: str, new: str) -> None:
