@@ -6,6 +6,7 @@ import os
 import pathlib
 import resource
 import signal
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +14,15 @@ from contextlib import contextmanager
 from afo_sim.common import writing
 
 CHANGES = ("os.mkdir", "os.rename", "os.link", "os.truncate")
+REMOVALS = ("os.remove", "os.rmdir")
+PROGRAM = """
+import pathlib, sys, faults
+from afo_sim import cli
+at, folder, *line = sys.argv[1:]
+sys.argv = ["afo-sim", *line]
+with faults.DISK.acting(pathlib.Path(folder), int(at), faults.kill, removals=True):
+    cli.main()
+"""
 Contents = dict[str, bytes]
 
 
@@ -21,10 +31,11 @@ class Disk:
 
     def __init__(self) -> None:
         self.folder, self.count, self.at, self.act = "", 0, 0, lambda: None
+        self.events: tuple[str, ...] = CHANGES
         sys.addaudithook(self._see)
 
     def _see(self, event: str, details: tuple[object, ...]) -> None:
-        if not self.folder or event not in (*CHANGES, "open"):
+        if not self.folder or event not in (*self.events, "open"):
             return
         path, *rest = details
         if event == "open" and not (isinstance(rest[1], int) and rest[1] & (os.O_WRONLY | os.O_RDWR)):
@@ -35,8 +46,11 @@ class Disk:
                 self.act()
 
     @contextmanager
-    def acting(self, folder: pathlib.Path, at: int, act: Callable[[], None]) -> Iterator[None]:
-        """Act at the change number `at` below a folder."""
+    def acting(
+        self, folder: pathlib.Path, at: int, act: Callable[[], None], *, removals: bool = False
+    ) -> Iterator[None]:
+        """Act at the change number `at` below a folder; removals are changes too where told."""
+        self.events = (*CHANGES, *REMOVALS) if removals else CHANGES
         self.folder, self.count, self.at, self.act = str(folder), 0, at, act
         try:
             yield
@@ -47,9 +61,9 @@ class Disk:
 DISK = Disk()
 
 
-def refuse() -> None:
-    """Do as a full disk does."""
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+def refuse(number: int = errno.ENOSPC) -> None:
+    """Do as a full disk does, or as the system does for another reason."""
+    raise OSError(number, os.strerror(number))
 
 
 def kill() -> None:
@@ -90,11 +104,31 @@ def in_child(work: Callable[[], object], at: int, folder: pathlib.Path, limit: i
         code = 1
         with contextlib.suppress(BaseException):
             signal.alarm(limit)
-            with DISK.acting(folder, at, kill):
+            with DISK.acting(folder, at, kill, removals=True):
                 work()
             code = 0
         os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def silent() -> None:
+    """Print nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+
+
+def in_program(line: list[str], at: int, folder: pathlib.Path) -> int:
+    """`afo-sim LINE` in a new process that is killed at the change number `at`; its status."""
+    here = pathlib.Path(__file__).parent
+    paths = os.pathsep.join([str(here.parent), str(here)])
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(at), str(folder), *line],
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        timeout=120,
+    )
+    return done.returncode
 
 
 def settle(folder: pathlib.Path) -> None:

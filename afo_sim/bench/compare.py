@@ -59,7 +59,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
     if kind not in AXES:
         raise InputError(
             "cannot be compared with a static characteristic",
-            field="--compare",
+            field="compare",
             value=kind,
             allowed=", ".join(AXES),
         )
@@ -76,7 +76,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
         raise InputError(
             f"its points lie on {len(values)} {kind} curves of this muscle",
             file=data.file,
-            allowed=f"1 to {MANY}, or name the curves with --pressure, --load or --contraction",
+            allowed=f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`",
         )
     found = {"points": values}
     if kind == "isobaric":

@@ -18,7 +18,7 @@ from afo_sim.bench.measures import AXES
 from afo_sim.bench.plan import KINDS, Laboratory
 from afo_sim.bench.table import table_of
 from afo_sim.bench.trial import Trial
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import GRAVITY, parse_quantity
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import load
@@ -177,13 +177,7 @@ def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
     """The tests to run; refuse arguments that none of them takes."""
     allowed = (*KINDS, "all")
     if test not in allowed:
-        raise InputError(
-            "is no test",
-            field="test",
-            value=test,
-            allowed=", ".join(allowed),
-            nearest=nearest_name(test, allowed),
-        )
+        raise unknown(test, allowed, field="test", problem="is no test")
     kinds = CHARACTERISTICS if test == "all" else (test,)
     for name in given:
         if not any(name in TAKES[kind] for kind in kinds):

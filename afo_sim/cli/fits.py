@@ -3,8 +3,6 @@
 import json
 import pathlib
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Annotated
 
 import typer
@@ -12,33 +10,9 @@ import typer
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Sets, print_table, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common.errors import InputError
 
 RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
 LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
-OPTIONS = {
-    "law": "--law",
-    "hold_out": "--hold-out",
-    "free": "--free",
-    "fixed": "--fix",
-    "facts": "--tell",
-    "loss": "--loss",
-    "like": "--like",
-    "noise": "--noise",
-    "names": "--fit",
-}  # arguments of the library's functions → the options that hold them
-
-
-@contextmanager
-def naming_options() -> Iterator[None]:
-    """Rename the argument in a complaint to the option that it came from."""
-    try:
-        yield
-    except InputError as error:
-        argument, _, key = error.field.partition(".")
-        if error.file is not None or argument not in OPTIONS:
-            raise
-        raise error.about(f"{OPTIONS[argument]} {key}".strip()) from None
 
 
 @app.command("fit-run")
@@ -71,16 +45,15 @@ def fit_run_command(
 
         check_folder(out, "fit to a log")
         check_writable(out)
-        with naming_options():
-            found = fit_run(
-                scenario,
-                log,
-                names,
-                sets=values,
-                noise=noises,
-                hold_out=hold_out,
-                report=lambda text: report(0, 0, text),
-            )
+        found = fit_run(
+            scenario,
+            log,
+            names,
+            sets=values,
+            noise=noises,
+            hold_out=hold_out,
+            report=lambda text: report(0, 0, text),
+        )
         with together(out, RUN_FILES) as folder:
             run_scenario.write(found, folder)
             write_log_figure(found, folder)
@@ -123,19 +96,18 @@ def fit(
 
         check_folder(out, "fit of a muscle's law")
         check_writable(out)
-        with naming_options():
-            found = law_result.fit(
-                files,
-                law=law,
-                hold_out=hold_out,
-                test=test or (),
-                free=free or (),
-                fixed=read_sets(fix, "--fix", "k=1"),
-                facts=read_sets(tell, "--tell", 'bore="20 mm"'),
-                loss=loss,
-                like=like,
-                report=lambda text: report(0, 0, text),
-            )
+        found = law_result.fit(
+            files,
+            law=law,
+            hold_out=hold_out,
+            test=test or (),
+            free=free or (),
+            fixed=read_sets(fix, "--fix", "k=1"),
+            facts=read_sets(tell, "--tell", 'bore="20 mm"'),
+            loss=loss,
+            like=like,
+            report=lambda text: report(0, 0, text),
+        )
         with together(out, LAW_FILES) as folder:
             law_report.write(found, folder)
             write_fit_figure(found, folder)

@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import pathlib
 import platform
+import re
 import shlex
 import signal
 import sys
@@ -22,6 +23,9 @@ from afo_sim.common.errors import AfoSimError, InputError
 
 BUG, INTERRUPTED, TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
 PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
+# Arguments of the library whose options have another name.
+OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
+ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
 
 
 class Terminated(KeyboardInterrupt):
@@ -40,18 +44,39 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except InputError as error:
-            command = self.get_command(ctx, ctx.invoked_subcommand or "")
-            raise _with_option(error, command) from error
+            raise with_options(error, self.get_command(ctx, ctx.invoked_subcommand or "")) from error
         except (KeyboardInterrupt, BrokenPipeError) as error:
             raise _Stopped from error
 
 
-def _with_option(error: InputError, command: Any) -> InputError:
-    """The error with the option's name for its field; a field of a file stays."""
-    for parameter in getattr(command, "params", ()) if error.file is None else ():
-        if error.field in (parameter.name, f"{parameter.name}s") and parameter.param_type_name == "option":
-            return error.about(max(parameter.opts, key=len))
-    return error
+def with_options(error: InputError, command: Any) -> InputError:
+    """An error of the library with a command's options for the arguments that it names.
+
+    Parameters
+    ----------
+    error : its field may go on behind a dot: `noise.angle` is `--noise angle`
+    command : of Typer; an argument without an option stands as in its usage, in capitals
+    """
+    parameters = {parameter.name: parameter for parameter in getattr(command, "params", ())}
+
+    def option(argument: str) -> str | None:
+        name = OPTIONS.get(argument, argument)
+        found = (parameters.get(each) for each in (name, name.removesuffix("s"), f"{name}s"))
+        parameter = next(filter(None, found), None)
+        if parameter is None:
+            return None
+        if parameter.param_type_name == "option":
+            return max(parameter.opts, key=len)
+        return (parameter.metavar or argument.upper()).strip("[]")
+
+    def field(name: str) -> str:
+        argument, _, key = name.partition(".")
+        return f"{option(argument)} {key}".strip() if option(argument) else name
+
+    def named(found: re.Match[str]) -> str:
+        return " ".join(filter(None, [option(found[1]), found[2]])) if option(found[1]) else found[0]
+
+    return error.renamed(field, lambda words: ARGUMENT.sub(named, words))
 
 
 def print_version(asked: bool) -> None:

@@ -7,7 +7,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 
 KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "sweep", "search")
 Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
@@ -28,8 +28,7 @@ def new(
 ) -> None:
     """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
     if kind not in KINDS:
-        nearest = nearest_name(kind, KINDS)
-        raise InputError("is no kind", field="KIND", value=kind, allowed=", ".join(KINDS), nearest=nearest)
+        raise unknown(kind, KINDS, field="KIND", problem="is no kind")
     given = {
         "muscle": muscle,
         "valve": valve,

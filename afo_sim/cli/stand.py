@@ -2,7 +2,6 @@
 
 import pathlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,7 +9,6 @@ import typer
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
     from afo_sim.bench.stand import Stand
@@ -45,7 +43,7 @@ def stand_command(
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write a Rerun recording")] = True,
 ) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
-    with progress("compiling the muscles") as report, arguments_as_options():
+    with progress("compiling the muscles") as report:
         from afo_sim.bench.stand import stand
         from afo_sim.common.writing import check_writable
         from afo_sim.show.stand_files import target, write_stand_files
@@ -87,23 +85,6 @@ def _print_trials(tests: "Stand", files: Sequence[pathlib.Path]) -> None:
         print(line)
     wall = sum(trial.wall_seconds for trial in tests.trials)
     print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
-
-
-# Options are named after the arguments of `stand`, but for these.
-OPTIONS = {"sets": "--set", "test": "TEST", "muscle": "MUSCLE"}
-ARGUMENTS = frozenset(OPTIONS) | {"law", "friction", "pressure", "load", "contraction", "length"}
-ARGUMENTS |= {"valve", "supply", "time", "static", "compare", "out"}
-
-
-@contextmanager
-def arguments_as_options() -> Iterator[None]:
-    """Name the option where the library names its argument."""
-    try:
-        yield
-    except InputError as error:
-        if error.file is not None or error.field not in ARGUMENTS:
-            raise
-        raise error.about(OPTIONS.get(error.field, f"--{error.field}")) from None
 
 
 def _remarks(tests: "Stand") -> Iterator[str]:

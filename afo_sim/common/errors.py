@@ -1,7 +1,9 @@
 """What can go wrong, in words for the person who can mend it."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+
+Rename = Callable[[str], str]
 
 
 class AfoSimError(Exception):
@@ -20,7 +22,8 @@ class InputError(AfoSimError):
     """The user's input is wrong: which file, which field, which value, what is allowed.
 
     The facts stay available as attributes, so that a caller need not read the message; `others` holds
-    what else is wrong with the same input.
+    what else is wrong with the same input. A field without a file is an argument of the function that was
+    called; other arguments stand in the texts between backquotes, with or without a value: `like=seated`.
 
     Examples
     --------
@@ -55,16 +58,35 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
-    def about(self, field: str) -> "InputError":
-        """The same error about a field of another name, as the command line names options."""
+    def of_file(self, file: object) -> "InputError":
+        """The same error of another file."""
         return InputError(
             self.problem,
-            file=self.file,
-            field=field,
+            file=file,
+            field=self.field,
             value=self.value,
             allowed=self.allowed,
             nearest=self.nearest,
         )
+
+    def renamed(self, field: Rename, text: Rename) -> "InputError":
+        """The same error, and its others, with other names for arguments.
+
+        Parameters
+        ----------
+        field : old name of a field → new one; a field of a file keeps its name
+        text : problem, and what is allowed → the same with other names
+        """
+        found = InputError(
+            text(self.problem),
+            file=self.file,
+            field=self.field if self.file is not None else field(self.field),
+            value=self.value,
+            allowed=text(self.allowed),
+            nearest=self.nearest,
+        )
+        found.others = tuple(other.renamed(field, text) for other in self.others)
+        return found
 
     def __str__(self) -> str:
         """Every problem on a line of its own."""

@@ -70,20 +70,22 @@ def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
 
 
 @contextmanager
-def together(folder: pathlib.Path, group: Iterable[str] = ()) -> Iterator[pathlib.Path]:
+def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -> Iterator[pathlib.Path]:
     """A scratch folder whose files take their places in `folder` together when the block ends well.
 
     Parameters
     ----------
     folder : made if need be; its other files stay
-    group : names that belong together; one that the block does not write is removed from `folder`
+    group : names that belong together; one that the block does not write is removed from `folder`, and
+        its own folder with it if nothing else is there
+    again : what can be done once there is room
 
     Raises
     ------
     InputError
         The disk is full, or the place cannot be written to; an older group stays as it was.
     """
-    with _in_words(folder):
+    with _in_words(folder, again):
         folder.parent.mkdir(parents=True, exist_ok=True)
         _remove_leftovers(folder.parent.absolute())
         settle(folder)
@@ -100,6 +102,10 @@ def together(folder: pathlib.Path, group: Iterable[str] = ()) -> Iterator[pathli
                 scratch = _appear(scratch, folder)
             if scratch != folder:
                 _move_in(scratch, folder, group)
+        except InputError as error:
+            if isinstance(error.file, pathlib.Path) and error.file.is_relative_to(scratch):
+                error = error.of_file(folder / error.file.relative_to(scratch))
+            raise error from None
         finally:
             if scratch != folder:
                 shutil.rmtree(scratch, ignore_errors=True)
@@ -155,7 +161,11 @@ def _take_places(ready: pathlib.Path, folder: pathlib.Path) -> None:
                 with contextlib.suppress(FileNotFoundError):
                     file.replace(place)
         for name in gone:
-            (folder / name).unlink(missing_ok=True)
+            place = folder / name
+            place.unlink(missing_ok=True)
+            if place.parent != folder:
+                with contextlib.suppress(OSError):  # another file is there
+                    place.parent.rmdir()
     shutil.rmtree(ready, ignore_errors=True)
 
 
@@ -268,8 +278,8 @@ def reason(error: OSError) -> str:
 
 
 @contextmanager
-def _in_words(path: pathlib.Path) -> Iterator[None]:
+def _in_words(path: pathlib.Path, again: str = "") -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot be written: {reason(error)}", file=path) from None
+        raise InputError(f"cannot be written: {reason(error)}", file=path, allowed=again) from None

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name, unknown
 from afo_sim.common.units import EXAMPLES
 from afo_sim.description.leaves import (
     RANGES,
@@ -104,8 +104,7 @@ class Field:
             first = error.errors(include_url=False)[0]
             choices = [c for c in get_args(core(self.annotation)[0]) if isinstance(c, str)]
             problem = "is no choice" if choices else first["msg"]
-            nearest = nearest_name(value, choices)
-            raise InputError(problem, value=value, allowed=", ".join(choices), nearest=nearest) from None
+            raise unknown(value, choices, problem=problem) from None
         return value
 
     def resolved(self, word: str, beside: pathlib.Path) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import nearest_name, unknown
 from afo_sim.common.units import format_quantity, parse_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
@@ -249,13 +249,7 @@ class Muscle(Described, RestCurves):
             ("friction", friction, [*self.frictions, "none"]),
         ):
             if name is not None and name not in known:
-                raise InputError(
-                    "the muscle has no parameters for it",
-                    field=kind,
-                    value=name,
-                    allowed=", ".join(known),
-                    nearest=nearest_name(name, known),
-                )
+                raise unknown(name, known, field=kind, problem="the muscle has no parameters for it")
         return self.with_values(law=law or self.law, friction=friction or self.friction)
 
     @property

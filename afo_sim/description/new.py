@@ -67,7 +67,7 @@ def new(
         The file is there, the name is taken, or what it refers to does not fit.
     """
     target = target_of(kind, name, pathlib.Path(out))
-    base = assets.find(kind, like or LIKE[kind])
+    base = base_of(kind, like or LIKE[kind])
     values, examples = assets.read_toml(base), _examples(kind)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
@@ -79,12 +79,20 @@ def new(
     return target
 
 
+def base_of(kind: str, like: str) -> pathlib.Path:
+    """The file that a new product is like; an unknown name is the argument `like`'s."""
+    try:
+        return assets.find(kind, like)
+    except InputError as error:
+        raise error.renamed(lambda _: "like", str) from None
+
+
 def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
     """The file of a new product; refuses a name that is none, or taken."""
     if not re.fullmatch(NAME, name):
-        raise InputError("is no name", field="NAME", value=name, allowed="letters, digits, . - and _")
+        raise InputError("is no name", field="name", value=name, allowed="letters, digits, . - and _")
     if name in assets.names(kind):
-        raise InputError(f"is the name of a shipped {kind}", field="NAME", value=name, allowed="another name")
+        raise InputError(f"is the name of a shipped {kind}", field="name", value=name, allowed="another name")
     target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"
     if target.exists():
         raise InputError("is there already, and is not overwritten", file=target)
@@ -123,12 +131,12 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
     """Let a table refer to another product."""
     places = PLACES.get(kind, {})
     if used not in places:
-        allowed = ", ".join(f"--{place}" for place in places) or "none of these options"
-        raise InputError(f"does not go with a new {kind}", field=f"--{used}", value=name, allowed=allowed)
+        allowed = ", ".join(f"`{place}`" for place in places) or "none of these options"
+        raise InputError(f"does not go with a new {kind}", field=used, value=name, allowed=allowed)
     if not places[used]:
         if used == "patient" and "gait" not in values:
             problem = "goes with a scenario that walks"
-            raise InputError(problem, field="--patient", value=name, allowed="--like walk-dropfoot")
+            raise InputError(problem, field="patient", value=name, allowed="`like=walk-dropfoot`")
         values[used] = name
         return
     group, *keys = places[used]

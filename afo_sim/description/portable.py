@@ -18,7 +18,9 @@ ASSETS = {
 }
 
 
-def portable(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
+def portable(
+    scenario: Mapping[str, Any], folder: pathlib.Path, scratch: pathlib.Path | None = None
+) -> dict[str, Any]:
     """The same scenario with paths that hold wherever its folder goes.
 
     A shipped file is named as `models/…`, which any installation has; any other is copied to `files/` in the
@@ -29,6 +31,7 @@ def portable(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any
     ----------
     scenario : plain data, as `Scenario.resolved` gives it
     folder : in which the scenario's TOML file will stand; made if need be
+    scratch : to copy to, where files move from there to the folder later
 
     Returns
     -------
@@ -38,11 +41,13 @@ def portable(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any
     for table, key in SCENARIO_FILES:
         holder = found.get(table)
         if isinstance(holder, dict) and holder.get(key) and pathlib.Path(holder[key]).is_file():
-            holder[key] = _placed(pathlib.Path(holder[key]).resolve(), folder.resolve(), f"{table}_{key}")
+            holder[key] = _placed(
+                pathlib.Path(holder[key]).resolve(), folder.resolve(), scratch or folder, f"{table}_{key}"
+            )
     return found
 
 
-def _placed(file: pathlib.Path, folder: pathlib.Path, name: str) -> str:
+def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, name: str) -> str:
     """The text that stands for a file; copies a file that is not shipped."""
     for root in assets.FOLDERS:
         shipped = assets.folder(root).resolve()
@@ -54,7 +59,7 @@ def _placed(file: pathlib.Path, folder: pathlib.Path, name: str) -> str:
     if parts is None:
         return str(file)
     for part in parts:
-        copied = folder / BESIDE / name / part.relative_to(file.parent)
+        copied = scratch / BESIDE / name / part.relative_to(file.parent)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(part, copied)
     return f"{BESIDE}/{name}/{file.name}"

@@ -11,6 +11,8 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
+VALUE_TABLE = "{ value = …, source = …, kind = … }"
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -170,6 +172,8 @@ def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
         if isinstance(value, Mapping) and "value" in value:
             values[key] = value["value"]
             sources[key] = {k: v for k, v in value.items() if k != "value"}
+        elif isinstance(value, Mapping) and value and value.keys() <= {"source", "kind"}:
+            raise refusal("is missing: its table says only where it comes from", VALUE_TABLE, key)
         else:
             values[key] = value
     return values, sources

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from afo_sim.bench.measured import Measured
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.physics.curves import contractions, forces
 from afo_sim.physics.law import Braid, Law, LawParameter
 from afo_sim.physics.laws import LAWS
@@ -98,13 +98,7 @@ def pose(
         Unknown law or parameter, data that do not determine the fit, or a length that is needed.
     """
     if law_name not in LAWS:
-        raise InputError(
-            "is an unknown law",
-            field="law",
-            value=law_name,
-            allowed=", ".join([*LAWS, "all"]),
-            nearest=nearest_name(law_name, [*LAWS, "all"]),
-        )
+        raise unknown(law_name, [*LAWS, "all"], field="law", problem="is an unknown law")
     law, given = LAWS[law_name], dict(fixed or {})
     changes = data[0].contraction is None
     _require_sensible(law, data, free, given)
@@ -126,12 +120,11 @@ def _require_sensible(
     known = [*(p.name for p in law.parameters), *GEOMETRY]
     for name in (*free, *given):
         if name not in known:
-            raise InputError(
-                f"is no parameter of {law.name}",
+            raise unknown(
+                name,
+                known,
                 field="free" if name in free else "fixed",
-                value=name,
-                allowed=", ".join(known),
-                nearest=nearest_name(name, known),
+                problem=f"is no parameter of {law.name}",
             )
     if len({d.loaded for d in data}) > 1:
         raise InputError(

@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.bench.measured import HEADER, Measured, check_facts, read_measured
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_fit import LawFit, fit_law, held_out
@@ -221,13 +221,7 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
     checks += [("fixed", name, sorted(parameters), "is no parameter of any law") for name in fixed]
     for field, value, allowed, problem in checks:
         if value not in allowed:
-            raise InputError(
-                problem,
-                field=field,
-                value=value,
-                allowed=", ".join(allowed),
-                nearest=nearest_name(value, allowed),
-            )
+            raise unknown(value, allowed, field=field, problem=problem)
     try:
         assets.find("muscle", like)
     except InputError as error:
@@ -252,13 +246,7 @@ def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measur
         unit = HEADER.get(key)
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
-            raise InputError(
-                "is nothing that can be told",
-                field="facts",
-                value=key,
-                allowed=", ".join(names),
-                nearest=nearest_name(key, names),
-            )
+            raise unknown(key, names, field="facts", problem="is nothing that can be told")
         values[key] = _quantity(f"facts.{key}", text, unit)
     check_facts(None, values, "facts")
     data, left_out = [], 0
@@ -278,13 +266,7 @@ def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float
     known = {name: text for name, text in texts.items() if name in units}
     if only and len(known) < len(texts):
         name = next(name for name in texts if name not in units)
-        raise InputError(
-            f"is no parameter of {law}",
-            field="fixed",
-            value=name,
-            allowed=", ".join(units),
-            nearest=nearest_name(name, units),
-        )
+        raise unknown(name, units, field="fixed", problem=f"is no parameter of {law}")
     return {name: _quantity(f"fixed.{name}", text, units[name]) for name, text in known.items()}
 
 

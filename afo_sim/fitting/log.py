@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, nearest_name, unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import muscle_names, valve_names
@@ -78,13 +78,7 @@ class Log:
             if name == channel.title or (name,) == channel.columns:
                 return channel
         titles = [channel.title for channel in self.channels]
-        raise InputError(
-            "the log has no such channel",
-            field=field,
-            value=name,
-            allowed=", ".join(titles),
-            nearest=nearest_name(name, titles),
-        )
+        raise unknown(name, titles, field=field, problem="the log has no such channel")
 
 
 def read_log(data: Any, scenario: Scenario) -> Log:

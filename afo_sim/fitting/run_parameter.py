@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import format_quantity, in_unit
 from afo_sim.description.field import field_at
 from afo_sim.description.scenario import Scenario
@@ -143,7 +143,7 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParame
         for key in parameter.keys or {parameter.name: 1.0}:
             if key in taken:
                 raise InputError(
-                    f"sets what {taken[key]!r} sets already", field="--fit", value=parameter.name
+                    f"sets what {taken[key]!r} sets already", field="names", value=parameter.name
                 )
             taken[key] = parameter.name
     return tuple(found)
@@ -155,12 +155,11 @@ def _find(name: str, scenario: Scenario) -> RunParameter:
     members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
     if kind is None or (dot and one not in members):
         allowed = [*KINDS] if kind is None else [general, *(f"{general}.{member}" for member in members)]
-        raise InputError(
-            "is no dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}",
-            field="--fit",
-            value=name,
-            allowed=", ".join(allowed),
-            nearest=nearest_name(name, allowed),
+        raise unknown(
+            name,
+            allowed,
+            field="names",
+            problem="is no dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}",
         )
     if not kind.key:
         return RunParameter(name, kind, 0.0, {})

@@ -7,7 +7,7 @@ import re
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk_bodies import scale
@@ -33,13 +33,8 @@ def leg_spec(scenario: Scenario) -> mujoco.MjSpec:
     ):
         names = [element.name for element in existing if element.name]
         if name not in names:
-            raise InputError(
-                "the leg has no such body or joint",
-                file=leg.file,
-                field=f"leg.{kind}",
-                value=name,
-                allowed=", ".join(names),
-                nearest=nearest_name(name, names),
+            raise unknown(
+                name, names, file=leg.file, field=f"leg.{kind}", problem="the leg has no such body or joint"
             )
     ankle = spec.joint(leg.ankle)
     if ankle.type != mujoco.mjtJoint.mjJNT_HINGE:

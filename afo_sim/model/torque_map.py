@@ -68,7 +68,7 @@ def require_angles(built: Built, angles: np.ndarray) -> None:
     if np.degrees(angles.min()) < lower - 1e-6 or np.degrees(angles.max()) > upper + 1e-6:
         raise InputError(
             "goes beyond the ankle's stops",
-            field="--angle",
+            field="angles",
             value=f"{np.degrees(angles.min()):g} to {np.degrees(angles.max()):g} deg",
             allowed=f"{lower:g} deg to {upper:g} deg",
         )

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.writing import check_writable, together, write_text
+from afo_sim.common.writing import check_writable, settle, together, write_text
+from afo_sim.physics.laws import LAWS
 from afo_sim.show.style import COLOURS, LINE_STYLES, ZERO, paragraph, plain, write_figure
 from afo_sim.simulation.compare import ANGLE, angle_differences
-from afo_sim.simulation.files import RERUN
+from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
 
 FIGURE, TABLE = "comparison", "differences.csv"
@@ -20,6 +21,8 @@ SIZE = (7.1, 7.4)  # [inch]
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
     """Write every run into FOLDER/LAW, the differences, the figure and the common Rerun recording.
+
+    The runs of an older comparison in the folder go; other files in it stay.
 
     Parameters
     ----------
@@ -32,9 +35,11 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
     the files that are not a run's own
     """
     check_writable(folder)
+    settle(folder)
+    before = [f"{law}/{name}" for law in _laws_before(folder) for name in (PARQUET, SUMMARY, MODEL)]
     figures = [f"{FIGURE}.png", f"{FIGURE}.pdf"]
     written = [TABLE]
-    with together(folder, (TABLE, *figures, RERUN)) as scratch:
+    with together(folder, (TABLE, *figures, RERUN, *before)) as scratch:
         folders = [run.save(scratch / law, rrd=False) for law, run in runs.items()]
         rows = [f"{a},{b},{np.degrees(value):.6g}" for (a, b), value in angle_differences(runs).items()]
         write_text(scratch / TABLE, "\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n")
@@ -48,6 +53,16 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
                 write_comparison(folders, scratch / RERUN)
                 written.append(RERUN)
     return [folder / name for name in written]
+
+
+def _laws_before(folder: pathlib.Path) -> list[str]:
+    """Laws of an older comparison in the folder, whose runs stand there."""
+    try:
+        rows = (folder / TABLE).read_text(encoding="utf-8").splitlines()[1:]
+    except (OSError, ValueError):
+        return []
+    told = {name for row in rows for name in row.split(",")[:2]}
+    return [law for law in LAWS if law in told and (folder / law / PARQUET).is_file()]
 
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:

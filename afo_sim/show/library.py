@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.writing import check_writable
 from afo_sim.show.run_figure import FIGURES, figures_of
 from afo_sim.simulation.files import RERUN
@@ -66,8 +66,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     kinds = figures_of(recording)
     if kind not in kinds:
         problem = "is nothing that this run can show" if kind in FIGURES else "is no figure"
-        nearest = nearest_name(kind, kinds)
-        raise InputError(problem, field="kind", value=kind, allowed=", ".join(kinds), nearest=nearest)
+        raise unknown(kind, kinds, field="kind", problem=problem)
     picture = Picture(recording, kind)
     if out is not None:
         picture.save(out)

@@ -51,9 +51,7 @@ def write_report(
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
     if target.suffix.lower() not in SUFFIXES or target.is_dir():
-        raise InputError(
-            "is no HTML file", field="--out", value=str(target), allowed="a name ending in .html"
-        )
+        raise InputError("is no HTML file", field="out", value=str(target), allowed="a name ending in .html")
     runs = read_runs(folders)
     check_writable(target.parent)
     write_text(target, page(runs))
@@ -67,12 +65,15 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
     """The runs of folders, each with a name of its own and a colour; errors as in `write_report`."""
     if len(folders) > len(RUNS):
         raise InputError(
-            "are too many runs for one report", field="DIR", value=len(folders), allowed=f"1 to {len(RUNS)}"
+            "are too many runs for one report",
+            field="folders",
+            value=len(folders),
+            allowed=f"1 to {len(RUNS)}",
         )
     places = [folder.resolve() for folder in folders]
     for k, place in enumerate(places):
         if place in places[:k]:
-            raise InputError("is given twice", field="DIR", value=str(folders[k]))
+            raise InputError("is given twice", field="folders", value=str(folders[k]))
     names = [place.name for place in places]
     labels = [
         name if names.count(name) == 1 else str(folder) for name, folder in zip(names, folders, strict=True)

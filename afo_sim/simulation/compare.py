@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import build
@@ -52,17 +52,16 @@ def compare_laws(
     """
     for key in sets or {}:
         if key.endswith(".type.law"):
-            raise InputError("is what the comparison varies", field="--set", value=key, allowed="--laws")
+            raise InputError("is what the comparison varies", field="sets", value=key, allowed="`laws`")
     plain = load("scenario", scenario, sets)
     known = common_laws(plain)
     for law in laws:
         if law not in known:
-            raise InputError(
-                "is no law that all muscles of the scenario have parameters for",
-                field="--laws",
-                value=law,
-                allowed=", ".join(known),
-                nearest=nearest_name(law, known),
+            raise unknown(
+                law,
+                known,
+                field="laws",
+                problem="is no law that all muscles of the scenario have parameters for",
             )
     runs = {}
     for law in dict.fromkeys(laws or known):

@@ -79,7 +79,7 @@ def _computed(
         raise InputError(
             f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
             "all others are computed",
-            field="--workers",
+            field="workers",
             allowed="the same command with fewer workers, or a smaller chunk in the sweep file (in another "
             "folder)",
         )
@@ -131,7 +131,7 @@ def _client(distributed: Any, scheduler: str) -> Any:
     try:
         return distributed.Client(scheduler, timeout="20 s")
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be reached: {error}", field="--scheduler", value=scheduler) from None
+        raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
 
 
 def library() -> Any:

@@ -129,7 +129,7 @@ def _check_count(plan: Plan, most: int) -> None:
             f"the design has {count} cases: some {days:.2g} days on one processor, {size:.2g} GB of results",
             file=plan.file,
             field="parameters" if plan.design == "grid" else "cases",
-            allowed=f"up to {most}, or --yes-many",
+            allowed=f"up to {most}, or `yes_many`",
         )
     if plan.design == "saltelli" and all(isinstance(p.spread, OwnSeed) for p in plan.parameters):
         raise InputError(

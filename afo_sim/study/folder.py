@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.versions import code_fingerprint, versions
-from afo_sim.common.writing import check_writable, disk, keeping
+from afo_sim.common.writing import check_writable, disk, keeping, settle
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -40,7 +40,7 @@ class FolderKind:
         InputError
             The folder holds no such study, or says nothing that can be read.
         """
-        path, allowed = folder / self.manifest, "--if-changed restart, which throws the folder's results away"
+        path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -80,6 +80,7 @@ class FolderKind:
             The folder holds another study or something else, or cannot be written to.
         """
         check_writable(folder)
+        settle(folder)
         now = known["fingerprint"]
         manifest = self._continued(folder, now, changed)
         if manifest is None:
@@ -101,7 +102,7 @@ class FolderKind:
             return None
         if not (folder / self.manifest).is_file():
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
-            raise InputError(problem, field="--out", value=str(folder), allowed="an empty folder")
+            raise InputError(problem, field="out", value=str(folder), allowed="an empty folder")
         try:
             manifest = self.read(folder)
         except InputError:
@@ -119,16 +120,16 @@ class FolderKind:
         self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
     ) -> None:
         """Refuse what must not be mixed; results of other code may be, if asked for."""
-        throws = "--if-changed restart, which throws its results away"
+        throws = "`changed=restart`, which throws its results away"
         if before.get(self.name) != now[self.name]:
             problem = f"the folder holds another {self.name}, or this one before it was changed"
             allowed = f"another folder, or {throws}"
         elif changed == "refuse":
             problem = f"the folder's results were computed by other code{differences(before, now)}"
-            allowed = f"{throws}, or --if-changed continue, which mixes"
+            allowed = f"{throws}, or `changed=continue`, which mixes"
         else:
             return
-        raise InputError(problem, field="--out", value=str(folder), allowed=allowed)
+        raise InputError(problem, field="out", value=str(folder), allowed=allowed)
 
     def holds_cases(self, folder: pathlib.Path) -> bool:
         """True where a case is computed."""

@@ -62,7 +62,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     except (InputError, SimulationError):
         raise
     except Exception as error:  # as in the sweep, where it is a row's reason
-        raise InputError(f"fails: {type(error).__name__}: {error}", field="CASE", value=case) from error
+        raise InputError(f"fails: {type(error).__name__}: {error}", field="case", value=case) from error
     different = {}
     for name in results.metrics if recording.ok and row["status"] == OK else ():
         now = recording.metrics[name].value if name in recording.metrics else math.nan
@@ -84,7 +84,7 @@ def row_of(results: Results, case: int) -> dict[str, Any]:
     if not len(where):
         late = results.unfinished and 0 <= case < results.planned
         problem = "is not computed yet" if late else "there is no such case"
-        raise InputError(problem, field="CASE", value=case, allowed=f"0 to {results.planned - 1}")
+        raise InputError(problem, field="case", value=case, allowed=f"0 to {results.planned - 1}")
     return {name: column[0] for name, column in results.table.slice(int(where[0]), 1).to_pydict().items()}
 
 

@@ -221,7 +221,7 @@ def _check_room(store: Store) -> None:
     if needed > free:
         raise InputError(
             f"the results need about {needed / 1e9:.2g} GB, and the disk has {free / 1e9:.2g} GB left",
-            field="--out",
+            field="out",
             value=str(store.folder),
             allowed="a folder with more room, or fewer cases",
         )

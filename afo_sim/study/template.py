@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
-from afo_sim.description.new import reference, target_of
+from afo_sim.description.new import base_of, reference, target_of
+from afo_sim.study.search.plan import STARTS
 
 PARAMETERS = """\
 # The parameters: one table each. Its name is a column of the results.
@@ -93,6 +94,10 @@ starts = 1
 # Seed of the search, at least 0; default 0.
 # seed = 0
 
+# Independent searches, each with a seed of its own, 1 to 100; default {starts}. Their spread shows how sure
+# the best design is.
+starts = 1
+
 # Conditions between parameters that a design must meet; default none.
 # constraints = ["pressure < 3.5"]
 
@@ -167,17 +172,19 @@ def new_study(
     for used, where in (uses or {}).items():
         if used != "scenario":
             problem = f"does not go with a new {kind}"
-            raise InputError(problem, field=f"--{used}", value=where, allowed="--scenario")
+            raise InputError(problem, field=used, value=where, allowed="`scenario`")
     target = target_of(kind, name, pathlib.Path(out))
     if like:
         if uses:
-            raise InputError("does not go with --like", field="--scenario", value=uses["scenario"])
-        text = assets.find(kind, like).read_text(encoding="utf-8")
+            raise InputError("does not go with `like`", field="scenario", value=uses["scenario"])
+        text = base_of(kind, like).read_text(encoding="utf-8")
     else:
         chosen = (uses or {}).get("scenario", "seated")
         scenario = reference("scenario", chosen, target.parent)
         walks = "gait" in assets.read_toml(assets.find("scenario", chosen))
-        text = TEXTS[kind].format(name=name, scenario=scenario, **(WALKING if walks else SEATED))
+        text = TEXTS[kind].format(
+            name=name, scenario=scenario, starts=STARTS, **(WALKING if walks else SEATED)
+        )
     check_writable(target.parent)
     with replacing(target) as temporary:
         temporary.write_text(text, encoding="utf-8")

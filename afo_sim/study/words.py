@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import EXAMPLES, in_unit
 from afo_sim.metrics import words as metric_words
 from afo_sim.study.results import Results
@@ -107,13 +107,7 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
     for text in asked:
         name, colon, end = text.partition(":")
         if name not in results.metrics:
-            raise InputError(
-                "the sweep has no such metric",
-                field="metric",
-                value=name,
-                allowed=", ".join(results.metrics),
-                nearest=nearest_name(name, results.metrics),
-            )
+            raise unknown(name, results.metrics, field="metric", problem="the sweep has no such metric")
         if colon and end not in ("lowest", "highest"):
             raise InputError("is no choice", field=name, value=end, allowed="lowest, highest")
         found[name] = end if colon else better(name)  # type: ignore[assignment]

@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+import typer
 from command import call
 
 from afo_sim import cli, doctor
@@ -120,6 +121,33 @@ def test_library_names_fields_and_the_command_line_options(
     assert complaint.startswith("afo-sim: --mass = '3 bar'")
     code, _, complaint = call(capsys, "gait", "import", "x.mot", "--out", "x.csv", "--ankle-zero", "up")
     assert complaint.startswith("afo-sim: --ankle-zero = 'up'")
+    code, _, complaint = call(capsys, "new", "muscle", "mine", "--leg", "adult_75kg", "--out", tmp_path)
+    assert complaint.startswith("afo-sim: --leg = 'adult_75kg': does not go with a new muscle")
+    for kind in ("muscle", "sweep"):
+        code, _, complaint = call(capsys, "new", kind, "mine", "--like", "nowhere", "--out", tmp_path)
+        assert complaint.startswith(f"afo-sim: --like = 'nowhere': there is no such {kind}")
+    code, _, complaint = call(capsys, "new", "valve", "m/n", "--out", tmp_path)
+    assert complaint.startswith("afo-sim: NAME = 'm/n'")
+    code, _, complaint = call(capsys, "compare", "arm", "--laws", "kerscher")
+    assert complaint.startswith("afo-sim: --laws = 'kerscher': is no law that all muscles")
+    code, _, complaint = call(capsys, "torque-map", "--angle", "-90 deg", "90 deg", "10 deg")
+    assert complaint.startswith("afo-sim: --angle = '-90 to 90 deg': goes beyond the ankle's stops")
+
+
+def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
+    command = typer.main.get_command(cli.app).commands["optimise"]
+    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
+    error.others = (InputError("is no number", field="threads", value="x"),)
+    found = last_resort.with_options(error, command)
+    assert str(found).splitlines() == [
+        "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE`",
+        "--threads = 'x': is no number",
+    ]
+    of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)
+    assert str(last_resort.with_options(of_a_file, command)) == str(of_a_file)
+    keyed = InputError("is no quantity", field="noise.angle", value="1")
+    fit_run = typer.main.get_command(cli.app).commands["fit-run"]
+    assert last_resort.with_options(keyed, fit_run).field == "--noise angle"
 
 
 SLOW = """

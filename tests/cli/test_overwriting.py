@@ -1,10 +1,15 @@
 """A run is not silently replaced by another, and no folder of another kind is written into."""
 
+import dataclasses
 import json
 import pathlib
 
 import pytest
 from command import call
+
+import afo_sim
+from afo_sim.metrics.metric import Metric
+from afo_sim.simulation import run as running
 
 SHORT = ("--no-rrd", "--set", "duration=0.1 s")
 
@@ -80,3 +85,46 @@ def test_numbers_that_say_nothing_are_left_out(
     assert code == 2
     assert "has no chamber: there is no torque to map" in complaint
     assert not (tmp_path / "b").exists()
+
+
+def test_a_joint_that_only_rounding_moves_is_left_out(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    still = dataclasses.replace(
+        afo_sim.run("seated", {"duration": "10 ms"}), metrics={"range_of_motion": Metric(3e-14, "deg")}
+    )
+    monkeypatch.setattr(running, "run_built", lambda *_, **__: still)
+    code, printed, _ = call(capsys, "run", "--no-rrd", "--out", tmp_path / "a")
+    assert code == 0
+    assert "left out, does not move: range_of_motion" in printed
+    assert "3e-14" not in printed
+
+
+def test_an_older_comparison_goes_as_a_whole(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "laws"
+    assert call(capsys, "compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
+    (out / "mine").mkdir()
+    (out / "mine" / "recording.parquet").write_text("mine")
+    (out / "polynomial" / "notes.txt").write_text("mine")
+    assert call(capsys, "compare", "arm", "--laws", "kerscher_2006,bolen_2026", *SHORT, "--out", out)[0] == 0
+    assert not (out / "sarosi_2012").exists()
+    assert [path.name for path in (out / "polynomial").iterdir()] == ["notes.txt"]
+    assert [path.name for path in (out / "mine").iterdir()] == ["recording.parquet"]
+    for law in ("kerscher_2006", "bolen_2026"):
+        assert {p.name for p in (out / law).iterdir()} == {"recording.parquet", "summary.json", "model.xml"}
+
+
+def test_names_in_an_older_table_reach_no_other_folder(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, other = tmp_path / "laws", tmp_path / "other"
+    for folder in (out, other, out / "mine"):
+        folder.mkdir()
+    (other / "recording.parquet").write_text("theirs")
+    (out / "mine" / "recording.parquet").write_text("mine")
+    (out / "differences.csv").write_text("law,other law,angle\n../other,mine,1\n\xff")
+    assert call(capsys, "compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
+    assert (other / "recording.parquet").read_text() == "theirs"
+    assert (out / "mine" / "recording.parquet").read_text() == "mine"

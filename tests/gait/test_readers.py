@@ -111,7 +111,7 @@ def test_opensim_angles_with_lengths_are_recovered(walk: Walk, tmp_path: pathlib
     files = [write_angles(tmp_path / "ik.mot", walk, SLOW), write_forces(tmp_path / "grf.mot", walk, FAST)]
     with pytest.raises(InputError) as caught:
         import_gait(files, PLAIN)
-    assert "missing: --thigh, --shank, --ankle-height" in caught.value.problem
+    assert "missing: `thigh`, `shank`, `ankle_height`" in caught.value.problem
     assert "a .trc with an ankle marker" in caught.value.allowed
     choices = Choices(
         mass=MASS,
@@ -314,8 +314,8 @@ def test_units_of_angles_are_not_guessed(walk: Walk, tmp_path: pathlib.Path) -> 
     angles = write_angles(tmp_path / "ik.mot", walk, SLOW)
     text = angles.read_text()
     for header, problem, option in (
-        ("inDegrees=no", "looks like degrees, but is said to be in radians", "--angles deg"),
-        ("", "does not say whether its angles are in degrees", "--angles deg"),
+        ("inDegrees=no", "looks like degrees, but is said to be in radians", "`angles=deg`"),
+        ("", "does not say whether its angles are in degrees", "`angles=deg`"),
     ):
         angles.write_text(text.replace("inDegrees=yes", header))
         with pytest.raises(InputError) as caught:

@@ -617,6 +617,24 @@ def test_other_code_is_refused_until_told(
     assert code == 0 and "more than one version of the code" in said
 
 
+@pytest.mark.parametrize("told", ["null", "[]", "3", "{}"])
+def test_a_manifest_without_versions_is_other_code(
+    told: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = written(tmp_path, SEATED), tmp_path / "out"
+    runner.run(opened(file, out), part=(1, 3))
+    manifest = json.loads((out / "sweep.json").read_text())
+    manifest["fingerprint"]["versions"] = json.loads(told)
+    (out / "sweep.json").write_text(json.dumps(manifest))
+    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    assert code == 2 and "computed by other code" in complained and "--if-changed continue" in complained
+    assert f"numpy None → {np.__version__}" in complained or told != "{}"
+    assert call(capsys, "sweep", "--show", out)[0] == 0
+    assert call(capsys, "replay", out, 0, "--no-rrd")[0] == 0
+    code, said, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")
+    assert code == 0 and "8 cases computed" in said, complained
+
+
 def test_a_restart_that_is_refused_leaves_the_results(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any
 ) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.gait.readers.axes import Axes
 from afo_sim.gait.readers.choices import Choices
 from afo_sim.gait.readers.leg_motion import LegMotion
@@ -121,10 +121,7 @@ def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
     names = [plate.name for plate in plates]
     for name in choices.plates:
         if name not in names:
-            near = nearest_name(name, names)
-            raise InputError(
-                "there is no such plate", field="plate", value=name, allowed=", ".join(names), nearest=near
-            )
+            raise unknown(name, names, field="plate", problem="there is no such plate")
     return [plate for plate in plates if not choices.plates or plate.name in choices.plates]
 
 

@@ -166,7 +166,7 @@ def _require_unit(table: OpenSimTable, knee: str, degrees: bool | None) -> None:
             "does not say whether its angles are in degrees",
             file=table.file,
             field="inDegrees",
-            allowed="inDegrees=yes or no in its header, or --angles deg, --angles rad",
+            allowed="inDegrees=yes or no in its header, or `angles=deg`, `angles=rad`",
         )
     peak = float(np.nanmax(np.abs(table.columns[knee])))
     stated = "degrees" if degrees else "radians"
@@ -176,7 +176,7 @@ def _require_unit(table: OpenSimTable, knee: str, degrees: bool | None) -> None:
             f"reaches {peak:.3g}, which looks like {other}, but is said to be in {stated}",
             file=table.file,
             field=knee,
-            allowed=f"--angles {other[:3]}, or a header that says so; a walking knee reaches some 60 deg",
+            allowed=f"`angles={other[:3]}`, or a header that says so; a walking knee reaches some 60 deg",
         )
 
 
@@ -198,14 +198,14 @@ def _chain(
 ) -> np.ndarray:
     """The ankle's way (n, 2) from the pelvis' translation down the leg."""
     missing = [n for n in ("pelvis_tx", "pelvis_ty") if n not in table.columns]
-    lengths = {"--thigh": choices.thigh, "--shank": choices.shank, "--ankle-height": choices.ankle_height}
-    missing += [option for option, value in lengths.items() if value is None]
+    lengths = {"`thigh`": choices.thigh, "`shank`": choices.shank, "`ankle_height`": choices.ankle_height}
+    missing += [name for name, value in lengths.items() if value is None]
     if missing:
         raise InputError(
             "the ankle's place cannot be had from joint angles alone; missing: " + ", ".join(missing),
             file=table.file,
             allowed="a .trc with an ankle marker, or body positions with talus_"
-            f"{choices.letter}_X and _Y, or pelvis_tx and pelvis_ty with --thigh, --shank, --ankle-height",
+            f"{choices.letter}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`",
         )
     assert choices.thigh is not None and choices.shank is not None
     pelvis = np.column_stack([_filtered(table, n, choices.cutoff) for n in ("pelvis_tx", "pelvis_ty")])

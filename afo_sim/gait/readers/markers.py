@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.gait.readers.choices import ROLES, Choices
 
 # Usual names by role, lower case without punctuation, "?" for the side's letter. The first line is the
@@ -46,22 +46,19 @@ class Markers:
         if role in choices.markers:
             for name in choices.markers[role]:
                 if name not in self.positions:
-                    raise InputError(
-                        "there is no such marker",
-                        file=self.file,
-                        field=f"--marker {role}",
-                        value=name,
-                        allowed=", ".join(self.positions),
-                        nearest=nearest_name(name, self.positions),
+                    raise unknown(
+                        name,
+                        self.positions,
+                        field=f"marker.{role}",
+                        problem=f"there is no such marker in {self.file}",
                     )
             return choices.markers[role]
         outer, inner = (self._usual(names, choices.letter) for names in USUAL[role])
         if outer is None:
             raise InputError(
-                f"no marker of the {choices.side} {role} is known by its name",
-                file=self.file,
-                field=f"--marker {role}",
-                allowed=f"--marker {role}=NAME with one of {', '.join(self.positions)}",
+                f"no marker of the {choices.side} {role} in {self.file} is known by its name",
+                field=f"marker.{role}",
+                allowed=f"one of {', '.join(self.positions)}",
             )
         return (outer,) if inner is None else (outer, inner)
 

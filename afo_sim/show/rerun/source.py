@@ -121,5 +121,5 @@ def require_time(folders: Sequence[pathlib.Path], moment: float) -> None:
     last = max((source.n_row - 1) / source.rate for source in map(from_folder, folders))
     if not 0.0 <= moment <= last:
         raise InputError(
-            "is outside the run", field="--at", value=f"{moment:g} s", allowed=f"0 s to {last:g} s"
+            "is outside the run", field="at", value=f"{moment:g} s", allowed=f"0 s to {last:g} s"
         )

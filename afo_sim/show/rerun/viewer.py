@@ -31,7 +31,7 @@ def require_display(file: pathlib.Path | None = None) -> None:
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise InputError(
-            "there is no display here to open the viewer on; make a picture with --screenshot, or copy "
+            "there is no display here to open the viewer on; make a picture with `screenshot`, or copy "
             "the file to a machine with a display and open it there with `rerun FILE`",
             file=file,
         )

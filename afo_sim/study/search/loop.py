@@ -117,7 +117,7 @@ def _generation(
         raise InputError(
             f"generation {number} holds other designs than are asked for here: another processor?",
             file=folder,
-            allowed="--if-changed restart",
+            allowed="`changed=restart`",
         )
     return columns
 

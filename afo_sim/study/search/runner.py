@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import together, write_json, write_text
 from afo_sim.description.portable import portable
 from afo_sim.description.reader import expand, load
 from afo_sim.study.design import Cases
-from afo_sim.study.folder import Changed, write_json, write_text
+from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, pool
 from afo_sim.study.runner import probe
 from afo_sim.study.search import store
@@ -249,7 +250,7 @@ def _number(column: np.ndarray) -> float | None:
 
 
 def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None:
-    """All files of the result, the one that says so last."""
+    """All files of the result."""
     aim, folder = opened.problem.aim, opened.folder
     units = {p.name: p.unit for p in opened.problem.parameters}
     units[OBJECTIVE] = opened.units[aim.objective.metric]
@@ -257,14 +258,15 @@ def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None
         units |= {f"{limit.name}_{what}": opened.units[limit.metric] for what in ("level", "short")}
     judged = {"feasible": aim.feasible(columns), "violation": aim.violation(columns)}
     about = {key: summary[key] for key in ("search", "scenario", "objective", "limits")}
-    store.write_designs(folder, columns | judged, units, about)
-    write_text(folder / store.SCENARIO, _scenario_toml(opened, summary))
-    write_json(folder / store.BEST, summary)
+    with together(folder, (store.DESIGNS, store.SCENARIO, store.BEST), AGAIN) as scratch:
+        store.write_designs(scratch, columns | judged, units, about)
+        write_text(scratch / store.SCENARIO, _scenario_toml(opened, summary, scratch))
+        write_json(scratch / store.BEST, summary)
 
 
-def _scenario_toml(opened: Opened, summary: Mapping[str, Any]) -> str:
+def _scenario_toml(opened: Opened, summary: Mapping[str, Any], scratch: pathlib.Path) -> str:
     """The scenario with the best design's values; the files that it needs are copied beside it."""
-    scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), opened.folder)
+    scenario = portable(load("scenario", opened.scenario, summary["sets"]).resolved(), opened.folder, scratch)
     scenario["name"] = f"{opened.search.file.stem}-best"
     kind = "best design" if summary["feasible"] else "design that violates its limits least (none keeps them)"
     head = f"# The {kind} of {summary['designs']} that the search {opened.search.file.name} tried.\n"

@@ -27,7 +27,8 @@ def read_generation(folder: pathlib.Path, number: int) -> Columns | None:
 
 def write_generation(folder: pathlib.Path, number: int, columns: Columns) -> None:
     """Put a generation's designs on disk."""
-    _write_table(_path(folder, number), columns, {}, {})
+    with disk(folder, AGAIN), keeping(_path(folder, number)) as temporary:
+        _write_table(temporary, columns, {}, {})
 
 
 def write_designs(
@@ -50,7 +51,7 @@ def read_best(folder: pathlib.Path) -> dict[str, Any] | None:
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
+        raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
 
 
 def joined(generations: Sequence[Columns]) -> Columns:
@@ -77,8 +78,7 @@ def _write_table(
         [pa.field(name, array.type, metadata=facts[name]) for name, array in arrays.items()],
         metadata={"search": json.dumps(about)} if about else None,
     )
-    with disk(path.parent, AGAIN), keeping(path) as temporary:
-        pq.write_table(pa.table(list(arrays.values()), schema=schema), temporary)
+    pq.write_table(pa.table(list(arrays.values()), schema=schema), path)
 
 
 def _read_table(path: pathlib.Path) -> Columns:
@@ -88,5 +88,5 @@ def _read_table(path: pathlib.Path) -> Columns:
     try:
         table = pq.ParquetFile(path).read()
     except (OSError, pa.ArrowException) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="--if-changed restart") from None
+        raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
     return {name: table[name].to_numpy() for name in table.column_names}
