@@ -1,6 +1,5 @@
 """Commands that simulate: run, torque-map."""
 
-import math
 import pathlib
 import sys
 from typing import Annotated, Any
@@ -21,8 +20,6 @@ from afo_sim.cli.common import (
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder
 from afo_sim.common.errors import InputError
-
-ROUNDING = 1e-11  # metrics below it, in their own unit, are rounding's
 
 
 @app.command()
@@ -170,13 +167,6 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
     )
     print(f"written to {folder}; look at it with: afo-sim view {folder}")
-
-
-def _undefined(value: float) -> str:
-    """The reason why a metric says nothing of a run; "" where it does."""
-    if not math.isfinite(value):
-        return "since what they measure does not happen in this run"
-    return "since they are zero but for rounding" if 0.0 < abs(value) < ROUNDING else ""
 
 
 def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:

@@ -148,7 +148,7 @@ def read(file: pathlib.Path) -> None:
     elif suffix == ".xml":
         ElementTree.fromstring(data)
     else:
-        ends = {".png": b"IEND\xaeB`\x82", ".pdf": b"%%EOF\n", ".html": b"</html>\n", ".csv": b"\n"}
+        ends = {".png": b"IEND\xaeB`\x82", ".pdf": b"%%EOF\n", ".html": b"</html>", ".csv": b"\n"}
         assert data.endswith(ends.get(suffix, b"")) and data, file
 
 
