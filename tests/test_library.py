@@ -159,6 +159,7 @@ def test_a_run_that_never_began_is_shown_too(short: Recording) -> None:
 # --- pictures
 
 
+@pytest.mark.slow
 def test_a_report_takes_recordings_folders_lists_and_names(
     short: Recording, walked: Recording, tmp_path: pathlib.Path
 ) -> None:

@@ -30,6 +30,7 @@ PYTHON = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", PYTHON)
 def test_documents_python_runs(block: str, tmp_path: pathlib.Path) -> None:
     done = run([sys.executable, "-c", block], tmp_path)
@@ -37,6 +38,7 @@ def test_documents_python_runs(block: str, tmp_path: pathlib.Path) -> None:
     assert "three-bar" not in block or (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
 
 
+@pytest.mark.slow
 def test_documents_runs_run(tmp_path: pathlib.Path) -> None:
     lines = list(dict.fromkeys(re.findall(r"^ +\.venv/bin/(afo-sim run .*)$", TEXT, flags=re.M)))
     assert lines
@@ -57,6 +59,7 @@ def test_documents_name_every_command_and_law() -> None:
         assert f"`{law}`" in PAGES["physics"]
 
 
+@pytest.mark.slow
 def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
     script = str(ROOT / "scripts" / "benchmark.py")
     small = ["--simulations", "2", "--steps", "50", "--repeats", "1"]
@@ -66,6 +69,7 @@ def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
     assert found["cold_run_wall_seconds"] > 0.0
 
 
+@pytest.mark.slow
 def test_benchmark_of_sweeps_prints_ratios(tmp_path: pathlib.Path) -> None:
     script = str(ROOT / "scripts" / "benchmark_sweep.py")
     small = ["--cases", "2", "--repeats", "1", "--parts", "speed"]
@@ -94,6 +98,7 @@ def test_stories_run(script: str, says: str, leaves: list[str], tmp_path: pathli
         assert (tmp_path / "runs" / name).stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_the_reports_picture_is_made(tmp_path: pathlib.Path) -> None:
     out = tmp_path / "report.png"
     script = str(ROOT / "scripts" / "report_picture.py")
@@ -102,6 +107,7 @@ def test_the_reports_picture_is_made(tmp_path: pathlib.Path) -> None:
     assert "](../models/scenarios/pictures/report.png)" in PAGES["walking"]
 
 
+@pytest.mark.slow
 def test_the_sweeps_picture_is_made(tmp_path: pathlib.Path) -> None:
     shipped = (ROOT / "models" / "sweeps" / "pressure-and-timing.toml").read_text(encoding="utf-8")
     few = shipped.replace("cases = 256", "cases = 16").replace('duration = "14.4 s"', 'duration = "3.7 s"')
@@ -113,6 +119,7 @@ def test_the_sweeps_picture_is_made(tmp_path: pathlib.Path) -> None:
     assert "](../models/scenarios/pictures/sweep.png)" in PAGES["sweeps"]
 
 
+@pytest.mark.slow
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)

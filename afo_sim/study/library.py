@@ -117,7 +117,7 @@ def optimise(
     >>> over = {"supply.pressure": ("2 bar", "4 bar")}
     >>> best = optimise("seated", over, {"duration": "0.3 s"}, highest="range_of_motion",
     ...                 generations=2, population=4, threads=1)
-    >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure == best.parameters["pressure"]
+    >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure > 2e5  # [Pa]
     (True, True)
     """
     search = search_of(

@@ -88,9 +88,6 @@ generations = 3
 # Designs of a generation, at least 4; default by the number of parameters.
 population = 4
 
-# Searches of their own with different seeds, each of that many generations; default 3.
-starts = 1
-
 # Seed of the search, at least 0; default 0.
 # seed = 0
 

@@ -56,6 +56,7 @@ def sets(friction: str) -> dict[str, str]:
     return {"friction": friction, "damping": "0 m^2*s"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dmsp_20", "s1_120mm", "shadow_30mm", "serres_2009"])
 def test_slow_sweeps_give_the_formula(name: str) -> None:
     """Within 0.5 % of the greatest force at the speeds that are chosen by default, friction off."""
@@ -249,6 +250,7 @@ def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
     assert columns["contraction"].min() > 0.0  # the law alone, not the braid
 
 
+@pytest.mark.slow
 def test_half_the_step_changes_little() -> None:
     """Half the default step: sweeps and steps move by less than 0.1 %, a release's peak speed by 0.5 %."""
     for test, name, limit, points in (
@@ -340,6 +342,7 @@ def test_range_is_of_this_muscle() -> None:
     assert muscle.braid.lock == pytest.approx(1.0 - 1.0 / math.cos(muscle.braid_angle))
 
 
+@pytest.mark.slow
 def test_command_writes_all_three_characteristics(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
@@ -361,6 +364,7 @@ def test_command_writes_all_three_characteristics(
     assert told["tests"][0]["muscle"]["law"] == "sarosi_2012"
 
 
+@pytest.mark.slow
 def test_command_compares_with_measured_points(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
@@ -387,6 +391,7 @@ def test_command_compares_with_measured_points(
     assert 0.01 * error * 16.31 == pytest.approx(0.13, abs=0.03)  # [cm]; the fit's own error over this table
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments", ["step reynolds_2003 --pressure 4bar --valve mh1", "release dmsp_20 --load 10kg"]
 )
@@ -400,6 +405,7 @@ def test_command_steps_and_releases(
     assert (tmp_path / "y.rrd").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_study_of_s0_runs(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
     import runpy
 

@@ -19,6 +19,7 @@ def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProces
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=120)
 
 
+@pytest.mark.slow
 def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> None:
     done = afo_sim("run", folder=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -191,6 +192,7 @@ def test_other_commands_refuse_with_exit_2(
     assert complaint.startswith("afo-sim: ")
 
 
+@pytest.mark.slow
 def test_view_without_a_display_says_so(tmp_path: pathlib.Path) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")
@@ -322,6 +324,7 @@ def test_run_without_checks_of_its_own_wants_a_file(
     assert (code, "carries no checks" in complaint) == (2, True)
 
 
+@pytest.mark.slow
 def test_live_needs_a_display(tmp_path: pathlib.Path) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")

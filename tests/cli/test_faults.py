@@ -243,6 +243,7 @@ def kills(command: str, line: list[str], try_it: Try, out: pathlib.Path) -> dict
     return told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS if EVERY else QUICK)
 def test_full_disk_leaves_old_or_new(
     command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -268,6 +269,7 @@ def test_killed_at_every_change_it_is_old_or_new(
     assert told["old"] >= 2, told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exists", [True, False])
 def test_killed_at_every_change_a_run_is_old_or_new(
     exists: bool, tmp_path: pathlib.Path, given: pathlib.Path

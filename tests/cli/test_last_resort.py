@@ -181,6 +181,7 @@ def test_signals_clean_up(number: int, code: int, tmp_path: pathlib.Path) -> Non
     assert time.monotonic() - begun < 30.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")  # noqa: PTH110
 def test_output_that_cannot_be_printed(tmp_path: pathlib.Path) -> None:
     command = [sys.executable, "-m", "afo_sim", "list", "muscles"]

@@ -100,6 +100,7 @@ def test_a_joint_that_only_rounding_moves_is_left_out(
     assert "3e-14" not in printed
 
 
+@pytest.mark.slow
 def test_an_older_comparison_goes_as_a_whole(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -295,6 +295,7 @@ def test_a_held_end_length_counts_for_the_ranges(s1: list[Measured], tmp_path: p
     )
 
 
+@pytest.mark.slow
 def test_laws_are_ranked_by_what_was_left_out(s1: list[Measured]) -> None:
     fits = [held_out(fit_law(pose(law, [s1[0]]))) for law in ("tondu_lopez_2000_bladder", "maximum_force")]
     by_load = [dataclasses.replace(f, held_out={"load": f.held_out["load"]}) for f in fits]
@@ -342,6 +343,7 @@ def gauge_readings(noise: float = 2.9) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_a_slack_muscle_reads_zero_and_the_true_law_comes_back() -> None:
     readings = gauge_readings()
     found = fit(readings)
@@ -496,6 +498,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     return lambda *arguments: Done(*call(capsys, "fit", *arguments))
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path, run: Callable[..., Done]) -> None:
     data = MUSCLES / "s1_215mm/table_1.csv"
     done = run(str(data), "--law", "tondu_lopez_2000_bladder", "--out", str(tmp_path))
@@ -515,6 +518,7 @@ def test_the_command_writes_a_muscle_that_runs(tmp_path: pathlib.Path, run: Call
     assert any("outside its range of 2 to 4 bar" in w for w in lifted.warnings)
 
 
+@pytest.mark.slow
 def test_every_law_is_ranked(tmp_path: pathlib.Path, run: Callable[..., Done]) -> None:
     done = run(str(MUSCLES / "dmsp_10/characteristic.csv"), "--law", "all", "--out", str(tmp_path))
     assert done.returncode == 0, done.stderr

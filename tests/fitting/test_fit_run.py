@@ -140,6 +140,7 @@ def test_written_scenario_runs_and_is_the_fitted_run(found: FitRun, tmp_path: pa
         assert np.array_equal(run[column], found.after[column][:rows])
 
 
+@pytest.mark.slow
 def test_fill_is_not_told_by_a_log_of_the_vent_alone(tmp_path: pathlib.Path) -> None:
     """What was full long before 4 s vents alike, however fast it was filled."""
     fast = {"orthosis.chamber.dorsiflexor.inlet.conductance": "0.3 dm^3/(s*bar)"}
@@ -187,6 +188,7 @@ def test_what_the_model_lacks_widens_the_intervals(planted: pathlib.Path, found:
     assert np.log(wide[1] / wide[0]) > 5.0 * np.log(right[1] / right[0])
 
 
+@pytest.mark.slow
 def test_friction_that_is_not_there_is_none(tmp_path: pathlib.Path) -> None:
     file = write_log(tmp_path / "free.csv", afo_sim.run("seated", SHORT | FINE))
     free = fitted(file, "friction", hold_out=0.0)
@@ -228,6 +230,7 @@ def leaking(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return write_log(tmp_path_factory.mktemp("leaking") / "leak.csv", run)
 
 
+@pytest.mark.slow
 def test_a_leak_is_told_by_its_channel(leaking: pathlib.Path) -> None:
     found = fitted(leaking, "inlet_conductance", "outlet_conductance")
     (line,) = (w for w in found.warnings if w.startswith("pressure dorsiflexor"))
@@ -367,6 +370,7 @@ def test_a_searched_number_beyond_all_bounds_is_the_bound() -> None:
     assert parameter.value(-1e6) == parameter.kind.lower
 
 
+@pytest.mark.slow
 def test_command_writes_table_figure_numbers_and_scenario(
     planted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -362,6 +362,7 @@ def test_slack_device_rests_at_zero() -> None:
     assert force * 0.05 == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_figures_speak_of_the_arm(tmp_path: pathlib.Path) -> None:
     run = afo_sim.run("arm-s1", {"duration": "1 s"})
     axis = Figure().subplots()

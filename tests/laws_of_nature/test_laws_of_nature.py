@@ -216,6 +216,7 @@ def test_sealed_muscle_is_a_spring_that_keeps_its_energy() -> None:
     assert abs(fine) < abs(coarse) / 4.0
 
 
+@pytest.mark.slow
 def test_halving_the_step_hardly_moves_the_peak() -> None:
     for sets in ({}, HEAVY_DAMPER):
         peaks = [

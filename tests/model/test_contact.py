@@ -217,6 +217,7 @@ def independent_leg(built: Built, run: Recording, first: int, n: int) -> tuple[n
     return found.y[0], found.y[2]
 
 
+@pytest.mark.slow
 def test_an_independent_leg_strikes_the_floor_alike() -> None:
     """A drop foot from toe-off over the toe's strike in swing and the landing into stance."""
     sets = {"timestep": "0.25 ms", "record_rate": "4 kHz", "duration": "1.7 s"}

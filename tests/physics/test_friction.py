@@ -491,6 +491,7 @@ def test_a_state_beyond_the_dead_band_comes_back_in_one_step(model):
 # --- compiled ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_compiled_is_python():
     random = np.random.default_rng(5)
 

@@ -126,6 +126,7 @@ def test_typical_values_are_allowed(entries: dict[str, Law] | dict[str, Friction
             assert parameter.lower <= parameter.typical <= parameter.upper, (entry.name, parameter.name)
 
 
+@pytest.mark.slow
 def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Found, in the dispatcher, and the same compiled; the laws before it keep their branches."""
     with_files(laws, law_file(), tmp_path, monkeypatch)

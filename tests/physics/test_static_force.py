@@ -172,6 +172,7 @@ def test_nan_comes_out(case):
         assert math.isnan(case.law.kernel(*arguments[:i], math.nan, *arguments[i + 1 :])), i
 
 
+@pytest.mark.slow
 @every_set
 def test_one_function_over_all_laws_gives_the_law(case):
     # Compiled code knows a law by its number alone; an argument too few or in the wrong place shows here.

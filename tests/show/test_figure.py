@@ -131,11 +131,13 @@ def test_loop_runs_through_rows_of_the_recording(seated: Recording) -> None:
     assert np.array_equal(segments.max(axis=(0, 1)), recorded.max(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 30])
 def test_few_rows_of_a_failed_run_are_drawn(seated: Recording, tmp_path: pathlib.Path, count: int) -> None:
     assert {path.name for path in run_figure.write_figures(rows(seated, count), tmp_path)} == FILES
 
 
+@pytest.mark.slow
 def test_one_chamber_with_one_muscle(seated: Recording, tmp_path: pathlib.Path) -> None:
     scenario = copy.deepcopy(seated.scenario)
     for part in ("muscle", "chamber"):

@@ -24,6 +24,7 @@ def helped() -> Recording:
     return afo_sim.run("walk-dropfoot-afo", {"duration": "2.4 s"})
 
 
+@pytest.mark.slow
 def test_figures_are_those_that_have_something_to_show(
     bare: Recording, helped: Recording, tmp_path: pathlib.Path
 ) -> None:
@@ -87,6 +88,7 @@ def skin(picture: np.ndarray) -> np.ndarray:
     return (picture[..., 0].astype(int) - picture[..., 2] > 50) & (picture[..., 0] > 150)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_film_keeps_up_with_the_leg_and_shows_the_ground_force(bare: Recording, helped: Recording) -> None:
     if reason := opengl_missing():

@@ -420,6 +420,7 @@ def test_mistakes_are_told_with_exit_code_2(
     assert not list(pathlib.Path("empty").iterdir())
 
 
+@pytest.mark.slow
 def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -440,6 +441,7 @@ def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     assert text.count("<svg") == 3  # its curves are the recording's
 
 
+@pytest.mark.slow
 def test_walking_beside_sitting_is_told_once(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -349,6 +349,7 @@ def test_binned_shares_of_ishigami(tmp_path: pathlib.Path) -> None:
         assert abs(effect.share - expected) < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [16, 1024])
 def test_of_a_saltelli_design_one_share_is_told(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, n: int
@@ -374,6 +375,7 @@ def test_of_a_saltelli_design_one_share_is_told(
         assert index[1] == pytest.approx(true, abs=0.03)
 
 
+@pytest.mark.slow
 def test_shares_between_bins_are_named_as_such(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -450,6 +452,7 @@ def shade(path: pathlib.Path) -> float:
     return float((imread(path)[:, :, :3].min(axis=2) < 0.95).mean())
 
 
+@pytest.mark.slow
 def test_every_figure_is_written_and_has_something_on_it(tmp_path: pathlib.Path) -> None:
     x = saltelli({"pressure": (2e5, 6e5), "fill_start": (0.4, 0.7), "arm": (0.03, 0.07)}, 64)
     units = {"pressure": "Pa", "fill_start": "", "arm": "m"}
@@ -462,6 +465,7 @@ def test_every_figure_is_written_and_has_something_on_it(tmp_path: pathlib.Path)
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", ["grid", "list"])
 def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.Path, design: str) -> None:
     law = np.repeat(["linear", "a $strange$ law"], 8)
@@ -481,6 +485,7 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     assert {p.name for p in show.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
 
 
+@pytest.mark.slow
 def test_four_metrics_take_two_figures(tmp_path: pathlib.Path) -> None:
     x = design_of(40)
     y = {name: (np.random.default_rng(k).random(40), "s") for k, name in enumerate("abcd")}

@@ -161,6 +161,7 @@ def test_figure_of_a_search(tmp_path: pathlib.Path, drawn: list[Figure]) -> None
         assert_plain(drawn[0], name)
 
 
+@pytest.mark.slow
 def test_figure_of_a_fit(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     lines = ["pressure [bar],contraction [-],force [N]", "1,0,253", "1,.05,15", "2,0,500", "2,.1,110"]
     lines += ["3,0,755", "3,.15,130"]

@@ -99,6 +99,7 @@ def test_valve_lanes_and_events(file: pathlib.Path) -> None:
     assert any("extrapolated" in t for t in texts)
 
 
+@pytest.mark.slow
 def test_file_is_healthy_and_repeatable(
     file: pathlib.Path, folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
@@ -157,6 +158,7 @@ def ten_minutes(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> 
     return folder
 
 
+@pytest.mark.slow
 def test_ten_minutes_are_written_in_little_memory(ten_minutes: pathlib.Path) -> None:
     """Under 300 MB for the whole process, libraries included."""
     code = """

@@ -491,6 +491,7 @@ CALLS: list[Callable[[Expectation], Expectation]] = [
 ]
 
 
+@pytest.mark.slow
 @settings(quiet, max_examples=15)
 @given(cycles)
 def test_the_order_of_the_calls_does_not_matter(values: np.ndarray) -> None:
@@ -613,6 +614,7 @@ def test_a_file_that_is_no_checks_file_is_refused(tmp_path: pathlib.Path, text: 
 # --- the shipped checks ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["seated", "seated-antagonist"])
 def test_shipped_checks_hold_and_say_why(name: str, request: pytest.FixtureRequest) -> None:
     run = request.getfixturevalue(name.rsplit("-", 1)[-1])
@@ -708,6 +710,7 @@ def test_bad_without_a_run():
 """
 
 
+@pytest.mark.slow
 def test_the_plugin_runs_once_and_keeps_what_failed(tmp_path: pathlib.Path) -> None:
     (tmp_path / "conftest.py").write_text(CONFTEST, encoding="utf-8")
     (tmp_path / "test_it.py").write_text(TESTS, encoding="utf-8")

@@ -70,6 +70,7 @@ def test_laws_that_all_muscles_know() -> None:
     assert list(every) == known
 
 
+@pytest.mark.slow
 def test_files_of_a_comparison(long: dict[str, Recording], tmp_path: pathlib.Path) -> None:
     written = write(long, tmp_path / "new")
     assert {p.name for p in written} == {
@@ -95,6 +96,7 @@ def test_tables_hold_metrics_and_pairs(long: dict[str, Recording]) -> None:
     assert (np.diag(matrix) == 0.0).all()
 
 
+@pytest.mark.slow
 def test_command(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--laws", "sarosi_2012, polynomial", "--set", "duration=3 s", "--out", str(tmp_path / "a")]
     code, printed, _ = call(capsys, "compare", "arm", *options, "--no-rrd")
@@ -105,6 +107,7 @@ def test_command(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> 
     assert not (tmp_path / "a" / "recording.rrd").exists()
 
 
+@pytest.mark.slow
 def test_command_works_on_a_leg_too(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     sets = [
         "--set",

@@ -55,6 +55,7 @@ def walk_built(name: str = "walk-healthy", sets: dict[str, object] | None = None
     return build(load("scenario", name, sets))
 
 
+@pytest.mark.slow
 def test_the_shank_is_where_the_recording_says_after_ten_strides(lifted: Recording) -> None:
     cycle, _ = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)
     phase = lifted["time"] / cycle.stride_time
@@ -158,6 +159,7 @@ def test_a_foot_without_dorsiflexors_drops(drop_foot: Recording) -> None:
     assert -26.0 < angle.mean() < -12.0
 
 
+@pytest.mark.slow
 def test_the_drop_is_that_of_an_independent_foot(drop_foot: Recording) -> None:
     theirs, ours = independent_foot(drop_foot, walk_built("walk-dropfoot"))
     assert np.degrees(np.abs(theirs - ours)).max() < 1.0

@@ -50,6 +50,7 @@ def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
     return versions.code_fingerprint.__wrapped__(copy) != before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [
@@ -66,6 +67,7 @@ def test_what_no_row_depends_on_is_no_other_code(
     assert not changed(tmp_path, file, old, new)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [

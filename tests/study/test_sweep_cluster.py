@@ -32,6 +32,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return swept(tmp_path_factory.mktemp("whole"))
 
 
+@pytest.mark.slow
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
     assert_same(whole, swept(tmp_path, workers=2))
 
@@ -44,7 +45,7 @@ def test_a_killed_worker_loses_and_doubles_no_row(
         pids = list(client.run(os.getpid).values())
     killed = []
 
-    def kill_one(state: runner.Progress) -> None:
+    def kill_one(state: runner.SweepProgress) -> None:
         if state.new == 3:
             os.kill(pids[0], signal.SIGKILL)
             killed.append(state.done)
@@ -57,6 +58,7 @@ def test_a_killed_worker_loses_and_doubles_no_row(
         assert pids[0] not in client.run(os.getpid).values()
 
 
+@pytest.mark.slow
 def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
     with distributed.LocalCluster(n_workers=0, **options) as local:
@@ -101,7 +103,7 @@ def test_a_scheduler_that_goes_away_is_said_and_the_sweep_goes_on(whole: Any, tm
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
     local = distributed.LocalCluster(n_workers=1, **options)
 
-    def close(state: runner.Progress) -> None:
+    def close(state: runner.SweepProgress) -> None:
         if state.new == 3:
             local.close()
             time.sleep(0.1)

@@ -237,6 +237,7 @@ def test_a_metric_that_the_first_cases_lack_has_its_column(tmp_path: pathlib.Pat
     assert np.isfinite(rows["rise_time"].to_numpy()).tolist() == [False, True, False, True, False]
 
 
+@pytest.mark.slow
 def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(
     whole: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -299,6 +300,7 @@ def killed(command: list[str], out: pathlib.Path, more: int) -> bool:
     return process.returncode == -signal.SIGKILL
 
 
+@pytest.mark.slow
 def test_killed_three_times_it_goes_on_and_ends_with_the_same_rows(
     whole: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:
@@ -413,6 +415,7 @@ def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
     assert_same(table(out), seated_table)
 
 
+@pytest.mark.slow
 def test_a_file_that_the_system_refuses_to_write_leaves_nothing_half_written(
     tmp_path: pathlib.Path, seated_table: Any
 ) -> None:
@@ -479,6 +482,7 @@ def test_the_chunk_of_the_first_call_stays(tmp_path: pathlib.Path, seated_table:
     assert_same(table(tmp_path / "out"), seated_table)
 
 
+@pytest.mark.slow
 def test_two_processes_on_one_folder_lose_and_double_nothing(
     whole: pathlib.Path, tmp_path: pathlib.Path
 ) -> None:
@@ -509,6 +513,7 @@ def test_who_begins_later_takes_nothing_away(tmp_path: pathlib.Path, seated_tabl
     assert_same(table(out), seated_table)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(1, 2, 3), (3, 1, 2)])
 def test_parts_in_any_order_are_gathered_by_the_last(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], order: tuple[int, ...]
@@ -575,6 +580,7 @@ def test_a_damaged_manifest_is_said_and_restart_begins_anew(
 # -- what has changed -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_changed_sweep_is_refused_until_told(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -596,6 +602,7 @@ def test_a_changed_sweep_is_refused_until_told(
     assert code == 0 and "0 cases computed" in said
 
 
+@pytest.mark.slow
 def test_other_code_is_refused_until_told(
     tmp_path: pathlib.Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -617,6 +624,7 @@ def test_other_code_is_refused_until_told(
     assert code == 0 and "more than one version of the code" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", ["null", "[]", "3", "{}"])
 def test_a_manifest_without_versions_is_other_code(
     told: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -787,6 +795,7 @@ def test_options_out_of_range(
 # -- Sobol' indices ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathlib.Path) -> None:
     keys = {"load_moment": "N*m", "leg.damping": "N*m*s/rad", "leg.friction": "N*m"}
 

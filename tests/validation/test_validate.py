@@ -226,6 +226,7 @@ def test_hung_masses_rest_at_the_closed_form() -> None:
         assert shortening == pytest.approx(muscle.nominal_length * roots.min(), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_figures_show_the_printed_points(tmp_path: pathlib.Path) -> None:
     written = validate_figures.write_figures(tmp_path / "figures")
     assert {path.suffix for path in written} == {".png", ".pdf"}
