@@ -501,7 +501,7 @@ RANDOM = 'design = "random"\ncases = 4'
             "sensitivity indices",
             None,
         ),
-        ('design = "random"\ncases = 10000001', "up to 10000000, or --yes-many", None),
+        ('design = "random"\ncases = 10000001', "up to 10000000, or `yes_many`", None),
     ],
 )
 def test_what_is_no_sweep(head: str, says: str, nearest: str | None, tmp_path: pathlib.Path) -> None:
@@ -627,7 +627,7 @@ def test_two_parameters_for_one_field(first: str, second: str, says: str, tmp_pa
         ('design = "grid"', PRESSURE, "a grid needs it"),
         ('design = "grid"', PRESSURE + "steps = 1\n", "greater than or equal to 2"),
         ('design = "grid"', MASS + 'mean = "75 kg"\nsd = "3 kg"', "does not go with the design 'grid'"),
-        ('design = "grid"', PRESSURE + "steps = 10_000_001\n", "--yes-many"),
+        ('design = "grid"', PRESSURE + "steps = 10_000_001\n", "yes_many"),
         (
             'design = "grid"',
             '[parameters.n]\nkey = "gait.seed"\nfrom = 0\nto = 3\nsteps = 9\n',
