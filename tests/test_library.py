@@ -69,6 +69,32 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         afo.simulate  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        (lambda: afo.load("muscles", "dmsp_20"), "did you mean 'muscle'"),
+        (lambda: afo.load("scenario", "seated", "supply.pressure=3 bar"), "sets .* is no dict"),  # type: ignore
+        (lambda: afo.load("scenario", "seated").set("supply.pressure=3 bar"), "sets .* is no dict"),  # type: ignore
+        (lambda: afo.report("one", afo.load("leg", "arm")), "out .* is no name of a file"),  # type: ignore
+        (lambda: afo.sweep("seated", ["supply.pressure"]), "parameters .* is no dict"),  # type: ignore
+        (lambda: afo.sweep("seated", {"supply.pressure": "2 bar"}), "is one text"),
+        (
+            lambda: afo.sweep("seated", {"supply.pressure": ["2 bar"]}, metrics="rise_time"),
+            "metrics .* one text",
+        ),
+    ],
+)
+def test_an_argument_of_another_type_is_told(wrong: Callable[[], Any], says: str) -> None:
+    with pytest.raises(afo.InputError, match=says):
+        wrong()
+
+
+def test_a_description_says_its_name_and_what_it_is() -> None:
+    muscle = afo.load("muscle", "dmsp_20")
+    assert repr(muscle) == str(muscle) == f"<Muscle 'dmsp_20': {muscle.description}>"
+    assert "contraction_max" in repr(muscle.limits)
+
+
 # --- documentation
 
 

@@ -19,6 +19,7 @@ Threads = Annotated[int, typer.Option(help="threads; all of this machine's by de
 Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
 Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
 MOST_WORKERS = 4096
+MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
 
 
@@ -127,7 +128,11 @@ def print_table(title: str, header: list[str], rows: list[list[str]], droppable:
         rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
     table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
     for k, name in enumerate(header):
-        rigid = k == 0 if len(header) == 2 else droppable is not None and k > 1
+        longest = max((len(row[k]) for row in rows), default=0)
+        if droppable is None:
+            rigid = k == 0 and len(header) == 2
+        else:  # short cells keep to one line, and so does what is copied, where there is room
+            rigid = longest <= MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
         table.add_column(escape(name), overflow="fold", no_wrap=rigid)
     for row in rows:
         table.add_row(*map(escape, row))

@@ -1,13 +1,14 @@
 """The commands that help to write a description: new, keys."""
 
 import pathlib
+import re
 from typing import Annotated
 
 import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.errors import InputError, nearest_name, unknown
 
 KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "sweep", "search")
 Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
@@ -64,10 +65,17 @@ def keys(
 
         found = find(scenario, word, values)
     if not found:
-        raise InputError("no key mentions it", field="WORD", value=word, allowed="a part of a key's name")
+        parts = {part for key in find(scenario, sets=values) for part in re.findall(r"\w+", key.key)}
+        raise InputError(
+            "no key mentions it",
+            field="WORD",
+            value=word,
+            allowed="a part of a key's name",
+            nearest=nearest_name(word, sorted(parts)),
+        )
     rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
     header = ["key", "value", "allowed", "SI unit", "from", "meaning"]
-    print_table(f"{scenario}: {len(rows)} keys", header, rows, droppable=5)
+    print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
 
 
 def _next(kind: str, name: str, file: pathlib.Path) -> str:

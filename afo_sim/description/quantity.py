@@ -136,6 +136,15 @@ class Described(BaseModel):
     def __hash__(self) -> int:
         return hash(self.model_dump_json())
 
+    def __repr__(self) -> str:
+        name, about = getattr(self, "name", ""), getattr(self, "description", "")
+        if not name:  # a part of a description
+            return super().__repr__()
+        return f"<{type(self).__name__} {name!r}{': ' if about else ''}{about}>"
+
+    def __str__(self) -> str:
+        return repr(self)
+
     def with_values(self, **values: Any) -> Self:
         """A copy with some values [SI] replaced, checked as a file's are.
 

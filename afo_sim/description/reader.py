@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
@@ -107,6 +107,7 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
 
 def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
+    _require_table(sets)
     tree = _tree(kind, source)
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
@@ -134,6 +135,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     InputError
         As `load`.
     """
+    _require_table(sets)
     kind = next(name for name, spec in SPECS.items() if spec is type(description))
     table = description.model_dump(mode="json", exclude_none=True)
     for key in sets:
@@ -151,8 +153,21 @@ def expand(kind: str, source: Source) -> dict[str, Any]:
     return tree.root
 
 
+def _require_table(sets: Any) -> None:
+    if sets is not None and not isinstance(sets, Mapping):
+        example = '{"supply.pressure": "3 bar"}'
+        raise InputError(
+            "is no dict of keys and values", field="sets", value=sets, allowed="as in " + example
+        )
+
+
 def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written."""
+    if kind not in SPECS:
+        nearest = nearest_name(str(kind), SPECS)
+        raise InputError(
+            "is no kind of description", field="kind", value=kind, allowed=", ".join(SPECS), nearest=nearest
+        )
     if isinstance(source, Mapping):
         return Tree(kind, None, copy.deepcopy(dict(source)))
     if not isinstance(source, str | os.PathLike):

@@ -53,9 +53,9 @@ class RestCurves:
 
         Parameters
         ----------
-        pressure : gauge [Pa]
+        pressure : gauge, a number [Pa] or a text such as "3 bar"; `limits` are not checked here
         contraction : ratio [-]; this or `length`
-        length : of the active braid [m]
+        length : of the active braid, a number [m] or a text such as "28 cm"
 
         Returns
         -------
@@ -178,7 +178,14 @@ def _at_rest(muscle: _Muscle) -> AtRest:
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> Found:
     """A scalar function over broadcast arrays; of plain numbers a float."""
-    together = np.broadcast_arrays(*arguments)
+    try:
+        together = np.broadcast_arrays(*arguments)
+    except ValueError:
+        shapes = " and ".join(str(a.shape) for a in arguments)
+        raise InputError(
+            f"the arguments have shapes that do not broadcast: {shapes}",
+            allowed="one value, equal shapes, or a column as pressures[:, np.newaxis] beside a row",
+        ) from None
     flat = [function(*map(float, each)) for each in zip(*(a.flat for a in together), strict=True)]
     return np.array(flat).reshape(together[0].shape) if together[0].ndim else flat[0]
 

@@ -191,17 +191,19 @@ def _settled(
         settled[name] = parameter.default
     for d in data:
         if "bore" not in d.facts:
-            raise InputError(
-                "must be told", file=d.file, field="bore", allowed='a header line "# bore: 20 mm"'
-            )
+            raise InputError("must be told", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
         if d.contraction is None and "total_length" not in d.facts:
             raise InputError(
                 "must be told",
                 file=d.file,
                 field="total_length",
-                allowed='a header line "# total_length: 21.5 cm"',
+                allowed=_header("total_length", "21.5 cm"),
             )
     return settled
+
+
+def _header(name: str, example: str) -> str:
+    return f'a header line "# {name}: {example}"; in Python facts={{"{name}": "{example}"}} too'
 
 
 def telling(data: Sequence[Measured]) -> int:

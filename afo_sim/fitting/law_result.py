@@ -173,7 +173,7 @@ def _problems(
     law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
 ) -> tuple[list[LawProblem], dict[str, str]]:
     """The problem of one law, or of each that the data can tell; the reasons why not of the others."""
-    found, skipped = [], {}
+    found, skipped, refused = [], {}, []
     for name in LAWS if law == "all" else [law]:
         try:
             held = _fixed(name, fixed, only=law != "all")
@@ -182,8 +182,12 @@ def _problems(
             if law != "all":
                 raise
             skipped[name] = error.problem
+            refused.append(error)
     if not found:
-        raise InputError(f"no law can be fitted: {next(iter(skipped.values()))}", file=points[0].file)
+        first = refused[0]
+        about = f"{first.field} " if first.field else ""
+        problem = f"no law can be fitted: {about}{first.problem}"
+        raise InputError(problem, file=points[0].file, allowed=first.allowed)
     return found, skipped
 
 

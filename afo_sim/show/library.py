@@ -39,7 +39,7 @@ class Picture:
 
 
 def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "overview") -> Picture:
-    """A publication figure of a run.
+    """A publication figure of a run; `report` sets several side by side.
 
     Parameters
     ----------
@@ -99,6 +99,10 @@ def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.P
     """
     from afo_sim.show.report import write_report
 
+    if not isinstance(out, str | os.PathLike):
+        raise InputError(
+            "is no name of a file", field="out", value=out, allowed="a path; several runs in a list or dict"
+        )
     with _folders(runs) as folders:
         return write_report(folders, pathlib.Path(out))
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from afo_sim.common.errors import InputError
 from afo_sim.description.reader import split_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.parameter import Span
@@ -48,6 +49,9 @@ def plan_of(
     InputError
         As `read`.
     """
+    for name, listed in (("metrics", metrics), ("constraints", constraints)):
+        if isinstance(listed, str):
+            raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")
     table = {
         "scenario": plain_scenario(scenario),
         "design": design or ("grid" if cases is None else "sobol"),
@@ -70,11 +74,18 @@ def plain_scenario(scenario: Any) -> str | dict[str, Any]:
 
 def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
+    if not isinstance(parameters, Mapping):
+        example = '{"supply.pressure": ["2 bar", "4 bar"]}'
+        raise InputError("is no dict", field="parameters", value=parameters, allowed="as in " + example)
     found: dict[str, dict[str, Any]] = {}
     names = column_names([key for key, values in parameters.items() if not _has_key(values)])
     for key, values in parameters.items():
         if isinstance(values, Span):
             values = values.table()
+        elif isinstance(values, str):
+            raise InputError(
+                "is one text, not a list", field=key, value=values, allowed=f"[{values!r}], or span(…)"
+            )
         elif not isinstance(values, Mapping):
             values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
         found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}

@@ -40,7 +40,7 @@ def sweep(
     design : "grid", "list", "random", "latin-hypercube", "sobol" or "saltelli"; by default the grid of all
         values, and "sobol" where the number of cases is given
     metrics : that are kept; all by default
-    constraints : such as "pressure < 3 bar"; a column is called by the end of its key
+    constraints : such as "pressure < '3 bar'"; a column is called by the end of its key
     seed : of a sampled design
     threads : as many as processors if 0
 

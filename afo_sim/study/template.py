@@ -49,7 +49,7 @@ metrics = ["{metric}", "{other}"]
 # chunk = 32
 
 # Conditions between parameters that a case must meet; default none.
-# constraints = ["pressure < 3.5"]
+# constraints = ["pressure < '3.5 bar'"]
 
 # CSV file of cases, a column for each parameter without values; for the design "list".
 # file = "cases.csv"
@@ -91,12 +91,12 @@ population = 4
 # Seed of the search, at least 0; default 0.
 # seed = 0
 
-# Independent searches, each with a seed of its own, 1 to 100; default {starts}. Their spread shows how sure
-# the best design is.
+# Independent searches of that many generations, each with a seed of its own, 1 to 100; default {starts}.
+# Their spread shows how sure the best design is.
 starts = 1
 
 # Conditions between parameters that a design must meet; default none.
-# constraints = ["pressure < 3.5"]
+# constraints = ["pressure < '3.5 bar'"]
 
 # Keys of the scenario that are the same in all runs.
 [set]

@@ -88,6 +88,18 @@ def test_keys_command_filters(capsys: pytest.CaptureFixture[str]) -> None:
     assert "orthosis.chamber.plantarflexor.tube_volume" in printed
     assert "duration" not in printed
     assert call(capsys, "keys", "seated", "zzz")[0] == 2
+    assert "did you mean 'pressure'" in call(capsys, "keys", "seated", "presure")[2]
+
+
+@pytest.mark.parametrize("columns", [80, 120, 150, 200])
+def test_keys_stand_beside_long_sources(
+    columns: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    code, printed, _ = call(capsys, "keys", "seated", "pressure")
+    assert code == 0
+    assert "key" in printed.splitlines()[1].split() and "value" in printed.splitlines()[1].split()
+    assert any(line.startswith("supply.pressure ") for line in printed.splitlines())
 
 
 @pytest.mark.parametrize(

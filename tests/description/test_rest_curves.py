@@ -112,6 +112,7 @@ def test_texts_numbers_lists_and_metrics_mean_the_same(muscle: Muscle) -> None:
         ({"pressure": "3 bar", "contraction": "a tenth"}, "contraction"),
         ({"pressure": object(), "contraction": 0.1}, "is no number"),
         ({"pressure": Metric(3.0, "mm"), "contraction": 0.1}, "does not convert"),
+        ({"pressure": [2e5, 3e5], "contraction": [0.0, 0.1, 0.2]}, "do not broadcast"),
     ],
 )
 def test_a_wrong_quantity_is_refused(muscle: Muscle, arguments: dict[str, object], says: str) -> None:

@@ -8,7 +8,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from typing import IO
 
 import numpy as np
 
@@ -76,9 +77,15 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
             _wait(lambda: process.poll() is not None or _listens(port))
             time.sleep(0.3)  # it listens before it looks for a driver
             if process.poll() is not None:
-                complaint.seek(0)
-                raise _no_viewer(complaint.read())
-            yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+                raise _no_viewer(complaint)
+            try:
+                yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+            except ConnectionError:  # it may end later than that, while it is asked for a picture
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(3.0)
+                if process.poll() is not None:
+                    raise _no_viewer(complaint) from None
+                raise
             if wait_for_close:
                 process.wait()
         finally:
@@ -90,8 +97,9 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
                 process.wait()
 
 
-def _no_viewer(complaint: str) -> InputError:
-    lines = [line for line in complaint.splitlines() if line.strip()]
+def _no_viewer(complaint: IO[str]) -> InputError:
+    complaint.seek(0)
+    lines = [line for line in complaint.read().splitlines() if line.strip()]
     return InputError(
         "the Rerun viewer does not start here"
         + (f" ({lines[-1].strip()[:120]})" if lines else "")

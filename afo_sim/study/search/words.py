@@ -36,7 +36,8 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
 def statement(best: Mapping[str, Any]) -> list[str]:
     """Lines on a result: is it feasible, what do the limits lack if not, how much was searched."""
     tried = f"{best['designs']} designs in {best['generations']} generations"
-    tried += f", {best['simulated']} of them simulated with {best['patients']} patients each"
+    patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
+    tried += f", {best['simulated']} of them simulated with {patients} each"
     how = (
         "the search has settled"
         if best["settled"]
