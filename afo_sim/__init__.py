@@ -70,13 +70,15 @@ __all__ = list(_PUBLIC)
 
 def __getattr__(name: str) -> Any:
     # Imported when first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
+    if name == "__version__":
+        return importlib.import_module("afo_sim.common.versions").versions()["afo-sim"]
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"afo_sim.{_PUBLIC[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__doc__", "__file__", "__name__", "__path__"])
+    return sorted([*__all__, "__doc__", "__file__", "__name__", "__path__", "__version__"])
 
 
 class _Show:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
 class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
 
