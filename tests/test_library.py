@@ -105,6 +105,7 @@ def found(name: str) -> Any:
     return functools.reduce(getattr, name.split("."), afo)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DOCUMENTED)
 def test_examples_run(name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -160,6 +161,7 @@ def test_pandas_and_xarray_carry_units(short: Recording) -> None:
     assert np.isclose(dataset.sel(time=0.5, method="nearest")["ankle/angle"], short["ankle/angle"][500])
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, walked: Recording) -> None:
     for run in (short, walked):
         page = run._repr_html_()

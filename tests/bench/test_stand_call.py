@@ -20,6 +20,7 @@ def forces(tests: object) -> np.ndarray:
     return tests.table()["force"]  # type: ignore[attr-defined, no-any-return]
 
 
+@pytest.mark.slow
 def test_text_and_numbers_in_si_are_the_same_amounts() -> None:
     text = stand("isobaric", "dmsp_20", pressure=["2 bar", "4 bar"], contraction="10 %", **SHORT)
     numbers = stand("isobaric", "dmsp_20", pressure=[2e5, 4e5], contraction=0.1, **SHORT)
@@ -47,12 +48,14 @@ def test_laws_are_laid_over_a_muscle_object_and_each_trial_has_its_own() -> None
     assert np.array_equal(found.trials[1].curves[0]["force"], named.trials[0].curves[0]["force"])
 
 
+@pytest.mark.slow
 def test_the_call_runs_the_rig_as_the_test_itself_does() -> None:
     called = stand("isobaric", "dmsp_20", pressure="3 bar", time="8 s")
     direct = isobaric("dmsp_20", [3e5], duration=8.0)
     assert np.array_equal(called.trials[0].curves[0]["force"], direct.curves[0]["force"])
 
 
+@pytest.mark.slow
 def test_all_is_three_tests_and_the_table_goes_to_pandas() -> None:
     found = stand("all", "dmsp_20", **SHORT)
     assert found.kinds == ("isobaric", "isotonic", "isometric")

@@ -72,6 +72,7 @@ def test_slow_sweeps_give_every_law(law: str) -> None:
     assert worst(trial, "off_formula_share") <= 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("test", "points"), [(stand.isobaric, [6e5]), (stand.isotonic, [76.0, 150.0])])
 def test_error_falls_with_the_speed(test: Callable[..., Trial], points: list[float]) -> None:
     """What is left of the difference is the damper's: half the speed, half the error.
@@ -83,6 +84,7 @@ def test_error_falls_with_the_speed(test: Callable[..., Trial], points: list[flo
     assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_published_exponential_law_comes_back_through_the_chain() -> None:
     """Pressure through the valve, length through the tendon, force from the compiled muscle."""
     strongest = exponential(np.array(0.0), np.array(6e5))
@@ -276,6 +278,7 @@ def test_release_against_a_load_ends_where_the_load_hangs() -> None:
         ) == pytest.approx(150.0, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_static_load_gives_the_published_lines() -> None:
     """Reynolds 2003 and Serres 2009 typed in: F_ce within 0.1 %, K within 1 %."""
     found = static_load(stand.isobaric("reynolds_2003"))

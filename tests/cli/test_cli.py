@@ -29,6 +29,7 @@ def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> 
     assert 15.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
 
 
+@pytest.mark.slow
 def test_help_loads_no_simulator(tmp_path: pathlib.Path) -> None:
     heavy = ("mujoco", "numba", "pint", "rerun")
     code = f"import sys, afo_sim.cli; print([m for m in {heavy} if m in sys.modules])"
@@ -148,6 +149,7 @@ def test_failed_simulation_is_exit_3_with_its_rows(
     assert 500 <= summary["timing"]["steps"] <= 503
 
 
+@pytest.mark.slow
 def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, printed, complaint = call(
         capsys, "torque-map", "--out", str(tmp_path), "--angle", "-10 deg", "20 deg", "5 deg"
@@ -227,6 +229,7 @@ def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[s
     assert "good" in printed
 
 
+@pytest.mark.slow
 def test_check_reads_a_urdf(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     urdf = tmp_path / "leg.urdf"
     inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
@@ -291,6 +294,7 @@ def test_failing_check_is_exit_1_and_says_where(
         assert "check[1]" in complaint
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", ["-3 s", "99 s"])
 def test_time_outside_the_run_is_refused(
     at: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]

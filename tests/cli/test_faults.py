@@ -256,6 +256,7 @@ def test_full_disk_leaves_old_or_new(
     assert told["old"] >= (1 if command in FRESH else 3), told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS if EVERY else ["new sweep"])
 def test_killed_at_every_change_it_is_old_or_new(
     command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]

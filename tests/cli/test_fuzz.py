@@ -149,6 +149,7 @@ def examine(kind: str, file: pathlib.Path) -> None:
         load(kind, str(file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "source"), shipped(), ids=lambda value: getattr(value, "stem", value))
 def test_damaged_files_are_answered_or_refused(
     kind: str, source: pathlib.Path, tmp_path: pathlib.Path

@@ -107,6 +107,7 @@ def test_bad_options_are_one_message_and_exit_2(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_documents_commands_run(
     trial: list[str],
     tmp_path: pathlib.Path,

@@ -23,6 +23,7 @@ def commands() -> list[tuple[str, ...]]:
     return [(), ("gait",), *((name,) for name in own), *gait]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", commands(), ids=" ".join)
 def test_every_command_helps(command: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     for option in ("-h", "--help"):
@@ -165,6 +166,7 @@ cli.main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_signals_clean_up(number: int, code: int, tmp_path: pathlib.Path) -> None:
     command = [sys.executable, "-c", SLOW]

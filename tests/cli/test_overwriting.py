@@ -117,6 +117,7 @@ def test_an_older_comparison_goes_as_a_whole(
         assert {p.name for p in (out / law).iterdir()} == {"recording.parquet", "summary.json", "model.xml"}
 
 
+@pytest.mark.slow
 def test_names_in_an_older_table_reach_no_other_folder(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -105,6 +105,7 @@ def test_the_example_shown_on_refusal_is_itself_read(unit):
         assert EXAMPLES[unit] in str(refusal.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", EXAMPLES)
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(value=st.floats(allow_nan=False, allow_infinity=False))

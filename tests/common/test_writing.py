@@ -133,6 +133,7 @@ print(count)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exists", [True, False])
 def test_killed_at_any_step_it_leaves_old_or_new(tmp_path: pathlib.Path, exists: bool) -> None:
     old = {"a": "old", "c": "old"} if exists else {}

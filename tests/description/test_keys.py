@@ -195,6 +195,7 @@ def test_replaced_values_are_checked() -> None:
     assert muscle.with_values() == muscle
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PLURALS.values())
 def test_each_product_is_listed_whole(kind: str) -> None:
     for name in assets.names(kind):

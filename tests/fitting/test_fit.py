@@ -59,6 +59,7 @@ def test_the_selection_is_stated(characteristic: dict[int, Measured]) -> None:
 
 
 # Limits from independent fits of the same points.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "diameter", "limit"),
     [
@@ -79,6 +80,7 @@ def test_the_makers_characteristic_is_met(
     assert found.agreeing_starts >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dmsp_10", "dmsp_20"])
 def test_the_shipped_sets_are_these_fits(name: str, characteristic: dict[int, Measured]) -> None:
     muscle, data = load("muscle", name), characteristic[int(name[-2:])]
@@ -107,6 +109,7 @@ def test_c_kappa_is_not_identifiable(characteristic: dict[int, Measured]) -> Non
     assert math.isfinite(found.half_width["b_epsilon"])
 
 
+@pytest.mark.slow
 def test_21_coefficients_are_not_told_by_33_points(characteristic: dict[int, Measured]) -> None:
     found = held_out(fit_law(pose("polynomial", [characteristic[20]])))
     assert all(math.isinf(width) for width in found.half_width.values())
@@ -179,6 +182,7 @@ def synthetic(characteristic: Measured, noise: float, seed: int) -> tuple[Measur
     return dataclasses.replace(characteristic, force=noisy), planted
 
 
+@pytest.mark.slow
 def test_planted_parameters_lie_within_their_intervals(characteristic: dict[int, Measured]) -> None:
     hits, trials = 0, 60
     for seed in range(trials):
@@ -252,6 +256,7 @@ def test_what_the_header_states_is_held(characteristic: dict[int, Measured]) -> 
         pose("tondu_lopez_2000", [stated], fixed={"k": 100.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
 def test_robust_intervals_are_the_spread_of_the_estimates(
     loss: str, characteristic: dict[int, Measured]
@@ -393,6 +398,7 @@ def test_a_load_of_zero_is_a_measured_contraction() -> None:
     assert not selected.slack.any()
 
 
+@pytest.mark.slow
 def test_two_pressures_do_not_rank_laws_and_that_is_said() -> None:
     readings = gauge_readings()
     two = np.isin(np.round(readings["pressure [bar]"]), [2.0, 5.0])
@@ -475,6 +481,7 @@ def test_columns_of_different_lengths_are_refused() -> None:
         fit({"pressure [bar]": [1, 2, 3], "contraction [-]": [0, 0.1], "force [N]": [1, 2, 3]}, law=PLANTED)
 
 
+@pytest.mark.slow
 def test_figure_takes_dollars_for_letters(tmp_path: pathlib.Path) -> None:
     (tmp_path / "a$b_{").mkdir()
     file = tmp_path / "a$b_{" / "m$x^{.csv"

@@ -155,6 +155,7 @@ def test_fill_is_not_told_by_a_log_of_the_vent_alone(tmp_path: pathlib.Path) -> 
     assert interval[0] <= 5.5e-10 <= interval[1]
 
 
+@pytest.mark.slow
 def test_damping_is_not_told_at_rest(tmp_path: pathlib.Path) -> None:
     file = write_log(tmp_path / "rest.csv", afo_sim.run("seated", SHORT | FINE), span=(0.0, 0.4))
     rest = fitted(file, "damping", "tube_volume", hold_out=0.0)
@@ -162,6 +163,7 @@ def test_damping_is_not_told_at_rest(tmp_path: pathlib.Path) -> None:
     assert any(line.startswith("damping: not identifiable") for line in rest.verdict)
 
 
+@pytest.mark.slow
 def test_two_names_for_one_effect_are_not_told_apart(tmp_path: pathlib.Path) -> None:
     """The first fill of a muscle at rest: a valve twice as wide is a tube half as large."""
     quiet = {"orthosis.muscle.dorsiflexor.type.dead_volume": "0.01 ml"}
@@ -176,6 +178,7 @@ def test_two_names_for_one_effect_are_not_told_apart(tmp_path: pathlib.Path) -> 
     assert "with inlet_conductance" in both.reason("tube_volume")
 
 
+@pytest.mark.slow
 def test_what_the_model_lacks_widens_the_intervals(planted: pathlib.Path, found: FitRun) -> None:
     """Without the clock's offset the errors hang together, and there is less to believe."""
     wrong = fitted(planted, "inlet_conductance", hold_out=0.0)
@@ -197,6 +200,7 @@ def test_friction_that_is_not_there_is_none(tmp_path: pathlib.Path) -> None:
     assert interval is None or (interval[0] < 0.001 and interval[1] < 0.02)
 
 
+@pytest.mark.slow
 def test_overlay_fits_nothing(planted: pathlib.Path, tmp_path: pathlib.Path) -> None:
     overlay = fitted(planted)
     assert overlay.values == {}
@@ -308,6 +312,7 @@ def test_log_in_memory_is_the_file(planted: pathlib.Path) -> None:
             assert np.array_equal(one.values, other.values)
 
 
+@pytest.mark.slow
 def test_figure_of_a_log_takes_dollars_for_letters(planted: pathlib.Path, tmp_path: pathlib.Path) -> None:
     overlay = fitted(planted)
     channels = tuple(dataclasses.replace(c, title=f"a$b_{{ {c.title}") for c in overlay.problem.log.channels)

@@ -398,6 +398,7 @@ def test_bad_files_are_one_message(walk: Walk, tmp_path: pathlib.Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_wrong_choices_are_told_by_their_names(walk: Walk, tmp_path: pathlib.Path) -> None:
     files = [write_trc(tmp_path / "walk.trc", walk, SLOW), write_forces(tmp_path / "grf.mot", walk, FAST)]
     upside_down = {"knee": ("R.Ankle.Lat",), "ankle": ("R.Knee.Lat",)}

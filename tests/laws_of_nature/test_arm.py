@@ -188,6 +188,7 @@ class Arm:
         return np.degrees(np.concatenate(angles))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "law"), [*(("arm", law) for law in LAWS), *(("arm-short", law) for law in LAWS)]
 )

@@ -61,6 +61,7 @@ def test_moments_accelerate_the_foot(recording: Recording) -> None:
     assert np.abs(inertia * recording["ankle/acceleration"] - total).max() <= 1e-6 * scale
 
 
+@pytest.mark.slow
 def test_row_is_the_state_before_its_step(recording: Recording) -> None:
     """Velocity is the angle's forward difference one row on, and accelerations belong to their row."""
     h = 1e-3
@@ -117,6 +118,7 @@ def closed_form_contraction(load: float, gauge: float) -> float:
     return float(roots.min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gauge", [2e5, 4e5])
 def test_hung_mass_rests_at_the_closed_form(gauge: float) -> None:
     mass = 3.1
@@ -241,6 +243,7 @@ def test_stiff_damper_slows_and_does_not_chatter() -> None:
     assert turns < 20
 
 
+@pytest.mark.slow
 def test_native_and_python_mode_agree() -> None:
     compiled, plain = (
         afo_sim.run("seated-antagonist", {"duration": "2 s", "callback": mode})

@@ -136,6 +136,7 @@ def cases() -> list[tuple[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "changed"), cases())
 def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Recording]) -> None:
     pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
@@ -162,6 +163,7 @@ DAMPER = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", FRICTIONS)
 def test_friction_and_each_of_its_parameters_act(friction: str) -> None:
     muscle, force = "orthosis.muscle.dorsiflexor.type", "muscle/dorsiflexor_1/force"
@@ -179,6 +181,7 @@ def test_friction_and_each_of_its_parameters_act(friction: str) -> None:
         assert np.abs(moved - with_friction).max() > 1e-3, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", DAMPER)
 def test_three_element_damper_acts(key: str) -> None:
     damper, force = "orthosis.muscle.dorsiflexor.type.damper", "muscle/dorsiflexor_1/force"

@@ -116,6 +116,7 @@ def test_joint_named_otherwise_is_found_and_called_ankle() -> None:
     assert refused.value.nearest == "ankle"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.5, 1.5])
 def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
     """Half and one and a half of every length of the mounting and the muscle, one at a time."""

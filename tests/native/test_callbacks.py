@@ -124,6 +124,7 @@ SETS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law_set", SETS.values(), ids=SETS)
 def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
     """Forces and rates over stretched, taut and slack muscles, both directions of flow and motion."""

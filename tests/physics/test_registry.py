@@ -178,6 +178,7 @@ def test_laws_of_one_kernel_share_its_id() -> None:
 STATES = {"n_state": 2, "arguments": "rate, x, y, c, step", "more": ", rate_kernel=moved"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "files",
     [

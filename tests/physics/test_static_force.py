@@ -112,6 +112,7 @@ def test_force_falls_with_contraction_and_grows_with_pressure(case):
             assert case(kappa, pressure + 100.0) >= force - 1e-9
 
 
+@pytest.mark.slow
 @every_set
 def test_force_never_rises_again(case):
     # The braid's parabola has a second, spurious branch, and polynomials come back; a slack muscle must
@@ -157,6 +158,7 @@ def test_force_is_continuous(case):
     assert largest_jump(4001) < 0.52 * largest_jump(2001)
 
 
+@pytest.mark.slow
 @every_set
 @settings(derandomize=True, deadline=None, max_examples=30)
 @given(st.floats(-1e3, 1e3), st.floats(-1e9, 1e9))

@@ -59,6 +59,7 @@ def test_every_figure_is_there_in_both_formats_and_nothing_else(folder: pathlib.
         assert path.read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "colours"),
     [
@@ -207,6 +208,7 @@ def test_video_has_a_picture_for_every_time(tmp_path: pathlib.Path) -> None:
     assert found.stdout.strip() == "320,240,15"
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_pictures_follow_the_ankle_and_the_force(seated: Recording) -> None:
     if reason := opengl_missing():

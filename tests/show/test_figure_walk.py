@@ -102,6 +102,7 @@ def test_film_keeps_up_with_the_leg_and_shows_the_ground_force(bare: Recording, 
             assert 160 < np.flatnonzero(skin(picture).any(axis=0)).mean() < 480
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_films_arrow_is_half_a_metre_for_a_body_weight(bare: Recording) -> None:
     """Held against the leg beside it, which is 0.55 m tall with its knee."""

@@ -137,6 +137,7 @@ def test_the_page_is_written_whole_or_not_at_all(
     assert [path.name for path in target.parent.iterdir()] == ["mine.html"]
 
 
+@pytest.mark.slow
 def test_the_same_runs_give_the_same_page(folders: dict[str, pathlib.Path], compared: str) -> None:
     assert page(read_runs([folders["bare"], folders["worn"]])) == compared
 
@@ -215,6 +216,7 @@ def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]
     assert len(re.findall("<svg", text)) == 2
 
 
+@pytest.mark.slow
 def test_walking_and_sitting_runs_stand_in_one_report(folders: dict[str, pathlib.Path]) -> None:
     said = Reader(page(read_runs([folders["sitting"], folders["worn"]]))).text
     assert "Over time" in said
@@ -237,6 +239,7 @@ def test_a_failed_run_says_so(folders: dict[str, pathlib.Path]) -> None:
     assert "<svg" not in text
 
 
+@pytest.mark.slow
 def test_names_are_escaped_wherever_they_stand(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
 ) -> None:

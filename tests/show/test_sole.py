@@ -48,6 +48,7 @@ def surface(kind: str, sizes: np.ndarray | None) -> np.ndarray:
     return np.vstack([rim, rim * [1.0, 1.0, -1.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SHAPES)
 def test_the_lowest_point_is_the_surfaces(kind: str) -> None:
     size, sizes = SHAPES[kind]

@@ -524,6 +524,7 @@ def test_a_heat_map_has_the_mean_of_each_cell(tmp_path: pathlib.Path) -> None:
     assert [t.get_text() for t in axis.get_yticklabels()] == ["1", "2", "4"]
 
 
+@pytest.mark.slow
 def test_tables_say_what_failed_and_which_case_is_best(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

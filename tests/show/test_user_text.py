@@ -74,6 +74,7 @@ def test_the_helper_keeps_every_letter_that_the_font_has() -> None:
     assert plain("x" * 80, None) == "x" * 80
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [run_figure.draw_run, run_figure.draw_angle, run_figure.draw_torque])
 def test_figure_of_a_run(
     draw: Callable[..., None], short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]
@@ -82,6 +83,7 @@ def test_figure_of_a_run(
     assert_plain(drawn[0])
 
 
+@pytest.mark.slow
 def test_figures_of_a_report(short: Recording) -> None:
     run = RunView(NAME, "black", short)
     for draw in (
@@ -93,6 +95,7 @@ def test_figures_of_a_report(short: Recording) -> None:
         assert_plain(figure)
 
 
+@pytest.mark.slow
 def test_figure_of_a_comparison(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     compare.draw({NAME: short, "b": short}, tmp_path / "a.png")
     assert_plain(drawn[0])
@@ -114,6 +117,7 @@ def test_figure_of_the_stand(tmp_path: pathlib.Path, drawn: list[Figure]) -> Non
     assert_plain(drawn[0], NAME + "data")
 
 
+@pytest.mark.slow
 def test_figure_of_the_static_load(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     tests = [named(stand(test, "reynolds_2003", static=True)) for test in ("isobaric", "isotonic")]
     step = named(stand("step", "reynolds_2003", pressure="4 bar", time="2 s"))
@@ -121,6 +125,7 @@ def test_figure_of_the_static_load(tmp_path: pathlib.Path, drawn: list[Figure]) 
     assert_plain(drawn[0])
 
 
+@pytest.mark.slow
 def test_figure_of_a_gait(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     cycle = gait.read(assets.find_gait("gatk_stride2"))
     gait_figure.draw_gait(dataclasses.replace(cycle, source=NAME), tmp_path / "a.png")
@@ -147,6 +152,7 @@ def test_figures_of_a_sweep(tmp_path: pathlib.Path) -> None:
     assert_plain(figure, "p$q$")
 
 
+@pytest.mark.slow
 def test_figure_of_a_search(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     limit = Limit("m$_n$", False, 1.0)
     aim = Aim(Objective("o$^p$", "lowest"), (limit,))
@@ -171,6 +177,7 @@ def test_figure_of_a_fit(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     assert_plain(drawn[0])
 
 
+@pytest.mark.slow
 def test_figure_of_a_log(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     log = {"time [s]": short["time"], "angle [rad]": short["ankle/angle"]}
     sets, noise = {"duration": "0.2 s"}, {"angle": "1 deg"}

@@ -125,6 +125,7 @@ def test_rate_thins_signals_and_poses(
     assert np.array_equal(poses, time)
 
 
+@pytest.mark.slow
 def test_comparison_holds_every_run(
     folders: list[pathlib.Path], tmp_path: pathlib.Path, antagonist: Recording
 ) -> None:
@@ -136,6 +137,7 @@ def test_comparison_holds_every_run(
         assert len(poses) == 1600
 
 
+@pytest.mark.slow
 def test_same_names_are_told_apart(folders: list[pathlib.Path], tmp_path: pathlib.Path) -> None:
     write_comparison([folders[0], folders[0]], tmp_path / "twice.rrd")
     for label in ("seated_1", "seated_2"):

@@ -66,6 +66,7 @@ def entities(file: pathlib.Path) -> set[str]:
     return set(rr.chunk.RrdReader(str(file)).store().schema().entity_paths())
 
 
+@pytest.mark.slow
 def test_files_are_healthy_and_the_same_from_memory_and_disk(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
@@ -252,6 +253,7 @@ def test_without_an_orthosis_nothing_of_one_is_shown(file: pathlib.Path, folders
     assert all(any(part in entity for entity in found) for part in parts)
 
 
+@pytest.mark.slow
 def test_runs_of_different_cadence_stay_side_by_side(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
@@ -268,6 +270,7 @@ def test_runs_of_different_cadence_stay_side_by_side(
     assert {e.rsplit("/", 1)[1] for e in found if "/trail/" in e} == {"toe"}
 
 
+@pytest.mark.slow
 def test_sitting_and_walking_side_by_side(
     seated: Recording, folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:

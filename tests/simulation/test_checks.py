@@ -380,6 +380,7 @@ def test_two_windows_are_what_both_hold() -> None:
         assert both.check().value == pytest.approx(4.0 - STEP - 2.0)
 
 
+@pytest.mark.slow
 @quiet
 @given(cycles, degrees, degrees)
 def test_per_cycle_is_each_cycle_alone(values: np.ndarray, one: float, other: float) -> None:
@@ -461,6 +462,7 @@ def test_between_is_numpys_comparison_and_reports_the_worst_sample(
 TWO_SIDED = ("between", "peak_between", "trough_between", "range_between", "final_between")
 
 
+@pytest.mark.slow
 @quiet
 @given(signals, degrees, degrees, st.floats(0.0, 20.0), st.floats(0.0, 20.0), st.sampled_from(TWO_SIDED))
 def test_a_wider_limit_never_turns_good_to_bad(

@@ -122,6 +122,7 @@ def test_run_that_cannot_be_written_whole_leaves_the_old_one(
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_run_whose_files_were_on_their_way_is_read_whole(
     seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -36,6 +36,7 @@ def run_of(folders: dict[str, pathlib.Path], name: str) -> Recording:
     return afo_sim.read_recording(folders[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_scenario_passes_its_own_checks(
     name: str, folders: dict[str, pathlib.Path], capsys: pytest.CaptureFixture[str]

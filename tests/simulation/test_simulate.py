@@ -107,6 +107,7 @@ def broken(mode: str) -> Recording:
     return make_recording(built, simulate(built, control))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["native", "python"])
 def test_failed_run_keeps_its_rows_and_says_why(mode: str) -> None:
     run = broken(mode)
@@ -181,6 +182,7 @@ def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch
     assert 0 < len(run["time"]) < 4000
 
 
+@pytest.mark.slow
 def test_friction_that_falls_with_speed_is_followed_or_refused() -> None:
     """A true Stribeck curve is damping of the wrong sign; integrated implicitly it would blow up."""
     muscle = "orthosis.muscle.dorsiflexor.type"

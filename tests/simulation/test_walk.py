@@ -211,6 +211,7 @@ def test_the_stop_holds_an_ankle_that_the_recorded_ground_bends() -> None:
     assert np.abs(total - foot.inertia * run["ankle/acceleration"]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_half_the_time_step_changes_clearance_and_torque_little() -> None:
     runs = [afo_sim.run("walk-dropfoot-afo", {"duration": "4.8 s", **step}) for step in ({}, HALF_STEP)]
     for point in ("ball", "toe"):
@@ -261,6 +262,7 @@ def test_valves_follow_the_gait_phase_whatever_the_cadence() -> None:
         assert (phase[on].min(), phase[on].max()) == pytest.approx(timer, abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value", "column"),
     [

@@ -102,6 +102,7 @@ def test_a_sweep_s_folder_is_no_search_s(tmp_path: pathlib.Path) -> None:
             open_search(searched(tmp_path), tmp_path / "out", option)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["", "{", "[]", "{}", '{"fingerprint": {}}'])
 def test_a_search_s_damaged_manifest_is_said_and_restart_begins_anew(
     tmp_path: pathlib.Path, damage: str
@@ -122,6 +123,7 @@ def test_a_search_without_any_design_may_be_changed_freely(tmp_path: pathlib.Pat
     assert store.SEARCH.read(tmp_path / "out")["fingerprint"] == other.fingerprint()
 
 
+@pytest.mark.slow
 def test_a_search_of_other_code_goes_on_where_told_and_says_so(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,6 +221,7 @@ def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pat
 # -- from Python objects ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", ["name", "dict", "scenario"])
 def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
     from afo_sim.study.arguments import plan_of

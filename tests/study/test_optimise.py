@@ -277,6 +277,7 @@ def test_whole_numbers_stay_whole(tmp_path: pathlib.Path) -> None:
     assert np.array_equal(columns["x"], np.round(columns["x"]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize("how", ["limit", "constraint"])
 def test_least_sum_of_a_given_product(tmp_path: pathlib.Path, seed: int, how: str) -> None:

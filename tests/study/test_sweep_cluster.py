@@ -17,7 +17,8 @@ from afo_sim.description.reader import expand
 from afo_sim.study import cluster, engine, folder, runner
 
 distributed = pytest.importorskip("distributed")
-pytestmark = pytest.mark.filterwarnings("ignore")  # of a cluster that is torn down
+# warnings of a cluster that is torn down; processes that start, wait and die
+pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.slow]
 
 
 @pytest.fixture
@@ -32,7 +33,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return swept(tmp_path_factory.mktemp("whole"))
 
 
-@pytest.mark.slow
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
     assert_same(whole, swept(tmp_path, workers=2))
 
@@ -58,7 +58,6 @@ def test_a_killed_worker_loses_and_doubles_no_row(
         assert pids[0] not in client.run(os.getpid).values()
 
 
-@pytest.mark.slow
 def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
     with distributed.LocalCluster(n_workers=0, **options) as local:

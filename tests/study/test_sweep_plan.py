@@ -99,6 +99,7 @@ def test_items_that_are_not_there(key: str, says: str) -> None:
 # -- designs ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_grid_is_the_full_product_in_order(tmp_path: pathlib.Path) -> None:
     found = cases(
         tmp_path,
@@ -124,6 +125,7 @@ def test_a_grid_is_the_full_product_in_order(tmp_path: pathlib.Path) -> None:
     assert scenario.gait.seed == found.seeds[5]
 
 
+@pytest.mark.slow
 def test_a_latin_hypercube_has_one_sample_per_stratum_and_dimension(tmp_path: pathlib.Path) -> None:
     found = cases(tmp_path, 'design = "latin-hypercube"\ncases = 37', THREE)
     for name, low, high in (("pressure", 2e5, 6e5), ("start", 0.45, 0.75), ("end", 0.7, 1.0)):
@@ -131,6 +133,7 @@ def test_a_latin_hypercube_has_one_sample_per_stratum_and_dimension(tmp_path: pa
         assert sorted(strata) == list(range(37))
 
 
+@pytest.mark.slow
 def test_sobol_fills_the_cube_more_evenly_than_chance(tmp_path: pathlib.Path) -> None:
     def discrepancy(kind: str, seed: int) -> float:
         found = cases(tmp_path, f'design = "{kind}"\ncases = 256\nseed = {seed}', THREE)
@@ -142,6 +145,7 @@ def test_sobol_fills_the_cube_more_evenly_than_chance(tmp_path: pathlib.Path) ->
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["random", "sobol"])
 def test_the_first_cases_do_not_depend_on_how_many_follow(kind: str, tmp_path: pathlib.Path) -> None:
     head = f'design = "{kind}"\nseed = 5\nconstraints = ["start < end - 0.1"]\n'
@@ -152,6 +156,7 @@ def test_the_first_cases_do_not_depend_on_how_many_follow(kind: str, tmp_path: p
     assert np.array_equal(few.seeds, many.seeds[:50])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["random", "latin-hypercube", "sobol", "saltelli"])
 def test_the_same_plan_makes_the_same_cases_and_another_seed_others(
     kind: str, tmp_path: pathlib.Path
@@ -344,6 +349,7 @@ def test_an_si_value_reads_back_to_the_last_digit(value: float, unit: str) -> No
 # -- constraints ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "holds"),
     [
@@ -452,6 +458,7 @@ def test_words_are_compared_with_words_only(tmp_path: pathlib.Path) -> None:
         assert error.nearest == nearest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ['random"\ncases = 4', 'sobol"\ncases = 4', 'latin-hypercube"\ncases = 4'])
 def test_contradictory_constraints(kind: str, tmp_path: pathlib.Path) -> None:
     error = refused(tmp_path, f'design = "{kind}\nconstraints = ["start > 0.7", "end < start - 0.1"]', THREE)

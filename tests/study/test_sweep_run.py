@@ -56,6 +56,7 @@ def test_the_sweep_of_these_tests_has_every_kind_of_case(whole: pathlib.Path) ->
     assert len(np.unique(results["variation"])) == len(results)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (7, 1), (4, 2), (100, 3)])
 def test_rows_depend_on_neither_chunk_nor_threads(
     whole: pathlib.Path, tmp_path: pathlib.Path, chunk: int, threads: int
@@ -63,6 +64,7 @@ def test_rows_depend_on_neither_chunk_nor_threads(
     assert_same(table(whole), swept(tmp_path, chunk=chunk, threads=threads))
 
 
+@pytest.mark.slow
 def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> None:
     results = afo_sim.study.read(whole)
     for row in results.table.to_pylist():
@@ -82,6 +84,7 @@ def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> N
             assert all(np.isnan(row[name]) for name in results.metrics)
 
 
+@pytest.mark.slow
 def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
     results = afo_sim.study.read(whole)
     scenario = expand("scenario", "walk-dropfoot-afo")
@@ -189,6 +192,7 @@ def test_a_case_without_a_rest_position_is_a_row_and_its_company_is_untouched(
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [ValueError("a NaN"), KeyError("x"), ZeroDivisionError("1/0")])
 def test_whatever_a_case_raises_is_its_row(
     error: Exception, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, seated_table: Any
@@ -276,6 +280,7 @@ def test_a_metric_that_some_cases_lack_is_nan_there(tmp_path: pathlib.Path) -> N
     assert replay.replay(tmp_path / "out", 1).different == {}
 
 
+@pytest.mark.slow
 def test_python_callbacks_give_a_sweep_too(seated_table: Any, tmp_path: pathlib.Path) -> None:
     text = SEATED.replace('duration = "0.3 s"', 'duration = "0.3 s"\ncallback = "python"')
     rows = swept(tmp_path, text.replace("steps = 12", "steps = 2"), threads=2)
@@ -389,6 +394,7 @@ def test_progress_says_rate_failures_and_time_left(
 # -- the disk ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
     tmp_path: pathlib.Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -459,6 +465,7 @@ def test_a_damaged_chunk_is_found_and_computed_again(tmp_path: pathlib.Path, sea
     assert_same(table(tmp_path / "out"), seated_table)
 
 
+@pytest.mark.slow
 def test_chunks_of_another_size_or_sweep_are_not_mixed_in(tmp_path: pathlib.Path, seated_table: Any) -> None:
     other = opened(written(tmp_path / "b", SEATED.replace("0.3 s", "0.4 s")), tmp_path / "b" / "out")
     runner.run(other, part=(1, 3))
@@ -562,6 +569,7 @@ def test_a_folder_of_something_else_is_left_alone(
     assert code == 2 and "cannot be written to" in complained
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["", "{", "[]", "{}", '{"fingerprint": {}}'])
 def test_a_damaged_manifest_is_said_and_restart_begins_anew(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any, damage: str
@@ -768,6 +776,7 @@ def test_bad_sweeps_leave_no_folder_behind(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_run_too_short_for_any_metric_is_refused(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="shorter than two strides"):
         opened(written(tmp_path, SWEEP.replace("2.6 s", "1.3 s")), tmp_path / "out")
