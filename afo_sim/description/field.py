@@ -20,6 +20,7 @@ from afo_sim.description.leaves import (
     is_table,
     marked,
     parameter_leaf,
+    table_names,
 )
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import SPECS, load, split_key
@@ -190,7 +191,7 @@ def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
 def _names(kind: Any, value: Any, scenario: Scenario) -> list[str]:
     """The fields of a table."""
     if get_origin(kind) is dict:
-        return list(value or ())
+        return table_names(kind, value or ())
     if not is_table(kind):
         return []
     if kind in SETS:

@@ -5,7 +5,7 @@ import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -61,6 +61,12 @@ def is_table(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
+def table_names(kind: Any, written: Iterable[str]) -> list[str]:
+    """Names of the tables in a dict type: those that its type lists, or else those that are written."""
+    names = get_args(kind)[0]
+    return list(get_args(names)) if get_origin(names) is Literal else list(written)
+
+
 def fields_of(kind: type[BaseModel]) -> dict[str, FieldInfo]:
     """The fields that a file writes."""
     return {name: info for name, info in kind.model_fields.items() if name != "provenance"}
@@ -114,8 +120,9 @@ def _below(name: str, info: FieldInfo, value: Any, path: Path, chambers: Iterabl
     default = None if info.is_required() else info.default
     leaf = Leaf(here, marked(info), info.description or "", info.is_required(), default)
     if get_origin(inner) is dict and is_table(get_args(inner)[1]):
-        for key, entry in (value or {}).items() if isinstance(value, Mapping) else ():
-            yield from leaves(get_args(inner)[1], entry, (*here, key))
+        written = value if isinstance(value, Mapping) else {}
+        for key in table_names(inner, written):
+            yield from leaves(get_args(inner)[1], written.get(key), (*here, key))
     elif is_table(inner):
         if "name" in inner.model_fields:
             yield leaf

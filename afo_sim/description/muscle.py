@@ -168,6 +168,8 @@ class Muscle(Described, RestCurves):
     """Coefficient R of the viscous damping R p_abs κ̇, with p_abs the absolute pressure."""
     braid_stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e7)]
     """Stiffness of the stretched braid, force per contraction ratio below zero."""
+    return_stiffness: Annotated[float, Quantity("N", at_least=0.0, at_most=1e5)] = 20.0
+    """Force per contraction ratio that brings a muscle without air back to its nominal length."""
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
     """Volume of air that stays when the muscle is empty."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]

@@ -26,7 +26,12 @@ LIKE = {
 SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
 # Examples of keys that no shipped product sets.
 EXAMPLES: dict[str, dict[str, Any]] = {
-    "orthosis": {"muscle": {"flexor": {"chamber": "dorsiflexor"}}},
+    "orthosis": {
+        "muscle": {"flexor": {"chamber": "dorsiflexor"}},
+        "anchor": {
+            "shank": {"stiffness": "4 kN/m", "stiffening": {"force": "33 N", "length": "17 mm"}},
+        },
+    },
     "leg": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m"},
