@@ -276,6 +276,7 @@ class Muscle(Described, RestCurves):
             "braid": self.braid,
             "damping": self.damping,
             "braid_stiffness": self.braid_stiffness,
+            "return_stiffness": self.return_stiffness,
             "dead_volume": self.dead_volume,
             "damper": () if self.damper is None else self.damper.coefficients,
             "friction": 0 if self.friction == "none" else FRICTIONS[self.friction].native_id,

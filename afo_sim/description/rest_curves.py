@@ -24,6 +24,8 @@ class _Muscle(Protocol):
     @property
     def braid_stiffness(self) -> float: ...
     @property
+    def return_stiffness(self) -> float: ...
+    @property
     def dead_volume(self) -> float: ...
     @property
     def limits(self) -> Any: ...
@@ -173,7 +175,14 @@ class RestCurves:
 
 def _at_rest(muscle: _Muscle) -> AtRest:
     lowest = muscle.law_set.pressure_range[0]
-    return AtRest(float(LAWS[muscle.law].native_id), muscle.coefficients, lowest, muscle.braid_stiffness)
+    return AtRest(
+        float(LAWS[muscle.law].native_id),
+        muscle.coefficients,
+        lowest,
+        muscle.braid_stiffness,
+        muscle.return_stiffness,
+        muscle.braid,
+    )
 
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> Found:

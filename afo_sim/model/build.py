@@ -8,13 +8,13 @@ import mujoco
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import mounting, stability
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.leg import attach_parts, leg_spec
-from afo_sim.model.mounting import ANKLE, Index, chamber_of, muscle_names
+from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.patient import Active, active
 from afo_sim.model.tendons import add_tendons
 from afo_sim.model.walk import Walk, lay_out
@@ -123,17 +123,20 @@ def _assemble(scenario: Scenario) -> mujoco.MjSpec:
 
 
 def circuit_of(orthosis: Orthosis) -> native.Circuit:
-    """The circuit of an orthosis; the first of parallel muscles carries the damping of all."""
+    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own."""
     return native.Circuit(
         muscles=tuple(
             native.CircuitMuscle(
-                name=name,
+                name=tendons[0],
+                tendons=tendons,
                 row=group.type.row,
                 series_length=group.series_length,
-                chamber=chamber_of(name, group),
-                implicit_count=group.count if name.endswith("_1") else 0,
+                chamber=group.chamber or name,
+                cable_stiffness=group.cable.stiffness,
+                anchors=tuple(orthosis.anchor) if group.pulley is None else (),
             )
-            for name, group in muscle_names(orthosis).items()
+            for name, group in orthosis.muscle.items()
+            for tendons in _alike(name, group)
         ),
         chambers=tuple(
             native.CircuitChamber(
@@ -146,6 +149,24 @@ def circuit_of(orthosis: Orthosis) -> native.Circuit:
             )
             for name, chamber in orthosis.chamber.items()
         ),
+        anchors=tuple(_anchor(name, mounting) for name, mounting in orthosis.anchor.items()),
+    )
+
+
+def _alike(name: str, group: MuscleGroup) -> list[tuple[str, ...]]:
+    """Names of a group's muscles: in one tuple where their paths are equally long, else each in its own."""
+    tendons = tuple(f"{name}_{k}" for k in range(1, group.count + 1))
+    return [tendons] if group.alike else [(tendon,) for tendon in tendons]
+
+
+def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:
+    law = mounting.stiffening
+    return native.CircuitAnchor(
+        name=name,
+        stiffness=mounting.stiffness or 0.0,
+        force=0.0 if law is None else law.force,
+        length=0.0 if law is None else law.length,
+        damping=mounting.damping,
     )
 
 
@@ -170,6 +191,7 @@ def _fill_parameters(model: mujoco.MjModel, scenario: Scenario) -> Index:
         chambers=ids.chambers,
         valves=ids.valves,
         frictions=ids.frictions,
+        anchors=ids.anchors,
         passive=model.actuator(PASSIVE).id,
         walking=walking_actuators(model),
         ankle_qpos=int(joint.qposadr[0]),
@@ -178,6 +200,9 @@ def _fill_parameters(model: mujoco.MjModel, scenario: Scenario) -> Index:
     fill_walking(model, index.walking, scenario)
     passive = scenario.leg.passive
     model.actuator_user[index.passive] = native.passive_row(
-        scale=passive.scale, offset=passive.offset, load=scenario.load_moment
+        scale=passive.scale,
+        offset=passive.offset,
+        load=scenario.load_moment,
+        damping=0.5 * scenario.leg.damping,
     )
     return index

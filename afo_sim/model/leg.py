@@ -40,7 +40,8 @@ def leg_spec(scenario: Scenario) -> mujoco.MjSpec:
     if ankle.type != mujoco.mjtJoint.mjJNT_HINGE:
         raise InputError("the ankle is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
     ankle.name = ANKLE
-    ankle.damping = leg.damping if np.isscalar(ankle.damping) else [leg.damping, 0.0, 0.0]
+    half = 0.5 * leg.damping  # MuJoCo takes it at the end of a step; the passive ankle adds the other half
+    ankle.damping = half if np.isscalar(ankle.damping) else [half, 0.0, 0.0]
     patient = scenario.patient
     if patient is not None:
         heavier = (patient.body_mass or leg.body_mass) / leg.body_mass

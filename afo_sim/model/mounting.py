@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
@@ -23,6 +24,7 @@ class Index:
     chambers: dict[str, int]
     valves: dict[str, int]
     frictions: dict[str, int]
+    anchors: dict[str, tuple[int, int]]  # (network, number in it)
     passive: int
     walking: dict[str, int]
     ankle_qpos: int
@@ -91,8 +93,8 @@ def sweep_ankle(
 
     Returns
     -------
-    (contraction ratio [-] (n, n_muscle), moment arm −dL/dθ [m] (n, n_muscle), inertia about the
-    ankle [kg·m²] (n,))
+    (contraction ratio of the path, as of a muscle on rigid anchors [-] (n, n_muscle), moment arm −dL/dθ [m]
+    (n, n_muscle), inertia about the ankle [kg·m²] (n,))
     """
     data = mujoco.MjData(model)
     ids = list(index.muscles.values())
@@ -116,6 +118,24 @@ def sweep_ankle(
     return contraction, arm, inertia
 
 
+def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
+    """Contraction ratio of a muscle without air, where that of its path is `path` [-].
+
+    The difference is what its cable, and under the pull of the whole group cuff and plate, give.
+    """
+    muscle = group.type
+    anchors = orthosis.anchor.values() if group.pulley is None else ()
+
+    def too_long(kappa: float) -> float:
+        pull = muscle.force(0.0, contraction=kappa)
+        gives = pull / group.cable.stiffness + sum(a.displacement(group.count * pull) for a in anchors)
+        return kappa - path - gives / muscle.nominal_length
+
+    if path >= 0.0 or too_long(path) >= 0.0:
+        return path
+    return float(brentq(too_long, path, 0.0)) if too_long(0.0) > 0.0 else 0.0
+
+
 def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> list[str]:
     """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit."""
     lower, upper = scenario.orthosis.range_of_motion
@@ -125,7 +145,8 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
     groups = muscle_names(scenario.orthosis)
     for column, name in enumerate(index.muscles):
         group, worst = groups[name], int(np.argmin(contraction[:, column]))
-        least, angle = contraction[worst, column], np.degrees(angles[worst])
+        path, angle = contraction[worst, column], np.degrees(angles[worst])
+        least = own_contraction(group, scenario.orthosis, path)
         lock = group.type.braid.lock
         role = name.rsplit("_", 1)[0]
         allowed = group.type.limits

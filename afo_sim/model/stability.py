@@ -1,4 +1,4 @@
-"""Whether a time step is short enough: numbers of damper, air, braid and friction."""
+"""Whether a time step is short enough: numbers of air and friction."""
 
 import math
 
@@ -23,34 +23,24 @@ from afo_sim.physics.pneumatics import laminar_slope
 AIR_LIMIT = 1.0  # of rate × time step of the explicitly integrated air; it is unstable at 2
 AIR_ACCURATE = 0.3  # above it a run warns
 FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
-BRAID_LIMIT = 1.0  # of (rate × time step)² of the braids' stiffness; it is unstable at 4
 
 
 def check_stability(
     model: mujoco.MjModel, index: Index, scenario: Scenario
 ) -> tuple[dict[str, float], list[str]]:
-    """Rate × time step of damper, air and braid; refuse or warn where the step is too long.
+    """Rate × time step of the air and of friction; refuse or warn where the step is too long.
 
-    The damper's number h R p_abs Σr²/(L0 I) would have to stay below 2 for an explicit integrator;
-    here it is integrated implicitly and the number is only reported. The air is explicit: laminar
-    flow through open valves, and heat to the wall, must be slow against the step. So is the braid's
-    stiffness, whose number is h² K Σr²/(L0 I), and friction where it falls with speed; where it rises
-    it is implicit like the damper.
+    Muscle, damper, braid and cable are solved at the end of each step and set no limit. The air is explicit:
+    laminar flow through open valves, and heat to the wall, must be slow against the step. So must friction
+    be where it falls with speed.
 
     Returns
     -------
-    ({"damper", "air", "braid", "friction": number}, warnings)
+    ({"air", "friction": number}, warnings)
     """
     step, orthosis = scenario.timestep, scenario.orthosis
-    absolute = scenario.supply.pressure + AMBIENT_PRESSURE
     _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
     groups = list(muscle_names(orthosis).values())
-    damping = np.array([g.type.damping * absolute / g.type.nominal_length for g in groups])
-    stiffness = np.array([g.type.braid_stiffness / g.type.nominal_length for g in groups])
-    damper = float(np.max(step * (arm**2 @ damping) / inertia))
-    braid = float(np.max(step**2 * (arm**2 @ stiffness) / inertia))
-    if braid > BRAID_LIMIT:
-        raise _too_long("the braids are too stiff", step, step * math.sqrt(BRAID_LIMIT / braid))
     falling = np.array([_falling_friction(g.type, scenario.supply.pressure) for g in groups])
     friction = float(np.max(step * (arm**2 @ falling) / inertia))
     if friction > FRICTION_LIMIT:
@@ -68,7 +58,7 @@ def check_stability(
                 f"{step * rate:.2f}): pressures and torques may be off by several per cent; "
                 f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
             )
-    return {"damper": damper, "air": air, "braid": braid, "friction": friction}, warnings
+    return {"air": air, "friction": friction}, warnings
 
 
 def _falling_friction(muscle: Muscle, pressure: float) -> float:

@@ -7,7 +7,6 @@ from scipy.optimize import brentq
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk import JOINTS
 
 
@@ -31,10 +30,10 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     model, index = built.model, built.index
     data = mujoco.MjData(model)
     data.ctrl[:] = control
-    native.fill_chambers(model, data, 0.0)
 
     def acceleration(angle: float) -> float:
         data.qpos[index.ankle_qpos] = angle
+        native.fill_chambers(model, data, 0.0)
         mujoco.mj_forward(model, data)
         return float(data.qacc[index.ankle_dof])
 
@@ -49,14 +48,34 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     return get_state(model, data)
 
 
-def walking_start(built: Built) -> np.ndarray:
-    """The state at the first step of recorded walking: pose, velocity, chambers at ambient pressure."""
+def walking_start(built: Built, control: np.ndarray) -> np.ndarray:
+    """The state at the first step of recorded walking: pose, velocity, chambers at ambient pressure.
+
+    MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one, less half a
+    step of the acceleration that this foot has: taken as recorded, the first steps would be of first order.
+
+    Parameters
+    ----------
+    built : compiled scenario with walking
+    control : inputs at the first step (nu,)
+
+    Returns
+    -------
+    mjSTATE_INTEGRATION row. The callbacks must be installed.
+    """
     assert built.walk is not None
     model, data = built.model, mujoco.MjData(built.model)
-    place, velocity = built.walk.start()
-    dofs = [int(model.joint(name).dofadr[0]) for name in (*JOINTS, ANKLE)]
-    data.qpos[dofs], data.qvel[dofs] = place, velocity
+    place, velocity, ankle_velocity = built.walk.start()
+    joints = [int(model.joint(name).dofadr[0]) for name in JOINTS]
+    ankle = built.index.ankle_dof
+    data.qpos[[*joints, built.index.ankle_qpos]] = place
+    data.qvel[joints], data.qvel[ankle] = velocity, ankle_velocity
+    data.ctrl[:] = control
     native.fill_chambers(model, data, 0.0)
+    native.step_back(model, data)
+    mujoco.mj_forward(model, data)
+    data.qvel[ankle] -= 0.5 * model.opt.timestep * data.qacc[ankle]
+    data.ctrl[:] = 0.0
     return get_state(model, data)
 
 

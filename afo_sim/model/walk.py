@@ -42,10 +42,11 @@ class Walk:
         """Of the pose, as second differences (n_step, 3)."""
         return (self.pose[2:] - 2.0 * self.pose[1:-1] + self.pose[:-2]) / self.timestep**2
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and velocities that the run starts from: pose and ankle (4,), (4,)."""
-        now, before = (np.append(self.pose[k], self.ankle[k]) for k in (1, 0))
-        return now, (now - before) / self.timestep
+    def start(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Start of the run: pose and ankle (4,), the pose's velocity half a step before (3,), the ankle's."""
+        ankle_velocity = (self.ankle[2] - self.ankle[0]) / (2.0 * self.timestep)
+        velocity = (self.pose[1] - self.pose[0]) / self.timestep
+        return np.append(self.pose[1], self.ankle[1]), velocity, float(ankle_velocity)
 
 
 def lay_out(scenario: Scenario, ankle_height: float) -> Walk:

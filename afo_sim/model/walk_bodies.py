@@ -57,8 +57,8 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
         name=SPASTIC,
         trntype=joint,
         target=ANKLE,
-        gaintype=fixed,
-        gainprm=[0.0] * 10,
+        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
+        gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
         biastype=mujoco.mjtBias.mjBIAS_USER,
         userdata=blank,
     )

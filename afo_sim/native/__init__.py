@@ -2,6 +2,7 @@
 
 from afo_sim.native.circuit import (
     Circuit,
+    CircuitAnchor,
     CircuitChamber,
     CircuitIds,
     CircuitMuscle,
@@ -12,6 +13,7 @@ from afo_sim.native.circuit import (
     assert_muscles_pull,
     fill_chambers,
     fill_circuit,
+    step_back,
 )
 from afo_sim.native.install import KernelFailure, Mode, assert_live, assert_rows, installed
 from afo_sim.native.slots import (
@@ -27,10 +29,14 @@ from afo_sim.native.slots import (
 from afo_sim.native.state import (
     Air,
     Flows,
+    Own,
+    Yielding,
     air_at,
     read_air,
+    read_anchor,
     read_flows,
     read_opening,
+    read_own,
     write_air,
     write_valve,
 )
@@ -42,6 +48,7 @@ __all__ = [
     "N_USER",
     "Air",
     "Circuit",
+    "CircuitAnchor",
     "CircuitChamber",
     "CircuitIds",
     "CircuitMuscle",
@@ -49,6 +56,8 @@ __all__ = [
     "Flows",
     "KernelFailure",
     "Mode",
+    "Own",
+    "Yielding",
     "add_chambers",
     "add_circuit",
     "add_muscles",
@@ -63,9 +72,12 @@ __all__ = [
     "pad_row",
     "passive_row",
     "read_air",
+    "read_anchor",
     "read_flows",
     "read_opening",
+    "read_own",
     "spastic_row",
+    "step_back",
     "write_air",
     "write_valve",
 ]

@@ -5,56 +5,30 @@ from typing import Any
 from numba.extending import register_jitable
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
+from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY
 from afo_sim.native.slots import (
-    CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
     CHAMBER_OUTLET,
-    CHAMBER_TUBE_VOLUME,
     CHAMBER_USERDATA,
     CHAMBER_WALL_CONDUCTANCE,
-    MUSCLE_B,
-    MUSCLE_DEAD_VOLUME,
-    MUSCLE_NEXT,
-    MUSCLE_NOMINAL_LENGTH,
-    MUSCLE_NOMINAL_RADIUS,
-    MUSCLE_SERIES_LENGTH,
     VALVE_CLOSING_DELAY,
     VALVE_CONDUCTANCE,
     VALVE_CRITICAL_RATIO,
     VALVE_OPENING_DELAY,
 )
 from afo_sim.native.state import (
-    ABSOLUTE_PRESSURE,
     AIR_MASS,
     ARMATURE,
     INLET_FLOW,
-    INTEGRATED_VOLUME,
+    LAST_PRESSURE,
+    LAST_VOLUME,
     OPENING,
     OUTLET_FLOW,
+    PRESSURE,
+    SIGMA,
     VOLUME,
 )
-from afo_sim.physics.pneumatics import muscle_volume, pressure_rate, valve_flow, valve_rates
-
-
-@register_jitable
-def chamber_volume(m: Any, d: Any, j: int) -> tuple[float, float]:
-    """Volume of tube and muscles of the chamber whose row starts at j [m³], and its rate [m³/s]."""
-    u, lengths, velocities = m.actuator_user, d.actuator_length, d.actuator_velocity
-    volume, volume_rate = u[j + CHAMBER_TUBE_VOLUME], 0.0
-    k = int(u[j + CHAMBER_FIRST_MUSCLE])
-    while k >= 0:
-        q = m.nuser_actuator * k
-        length = u[q + MUSCLE_NOMINAL_LENGTH]
-        per_length = 1.0 / length
-        contraction = 1.0 - (lengths[k] - u[q + MUSCLE_SERIES_LENGTH]) * per_length
-        part, slope = muscle_volume(
-            contraction, length, u[q + MUSCLE_NOMINAL_RADIUS], u[q + MUSCLE_B], u[q + MUSCLE_DEAD_VOLUME]
-        )
-        volume += part
-        volume_rate -= slope * velocities[k] * per_length
-        k = int(u[q + MUSCLE_NEXT])
-    return volume, volume_rate
+from afo_sim.physics.pneumatics import chamber_pressure, sigma_rate, valve_flow, valve_rates
 
 
 @register_jitable
@@ -96,44 +70,58 @@ def inward_and_outward(inlet_flow: float, outlet_flow: float) -> tuple[float, fl
 
 
 @register_jitable
-def chamber_dyn(m: Any, d: Any, i: int, j: int) -> int:
-    """Write the rates of the chamber actuator i, whose row starts at j, and its flows; return a complaint."""
-    u, act = m.actuator_user, d.act
-    adr = m.actuator_actadr[i]
-    mass, integrated_volume = act[adr + AIR_MASS], act[adr + INTEGRATED_VOLUME]
-    pressure = act[adr + ABSOLUTE_PRESSURE]
-    if not pressure > 0.0:
-        return NO_PRESSURE
-    if not mass > 0.0:
-        return NO_AIR
-    volume, volume_rate = chamber_volume(m, d, j)
-    if not volume > 0.0:
-        return NO_VOLUME
-    # from the volume that the pressure belongs to, to the one at the end of this step
-    volume_rate += (volume - integrated_volume) / m.opt.timestep
-    temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
+def flows(m: Any, d: Any, i: int, j: int, pressure: float, temperature: float) -> tuple[float, float]:
+    """Flows through inlet and outlet of the chamber actuator i at a pressure and temperature [kg/s]."""
+    u = m.actuator_user
     supply = d.ctrl[i] + AMBIENT_PRESSURE
-    if not supply > 0.0:
-        return NO_SUPPLY
     inlet, outlet = int(u[j + CHAMBER_INLET]), int(u[j + CHAMBER_OUTLET])
-    inlet_flow = through(m, d, inlet, supply, AMBIENT_TEMPERATURE, pressure, temperature)
-    outlet_flow = through(m, d, outlet, pressure, temperature, AMBIENT_PRESSURE, AMBIENT_TEMPERATURE)
-    flow_in, flow_out = inward_and_outward(inlet_flow, outlet_flow)
-    # midpoint rule: the explicit one loses pressure whichever way the volume moves
-    wall, half = u[j + CHAMBER_WALL_CONDUCTANCE], 0.5 * m.opt.timestep
-    rate = pressure_rate(pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall)
-    pressure += half * rate
-    integrated_volume += half * volume_rate
-    mass += half * (flow_in - flow_out)
-    temperature = pressure * integrated_volume / (mass * GAS_CONSTANT)
-    rate = pressure_rate(pressure, temperature, integrated_volume, volume_rate, flow_in, flow_out, wall)
-    act_dot, userdata, row = d.act_dot, d.userdata, int(u[j + CHAMBER_USERDATA])
-    act_dot[adr + AIR_MASS] = flow_in - flow_out
-    act_dot[adr + INTEGRATED_VOLUME] = volume_rate
-    act_dot[adr + ABSOLUTE_PRESSURE] = rate
-    userdata[row + INLET_FLOW], userdata[row + OUTLET_FLOW] = inlet_flow, outlet_flow
-    userdata[row + VOLUME] = volume
+    return (
+        through(m, d, inlet, supply, AMBIENT_TEMPERATURE, pressure, temperature),
+        through(m, d, outlet, pressure, temperature, AMBIENT_PRESSURE, AMBIENT_TEMPERATURE),
+    )
+
+
+@register_jitable
+def chamber_complaint(m: Any, d: Any, i: int) -> int:
+    """The reason for which the chamber actuator i cannot be stepped; FINE for none."""
+    adr = m.actuator_actadr[i]
+    if not d.act[adr + SIGMA] > 0.0:
+        return NO_PRESSURE
+    if not d.act[adr + AIR_MASS] > 0.0:
+        return NO_AIR
+    if not d.ctrl[i] + AMBIENT_PRESSURE > 0.0:
+        return NO_SUPPLY
     return FINE
+
+
+@register_jitable
+def chamber_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Write the rates of the chamber actuator i, whose row starts at j, from what its network has solved.
+
+    The midpoint rule: σ and m half a step on, and the volume there by what it moved in the last step.
+    """
+    u, act, act_dot, data = m.actuator_user, d.act, d.act_dot, d.userdata
+    adr, place = m.actuator_actadr[i], int(u[j + CHAMBER_USERDATA])
+    step, wall = m.opt.timestep, u[j + CHAMBER_WALL_CONDUCTANCE]
+    volume, pressure = data[place + VOLUME], data[place + PRESSURE]
+    mass, sigma = act[adr + AIR_MASS], act[adr + SIGMA]
+    temperature = pressure * volume / (mass * GAS_CONSTANT)
+    inlet_flow, outlet_flow = flows(m, d, i, j, pressure, temperature)
+    flow_in, flow_out = inward_and_outward(inlet_flow, outlet_flow)
+    half_sigma = sigma + 0.5 * step * sigma_rate(temperature, volume, flow_in, flow_out, wall)
+    half_mass = mass + 0.5 * step * (flow_in - flow_out)
+    half_volume = volume + 0.5 * (volume - act[adr + LAST_VOLUME])
+    if not (half_sigma > 0.0 and half_mass > 0.0 and half_volume > 0.0):  # the next step will complain
+        half_sigma, half_mass, half_volume = sigma, mass, volume
+    half_pressure = chamber_pressure(half_sigma, half_volume)
+    temperature = half_pressure * half_volume / (half_mass * GAS_CONSTANT)
+    inlet_flow, outlet_flow = flows(m, d, i, j, half_pressure, temperature)
+    flow_in, flow_out = inward_and_outward(inlet_flow, outlet_flow)
+    act_dot[adr + AIR_MASS] = flow_in - flow_out
+    act_dot[adr + SIGMA] = sigma_rate(temperature, half_volume, flow_in, flow_out, wall)
+    act_dot[adr + LAST_VOLUME] = (volume - act[adr + LAST_VOLUME]) / step
+    act_dot[adr + LAST_PRESSURE] = (pressure - act[adr + LAST_PRESSURE]) / step
+    data[place + INLET_FLOW], data[place + OUTLET_FLOW] = inlet_flow, outlet_flow
 
 
 @register_jitable

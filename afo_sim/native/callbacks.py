@@ -3,65 +3,64 @@
 Every actuator of this project carries its parameters in `actuator_user`, behind a mark and a kind;
 its states are in `act`, its input in `ctrl`:
 
-    kind     transmission   ctrl                    act
-    muscle   tendon           none (see below)        –
-    chamber  ankle, no force  supply pressure, gauge  air mass, volume, absolute pressure
-    valve    ankle, no force  coil                    armature, opening
-    passive  ankle            knee angle              –
-    friction ankle, no force  –                       states of a muscle's friction
-    spastic  ankle            –                       –
-    pad      a sole point's z  none (see below)        –
-    motor    joint            MuJoCo's own            –
+    kind     transmission     ctrl                    act
+    network  a joint, no force  1 for at rest           own lengths of muscles, displacements of anchors
+    muscle   tendon             none (see below)        –
+    chamber  a joint, no force  supply pressure, gauge  air mass, σ = p V^γ, last volume, last pressure
+    valve    a joint, no force  coil                    armature, opening
+    passive  ankle              knee angle              –
+    friction a joint, no force  –                       states of a muscle's friction
+    spastic  ankle              none (see below)        –
+    pad      a sole point's z   none (see below)        –
+    motor    joint              MuJoCo's own            –
 
-Per chamber, `userdata` receives what MuJoCo has no field for: inlet flow, outlet flow [kg/s],
-volume [m³] of the same step.
+The callbacks are process-global in MuJoCo. They act only on marked actuators, refuse all others, are
+installed and restored by `installed`, and never displace somebody else's. The same two functions run
+compiled (function pointers, which `mujoco.batch` requires) or as plain Python.
 
-The callbacks are process-global in MuJoCo. They act only on marked actuators, are installed and
-restored by `installed`, and never displace somebody else's. The same two functions run compiled
-(function pointers, which `mujoco.batch` requires) or as plain Python.
+MuJoCo calls every dyn, then every bias. A network stands before its muscles and chambers: its dyn solves them
+(`network.py`) and writes what the others read into `userdata`.
 
-Two numerical matters:
+Three numerical matters:
 
-* The Hill damper is stiff, friction more so, and MuJoCo integrates user forces explicitly. The bias
-  therefore leaves the damping coefficient in the muscle's own `ctrl`, where an affine gain of
-  −1 × tendon velocity makes it the force's derivative for the integrator `implicitfast`; what that
-  gain adds to the force (from a `ctrl` that the last step left) the bias takes away. The force is
-  exactly the law's, and only its dependence on velocity is integrated implicitly. Parallel muscles
-  are alike, so the first of a group carries the derivative of all. A pad under the sole does the same;
-  the floor's height is the `ctrl` of a motor without force.
-* Pressure integrated with the volume rate of the *old* velocity feeds energy into the joint. The
-  chamber therefore keeps the volume that its pressure has been integrated to, and makes up the
-  difference in the next step (midpoint rule): the sum of the volume changes is the volume, and a
-  sealed chamber is nearly as good a spring as a metal one.
+* A tension is a function of positions. MuJoCo's velocities stand half a step before them, so that the tension
+  taken as it is makes a scheme of second order. It is stable because the actuator of a leader carries the
+  derivative −(h/4) dT/dx to the integrator `implicitfast`: Newmark's average acceleration. An affine gain of
+  −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's dyn sets
+  that velocity to zero, so that the gain adds no force at all.
+* Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,
+  which takes it at the start: the trapezoidal rule.
+* A pad under the sole, and a reflex, carry their damping by the same gain. What the gain adds to the force
+  the bias takes away. The floor's height is the `ctrl` of a motor without force.
 """
 
 from collections.abc import Callable
 from typing import Any
 
 from afo_sim.native.air import chamber_dyn, valve_dyn
-from afo_sim.native.complaints import FINE, NO_NUMBER
-from afo_sim.native.muscle import (
-    bias_beside_gain,
-    friction_dyn,
-    muscle_derivative,
-    muscle_force,
-    sole_pad_force,
-)
+from afo_sim.native.complaints import FINE, NO_MARK, NO_NUMBER
+from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
+from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_FRICTION,
     KIND_MUSCLE,
+    KIND_NETWORK,
     KIND_PAD,
     KIND_PASSIVE,
     KIND_SPASTIC,
     KIND_VALVE,
     MARK,
+    MUSCLE_LEADER,
+    MUSCLE_USERDATA,
     N_USER,
+    PASSIVE_DAMPING,
     PASSIVE_LOAD,
     PASSIVE_OFFSET,
     PASSIVE_SCALE,
     SPASTIC_GAIN,
 )
+from afo_sim.native.state import TENSION
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 
 
@@ -71,21 +70,24 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     def bias(m: Any, d: Any, i: int) -> float:
         u, j = m.actuator_user, m.nuser_actuator * i
         if m.nuser_actuator < N_USER or u[j] != MARK:
-            return 0.0
+            fail(NO_MARK, i)
         kind = u[j + 1]
         if kind == KIND_MUSCLE:
-            force, damping = muscle_force(m, d, i, j)
-            if force != force:
+            leader = m.nuser_actuator * int(u[j + MUSCLE_LEADER])
+            tension = d.userdata[int(u[leader + MUSCLE_USERDATA]) + TENSION]
+            if tension != tension:
                 fail(NO_NUMBER, i)
-            return bias_beside_gain(d, i, -force, muscle_derivative(m, j, damping))
+            return 0.0 - tension
         if kind == KIND_PASSIVE:
             scale, offset = u[j + PASSIVE_SCALE], u[j + PASSIVE_OFFSET]
             moment = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
             if moment != moment:
                 fail(NO_NUMBER, i)
-            return moment - u[j + PASSIVE_LOAD]
+            return moment - u[j + PASSIVE_LOAD] - u[j + PASSIVE_DAMPING] * d.actuator_velocity[i]
         if kind == KIND_SPASTIC:
-            return spastic_moment(d.actuator_velocity[i], u[j + SPASTIC_GAIN])
+            gain = u[j + SPASTIC_GAIN]
+            moment = spastic_moment(d.actuator_velocity[i], gain)
+            return bias_beside_gain(d, i, moment, 0.5 * gain if moment < 0.0 else 0.0)
         if kind == KIND_PAD:
             force, damping = sole_pad_force(m, d, i, j)
             if force != force:
@@ -96,12 +98,14 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     def dyn(m: Any, d: Any, i: int) -> float:
         j = m.nuser_actuator * i
         if m.nuser_actuator < N_USER or m.actuator_user[j] != MARK:
-            return 0.0
+            fail(NO_MARK, i)
         kind = m.actuator_user[j + 1]
-        if kind == KIND_CHAMBER:
-            complaint = chamber_dyn(m, d, i, j)
+        if kind == KIND_NETWORK:
+            complaint, actuator = network_dyn(m, d, i, j)
             if complaint != FINE:
-                fail(complaint, i)
+                fail(complaint, actuator)
+        elif kind == KIND_CHAMBER:
+            chamber_dyn(m, d, i, j)
         elif kind == KIND_VALVE:
             valve_dyn(m, d, i, j)
         elif kind == KIND_FRICTION:

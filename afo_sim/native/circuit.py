@@ -19,26 +19,34 @@ from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_MUSCLE,
+    KIND_NETWORK,
     N_USER,
+    RIGID,
     chamber_row,
     friction_row,
     muscle_row,
+    network_row,
     valve_row,
 )
 from afo_sim.native.state import (
+    ANCHOR_DATA,
+    ANCHOR_STATES,
+    CHAMBER_DATA,
     CHAMBER_STATES,
-    FLOWS_PER_CHAMBER,
+    LAST_VOLUME,
+    LEADER_DATA,
+    LEADER_STATES,
     VALVE_STATES,
-    Air,
     air_at,
     read_flows,
     write_air,
+    write_rest,
 )
 from afo_sim.physics.friction import FRICTIONS
 
 SIDES = ("inlet", "outlet")
 BLANK = [0.0] * N_USER
-LIVE_PRESSURE, LIVE_VELOCITY = 3e5, 0.1  # of the state in which muscles must pull [Pa], [rad/s or m/s]
+LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 FRICTION_STATES = {friction.native_id: friction.n_state for friction in FRICTIONS.values()}
 
 
@@ -67,20 +75,41 @@ class CircuitValve:
 
 
 @dataclass(frozen=True)
-class CircuitMuscle:
-    """A muscle on the tendon of its name.
+class CircuitAnchor:
+    """What a limb gives way where muscles are anchored: a cuff, a plate.
 
-    row : the muscle's own parameters, as `muscle_row` takes them
-    series_length : all of the tendon that does not contract [m]
-    chamber : name of the chamber that fills it
-    implicit_count : parallel muscles whose damping's derivative this one's gain carries; 0 for none
+    stiffness : linear [N/m]; or 0, and then
+    force, length : a [N] and x0 [m] of the stiffening F = a (e^(x/x0) − 1)
+    damping : [N·s/m]
     """
 
     name: str
+    stiffness: float = 0.0
+    force: float = 0.0
+    length: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class CircuitMuscle:
+    """Alike parallel muscles, one on each tendon, which share one own contraction.
+
+    name : of the muscle, and of its friction
+    tendons : names of the tendons, which are of one length in every posture
+    row : the muscle's own parameters, as `muscle_row` takes them
+    series_length : all of the tendon that is neither muscle nor stretch [m]
+    chamber : name of the chamber that fills it
+    cable_stiffness : of the cable or bracket of each muscle [N/m]
+    anchors : names of the anchors that its pull displaces
+    """
+
+    name: str
+    tendons: tuple[str, ...]
     row: Mapping[str, Any]
     series_length: float
     chamber: str
-    implicit_count: int = 1
+    cable_stiffness: float = RIGID
+    anchors: tuple[str, ...] = ()
 
     @property
     def friction_states(self) -> int:
@@ -107,20 +136,69 @@ class CircuitChamber:
 
 @dataclass(frozen=True)
 class Circuit:
-    """Muscles and chambers, in the order of their actuators."""
+    """Muscles, chambers and anchors, in the order of their actuators."""
 
     muscles: tuple[CircuitMuscle, ...]
     chambers: tuple[CircuitChamber, ...]
+    anchors: tuple[CircuitAnchor, ...] = ()
+
+    def muscles_of(self, chamber: str) -> tuple[CircuitMuscle, ...]:
+        """The muscles on a chamber."""
+        return tuple(muscle for muscle in self.muscles if muscle.chamber == chamber)
+
+    def networks(self) -> list["Network"]:
+        """Chambers that are solved together, since their muscles pull on the same anchors.
+
+        Raises
+        ------
+        ValueError
+            Muscles of one network pull on different anchors.
+        """
+        found: dict[tuple[str, ...] | str, list[str]] = {}
+        for chamber in self.chambers:
+            pulled = {muscle.anchors for muscle in self.muscles_of(chamber.name)}
+            if len(pulled) > 1:
+                raise ValueError(
+                    f"the muscles of chamber {chamber.name!r} pull on different anchors: {pulled}"
+                )
+            anchors = pulled.pop() if pulled else ()
+            found.setdefault(anchors or chamber.name, []).append(chamber.name)
+        separate = [anchors for anchors in found if isinstance(anchors, tuple)]
+        if len(set().union(*separate)) < sum(len(anchors) for anchors in separate):
+            raise ValueError(f"an anchor is shared by muscles that pull on different others: {separate}")
+        return [
+            Network(tuple(chambers), anchors if isinstance(anchors, tuple) else ())
+            for anchors, chambers in found.items()
+        ]
+
+
+@dataclass(frozen=True)
+class Network:
+    """Names of chambers and anchors that one actuator solves."""
+
+    chambers: tuple[str, ...]
+    anchors: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the actuator, that of the first chamber."""
+        return f"network_{self.chambers[0]}"
 
 
 @dataclass(frozen=True)
 class CircuitIds:
-    """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's."""
+    """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's.
 
+    muscles : by tendon
+    anchors : (network, number in it) by name
+    """
+
+    networks: dict[str, int]
     muscles: dict[str, int]
     chambers: dict[str, int]
     valves: dict[str, int]
     frictions: dict[str, int]
+    anchors: dict[str, tuple[int, int]]
 
 
 def add_circuit(spec: mujoco.MjSpec, circuit: Circuit) -> None:
@@ -130,26 +208,39 @@ def add_circuit(spec: mujoco.MjSpec, circuit: Circuit) -> None:
 
 
 def add_muscles(spec: mujoco.MjSpec, circuit: Circuit) -> None:
-    """The first half of `add_circuit`, for who has actuators to put between."""
+    """The first half of `add_circuit`, for who has actuators to put between.
+
+    The networks come first of all: what their dyn solves is read by the others.
+    """
     affine, fixed = mujoco.mjtGain.mjGAIN_AFFINE, mujoco.mjtGain.mjGAIN_FIXED
     spec.nuser_actuator = N_USER
+    joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
+    for network in circuit.networks():
+        leaders = sum(len(circuit.muscles_of(name)) for name in network.chambers)
+        count = LEADER_STATES * leaders + ANCHOR_STATES * len(network.anchors)
+        _add_states(spec, network.name, joints[network.chambers[0]], max(count, 2))
     for muscle in circuit.muscles:
-        carries = muscle.implicit_count > 0
-        spec.add_actuator(
-            name=muscle.name,
-            trntype=mujoco.mjtTrn.mjTRN_TENDON,
-            target=muscle.name,
-            gaintype=affine if carries else fixed,
-            gainprm=[0.0, 0.0, -1.0 if carries else 0.0] + [0.0] * 7,
-            biastype=mujoco.mjtBias.mjBIAS_USER,
-            userdata=BLANK,
-        )
+        for tendon in muscle.tendons:
+            leads = tendon == muscle.tendons[0]
+            spec.add_actuator(
+                name=tendon,
+                trntype=mujoco.mjtTrn.mjTRN_TENDON,
+                target=tendon,
+                gaintype=affine if leads else fixed,
+                gainprm=[0.0, 0.0, -1.0 if leads else 0.0] + [0.0] * 7,
+                biastype=mujoco.mjtBias.mjBIAS_USER,
+                userdata=BLANK,
+            )
 
 
 def add_chambers(spec: mujoco.MjSpec, circuit: Circuit) -> None:
     """The second half: chambers, valves, and what holds the states of friction."""
     spec.nuser_actuator = N_USER
-    spec.nuserdata = FLOWS_PER_CHAMBER * len(circuit.chambers)
+    spec.nuserdata = (
+        CHAMBER_DATA * len(circuit.chambers)
+        + LEADER_DATA * len(circuit.muscles)
+        + ANCHOR_DATA * len(circuit.anchors)
+    )
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for name, joint in joints.items():
         _add_states(spec, f"chamber_{name}", joint, CHAMBER_STATES)
@@ -183,62 +274,137 @@ def circuit_ids(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
     def found(prefix: str, names: list[str]) -> dict[str, int]:
         return {name: model.actuator(prefix + name).id for name in names}
 
+    networks = circuit.networks()
+    ids = found("", [network.name for network in networks])
     return CircuitIds(
-        muscles=found("", [muscle.name for muscle in circuit.muscles]),
+        networks=ids,
+        muscles=found("", [tendon for muscle in circuit.muscles for tendon in muscle.tendons]),
         chambers=found("chamber_", [chamber.name for chamber in circuit.chambers]),
         valves=found("valve_", [f"{chamber.name}_{side}" for chamber in circuit.chambers for side in SIDES]),
         frictions=found("friction_", [m.name for m in circuit.muscles if m.friction_states]),
+        anchors={
+            name: (ids[network.name], number)
+            for network in networks
+            for number, name in enumerate(network.anchors)
+        },
     )
 
 
 def fill_circuit(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
     """Write the exact parameters of a circuit into a compiled model."""
     ids, user = circuit_ids(model, circuit), model.actuator_user
-    for number, chamber in enumerate(circuit.chambers):
-        members = [muscle for muscle in circuit.muscles if muscle.chamber == chamber.name]
-        chain = [*(ids.muscles[muscle.name] for muscle in members), -1]
-        user[ids.chambers[chamber.name]] = chamber_row(
-            first_muscle=chain[0],
-            inlet=ids.valves[f"{chamber.name}_inlet"],
-            outlet=ids.valves[f"{chamber.name}_outlet"],
-            tube_volume=chamber.tube_volume,
-            wall_conductance=chamber.wall_conductance,
-            userdata=FLOWS_PER_CHAMBER * number,
+    chambers = {chamber.name: chamber for chamber in circuit.chambers}
+    anchors = {anchor.name: anchor for anchor in circuit.anchors}
+    data = 0
+    for network in circuit.networks():
+        actuator = ids.networks[network.name]
+        state = int(model.actuator_actadr[actuator])
+        following = [*(ids.chambers[name] for name in network.chambers[1:]), -1]
+        for name, next_chamber in zip(network.chambers, following, strict=True):
+            leaders = [ids.muscles[muscle.tendons[0]] for muscle in circuit.muscles_of(name)]
+            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data)
+            data += CHAMBER_DATA
+            chain = zip(circuit.muscles_of(name), [*leaders[1:], -1], strict=False)
+            for muscle, next_muscle in chain:
+                _fill_muscle(model, ids, muscle, next_muscle, state, data)
+                state, data = state + LEADER_STATES, data + LEADER_DATA
+        numbers = [
+            (a.stiffness, a.force, a.length, a.damping) for a in (anchors[name] for name in network.anchors)
+        ]
+        user[actuator] = network_row(
+            first_chamber=ids.chambers[network.chambers[0]], state=state, userdata=data, anchors=numbers
         )
-        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
-            user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
-        for muscle, following in zip(members, chain[1:], strict=True):
-            user[ids.muscles[muscle.name]] = muscle_row(
-                **muscle.row,
-                series_length=muscle.series_length,
-                chamber=ids.chambers[chamber.name],
-                next_muscle=following,
-                implicit_count=muscle.implicit_count,
-                friction_states=ids.frictions.get(muscle.name, -1),
-            )
-    for name, holder in ids.frictions.items():
-        user[holder] = friction_row(muscle=ids.muscles[name])
+        data += ANCHOR_DATA * len(numbers)
+    for muscle in circuit.muscles:
+        if muscle.name in ids.frictions:
+            user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
     return ids
 
 
-def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
-    """Set the chambers to gauge pressures at ambient temperature, at the present posture.
+def _fill_chamber(
+    model: mujoco.MjModel,
+    ids: CircuitIds,
+    chamber: CircuitChamber,
+    first_muscle: int,
+    next_chamber: int,
+    data: int,
+) -> None:
+    """The rows of a chamber and its valves."""
+    user = model.actuator_user
+    user[ids.chambers[chamber.name]] = chamber_row(
+        first_muscle=first_muscle,
+        next_chamber=next_chamber,
+        inlet=ids.valves[f"{chamber.name}_inlet"],
+        outlet=ids.valves[f"{chamber.name}_outlet"],
+        tube_volume=chamber.tube_volume,
+        wall_conductance=chamber.wall_conductance,
+        userdata=data,
+    )
+    for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
+        user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
 
-    The callbacks must be installed: they tell the volumes.
+
+def _fill_muscle(
+    model: mujoco.MjModel, ids: CircuitIds, muscle: CircuitMuscle, next_muscle: int, state: int, data: int
+) -> None:
+    """The rows of alike muscles; the first of them leads."""
+    for tendon in muscle.tendons:
+        model.actuator_user[ids.muscles[tendon]] = muscle_row(
+            **muscle.row,
+            series_length=muscle.series_length,
+            cable_stiffness=muscle.cable_stiffness,
+            leader=ids.muscles[muscle.tendons[0]],
+            count=len(muscle.tendons),
+            chamber=ids.chambers[muscle.chamber],
+            next_muscle=next_muscle,
+            state=state,
+            userdata=data,
+            friction_states=ids.frictions.get(muscle.name, -1),
+        )
+
+
+def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
+    """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them.
+
+    The callbacks must be installed: they solve the muscles' own lengths at the present posture.
 
     Parameters
     ----------
     model, data : with this project's actuators
     pressure : of all chambers, or by actuator id, the others at ambient pressure [Pa]
     """
-    chambers = list(_of_kind(model, KIND_CHAMBER))
-    for chamber in chambers:  # any positive air will do
-        write_air(model, data.act, chamber, Air(1.0, 1.0, 1.0))
+    chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
+    gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
+    inputs = data.ctrl.copy()
+    for chamber in chambers:
+        write_air(model, data.act, chamber, air_at(gauge[chamber], 1e-3))  # of any volume
+    data.ctrl[networks] = 1.0
     mujoco.mj_forward(model, data)
+    data.ctrl[:] = inputs
     for chamber in chambers:
         volume = float(read_flows(model, data.userdata, chamber).volume)
-        gauge = pressure.get(chamber, 0.0) if isinstance(pressure, Mapping) else pressure
-        write_air(model, data.act, chamber, air_at(gauge, volume))
+        write_air(model, data.act, chamber, air_at(gauge[chamber], volume))
+    for network in networks:
+        write_rest(model, data, network)
+
+
+def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion.
+
+    Without it they would be taken to have stood still, and the first steps would be of first order.
+    """
+    here = data.qpos.copy()
+    inputs = data.ctrl.copy()
+    networks = list(_of_kind(model, KIND_NETWORK))
+    mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
+    data.ctrl[networks] = 1.0
+    mujoco.mj_forward(model, data)
+    data.qpos[:], data.ctrl[:] = here, inputs
+    for chamber in _of_kind(model, KIND_CHAMBER):
+        last = float(read_flows(model, data.userdata, chamber).volume)
+        data.act[model.actuator_actadr[chamber] + LAST_VOLUME] = last
+    for network in networks:
+        write_rest(model, data, network)
 
 
 def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
@@ -258,7 +424,6 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(model, data, LIVE_PRESSURE)
-    data.qvel[:] = LIVE_VELOCITY
     mujoco.mj_forward(model, data)
     assert_live(model, data, list(_of_kind(model, KIND_MUSCLE)))
 

@@ -6,6 +6,8 @@ COMPLAINTS = (
     "the volume is not positive in actuator",
     "the air mass is not positive in actuator",
     "the supply's absolute pressure is not positive in actuator",
+    "no length of its muscles balances their forces in actuator",
+    "only this project's callbacks are installed, and it has not its parameters: actuator",
 )
-NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY = range(len(COMPLAINTS))
+NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK = range(len(COMPLAINTS))
 FINE = -1

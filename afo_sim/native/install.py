@@ -9,21 +9,24 @@ from types import SimpleNamespace
 from typing import Any, Literal
 
 import mujoco
+import numpy as np
 from numba.extending import register_jitable
 
 from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import define
-from afo_sim.native.complaints import COMPLAINTS
-from afo_sim.native.muscle import muscle_force
+from afo_sim.native.complaints import COMPLAINTS, FINE
+from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
+    CHAMBER_NEXT,
     CHAMBER_OUTLET,
     FRICTION_MUSCLE,
     KIND_CHAMBER,
     KIND_FRICTION,
     KIND_MOTOR,
     KIND_MUSCLE,
+    KIND_NETWORK,
     KIND_PAD,
     KIND_PASSIVE,
     KIND_SPASTIC,
@@ -31,9 +34,13 @@ from afo_sim.native.slots import (
     MARK,
     MUSCLE_CHAMBER,
     MUSCLE_FRICTION_STATES,
+    MUSCLE_LEADER,
     MUSCLE_NEXT,
+    MUSCLE_USERDATA,
+    NETWORK_FIRST_CHAMBER,
     PAD_FLOOR,
 )
+from afo_sim.native.state import TENSION
 
 Mode = Literal["native", "python"]
 
@@ -159,12 +166,14 @@ def assert_rows(model: mujoco.MjModel) -> None:
     """
     kinds = {
         KIND_MUSCLE: {
+            MUSCLE_LEADER: KIND_MUSCLE,
             MUSCLE_CHAMBER: KIND_CHAMBER,
             MUSCLE_NEXT: KIND_MUSCLE,
             MUSCLE_FRICTION_STATES: KIND_FRICTION,
         },
         KIND_CHAMBER: {
             CHAMBER_FIRST_MUSCLE: KIND_MUSCLE,
+            CHAMBER_NEXT: KIND_CHAMBER,
             CHAMBER_INLET: KIND_VALVE,
             CHAMBER_OUTLET: KIND_VALVE,
         },
@@ -174,14 +183,21 @@ def assert_rows(model: mujoco.MjModel) -> None:
         KIND_MOTOR: {},
         KIND_SPASTIC: {},
         KIND_PAD: {PAD_FLOOR: KIND_MOTOR},
+        KIND_NETWORK: {NETWORK_FIRST_CHAMBER: KIND_CHAMBER},
     }
+    optional = (
+        (KIND_MUSCLE, MUSCLE_NEXT),
+        (KIND_MUSCLE, MUSCLE_FRICTION_STATES),
+        (KIND_CHAMBER, CHAMBER_NEXT),
+        (KIND_CHAMBER, CHAMBER_FIRST_MUSCLE),
+    )
     rows = model.actuator_user
     for i, row in enumerate(rows):
         if row[0] != MARK or row[1] not in kinds:
             raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
         for slot, kind in kinds[row[1]].items():
             other = row[slot]
-            none = slot in (MUSCLE_NEXT, MUSCLE_FRICTION_STATES) and row[1] == KIND_MUSCLE and other == -1.0
+            none = (row[1], slot) in optional and other == -1.0
             if not none and not (other in range(model.nu) and rows[int(other), 1] == kind):
                 raise CallbackError(f"actuator {model.actuator(i).name!r} refers to actuator {other:g}")
 
@@ -199,12 +215,20 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     CallbackError
         A muscle is limp or carries another force than its law's.
     """
-    plain = _flat(model)
+    plain, found = _flat(model), data.userdata.copy()
+    data.userdata[:] = 0.0
+    for i in np.flatnonzero(model.actuator_user[:, 1] == KIND_NETWORK):
+        complaint, actuator = network_dyn(plain, data, int(i), model.nuser_actuator * int(i))
+        if complaint != FINE:
+            raise CallbackError(f"{COMPLAINTS[complaint]} {actuator}")
+    expected = data.userdata.copy()
+    data.userdata[:] = found
     for i in muscles:
-        expected, _ = muscle_force(plain, data, i, model.nuser_actuator * i)
-        found = -data.actuator_force[i]
-        if not abs(found - expected) <= 1e-9 * max(1.0, abs(expected)):
+        leader = int(model.actuator_user[i, MUSCLE_LEADER])
+        pulls = expected[int(model.actuator_user[leader, MUSCLE_USERDATA]) + TENSION]
+        carries = -data.actuator_force[i]
+        if not abs(carries - pulls) <= 1e-9 * max(1.0, abs(pulls)):
             raise CallbackError(
-                f"muscle actuator {i} carries {found:.6g} N where its law gives {expected:.6g} N: "
+                f"muscle actuator {i} carries {carries:.6g} N where its law gives {pulls:.6g} N: "
                 "the muscle callbacks are not the ones in force"
             )

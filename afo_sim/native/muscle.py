@@ -1,4 +1,4 @@
-"""Muscle, its friction, and the pad under the sole: forces, and the derivative that their gain carries."""
+"""One muscle at its own length: its balance of forces and the slopes; friction; the sole's pad."""
 
 from typing import Any
 
@@ -7,85 +7,143 @@ from numba.extending import register_jitable
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.native.slots import (
     FRICTION_MUSCLE,
+    MUSCLE_B,
     MUSCLE_BRAID_STIFFNESS,
-    MUSCLE_CHAMBER,
+    MUSCLE_CABLE_STIFFNESS,
     MUSCLE_COEFFICIENTS,
     MUSCLE_DAMPER,
     MUSCLE_DAMPING,
     MUSCLE_FRICTION,
     MUSCLE_FRICTION_COEFFICIENTS,
     MUSCLE_FRICTION_STATES,
-    MUSCLE_IMPLICIT_COUNT,
     MUSCLE_LAW,
     MUSCLE_LOWEST_PRESSURE,
     MUSCLE_NOMINAL_LENGTH,
+    MUSCLE_NOMINAL_RADIUS,
+    MUSCLE_RETURN_STIFFNESS,
     MUSCLE_SERIES_LENGTH,
+    MUSCLE_STATE,
+    MUSCLE_USERDATA,
     PAD_DAMPING,
     PAD_FLOOR,
     PAD_STIFFNESS,
 )
-from afo_sim.native.state import ABSOLUTE_PRESSURE
+from afo_sim.native.state import CARRIED, CONTRACTION, OWN_RATE
 from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
 from afo_sim.physics.ground import pad_force
-from afo_sim.physics.hill import hill_force, three_element_damping
-from afo_sim.physics.static_force import muscle_static_force
+from afo_sim.physics.hill import three_element_damping
+from afo_sim.physics.series import cable_tension
+from afo_sim.physics.static_force import signed_force
 
-PRESSURE_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]
-
-
-@register_jitable
-def friction_address(m: Any, j: int) -> int:
-    """Place in `act` of the first state of a muscle's friction; 0 where it has none, which nobody reads."""
-    actuator = int(m.actuator_user[j + MUSCLE_FRICTION_STATES])
-    return m.actuator_actadr[actuator] if actuator >= 0 else 0
+CONTRACTION_STEP, PRESSURE_STEP = 1e-7, 1.0  # of the slopes of a law [-], [Pa]
+FRICTION_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]
 
 
 @register_jitable
-def muscle_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
-    """Tension of the muscle actuator i whose row starts at j [N], and its damping −dF/dκ̇ [N·s]."""
-    u = m.actuator_user
-    length = u[j + MUSCLE_NOMINAL_LENGTH]
-    contraction = 1.0 - (d.actuator_length[i] - u[j + MUSCLE_SERIES_LENGTH]) / length
-    rate = -d.actuator_velocity[i] / length
-    absolute = d.act[m.actuator_actadr[int(u[j + MUSCLE_CHAMBER])] + ABSOLUTE_PRESSURE]
-    pressure = absolute - AMBIENT_PRESSURE
-    law, lowest, c = u[j + MUSCLE_LAW], u[j + MUSCLE_LOWEST_PRESSURE], j + MUSCLE_COEFFICIENTS
-    friction, slope, static_slope = 0.0, 0.0, 0.0
-    model, f, step = u[j + MUSCLE_FRICTION], j + MUSCLE_FRICTION_COEFFICIENTS, m.opt.timestep
-    if model == 0.0:
-        static = muscle_static_force(law, contraction, pressure, lowest, u, c)
-    elif is_force(model):
-        static = muscle_static_force(law, contraction, pressure, lowest, u, c)
-        a = friction_address(m, j)
-        friction, slope = friction_force(model, contraction, rate, pressure, d.act, a, u, f, step)
-    else:
-        # the muscle pulls as if at p − q; friction cannot be more than what presses
-        q, q_slope = friction_pressure(model, rate, d.act, friction_address(m, j), u, f, step)
-        bound = 0.0 if pressure < 0.0 else pressure
-        if q > bound:
-            q, q_slope = bound, 0.0
-        elif q < -bound:
-            q, q_slope = -bound, 0.0
-        felt = pressure - q
-        static = muscle_static_force(law, contraction, felt, lowest, u, c)
-        more = muscle_static_force(law, contraction, felt + PRESSURE_STEP, lowest, u, c)
-        if more > static:
-            static_slope = (more - static) / PRESSURE_STEP * q_slope
-    k = j + MUSCLE_DAMPER
-    damping = u[j + MUSCLE_DAMPING] * absolute + length * three_element_damping(
-        pressure, rate, u[k], u[k + 1], u[k + 2], u[k + 3], u[k + 4], u[k + 5], u[k + 6]
+def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
+    """Signed static force of the muscle whose row starts at k, at gauge pressure [N]."""
+    return signed_force(
+        u[k + MUSCLE_LAW],
+        contraction,
+        pressure,
+        u[k + MUSCLE_LOWEST_PRESSURE],
+        u[k + MUSCLE_RETURN_STIFFNESS],
+        u[k + MUSCLE_BRAID_STIFFNESS],
+        u[k + MUSCLE_NOMINAL_RADIUS],
+        u[k + MUSCLE_B],
+        u,
+        k + MUSCLE_COEFFICIENTS,
     )
-    braid = u[j + MUSCLE_BRAID_STIFFNESS]
-    return hill_force(static, contraction, rate, damping, friction, slope, static_slope, braid)
 
 
 @register_jitable
-def muscle_derivative(m: Any, j: int, coefficient: float) -> float:
-    """−dF/dv [N·s/m] that the gain of a muscle carries, from the damping −dF/dκ̇ [N·s]."""
+def stretch(m: Any, d: Any, actuator: int, k: int, contraction: float, shift: float) -> float:
+    """Stretch of the cable of a leader whose row starts at k, its anchors displaced by `shift` [m]."""
     u = m.actuator_user
-    if coefficient < 0.0:  # friction that falls with speed: implicit, it would divide by zero
-        coefficient = 0.0
-    return coefficient / u[j + MUSCLE_NOMINAL_LENGTH] * u[j + MUSCLE_IMPLICIT_COUNT]
+    own = u[k + MUSCLE_NOMINAL_LENGTH] * (1.0 - contraction)
+    return d.actuator_length[actuator] - u[k + MUSCLE_SERIES_LENGTH] - own - shift
+
+
+@register_jitable
+def friction(
+    m: Any, d: Any, k: int, contraction: float, rate: float, pressure: float, static: float
+) -> tuple[float, float]:
+    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ̇ [N·s].
+
+    A friction in pressure units lets the muscle pull as if at p − q; it cannot be more than what presses.
+    """
+    u, step = m.actuator_user, m.opt.timestep
+    model, f = u[k + MUSCLE_FRICTION], k + MUSCLE_FRICTION_COEFFICIENTS
+    if model == 0.0:
+        return 0.0, 0.0
+    holder = int(u[k + MUSCLE_FRICTION_STATES])
+    a = m.actuator_actadr[holder] if holder >= 0 else 0
+    if is_force(model):
+        return friction_force(model, contraction, rate, pressure, d.act, a, u, f, step)
+    q, q_slope = friction_pressure(model, rate, d.act, a, u, f, step)
+    bound = 0.0 if pressure < 0.0 else pressure
+    if q > bound:
+        q, q_slope = bound, 0.0
+    elif q < -bound:
+        q, q_slope = -bound, 0.0
+    felt = law_force(u, k, contraction, pressure - q)
+    more = law_force(u, k, contraction, pressure - q + FRICTION_STEP)
+    slope = (more - felt) / FRICTION_STEP * q_slope
+    return static - felt, slope if slope > 0.0 else 0.0
+
+
+@register_jitable
+def damping(m: Any, k: int, rate: float, absolute: float) -> float:
+    """Damping of the muscle whose row starts at k, Hill's and the three-element model's [N·s]."""
+    u, c = m.actuator_user, k + MUSCLE_DAMPER
+    return u[k + MUSCLE_DAMPING] * absolute + u[k + MUSCLE_NOMINAL_LENGTH] * three_element_damping(
+        absolute - AMBIENT_PRESSURE, rate, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5], u[c + 6]
+    )
+
+
+@register_jitable
+def imbalance(
+    m: Any, d: Any, k: int, contraction: float, absolute: float, last_absolute: float, tension: float
+) -> tuple[float, float, float]:
+    """Force that the muscle whose row starts at k has left over at the end of a step, and its slopes.
+
+    ½ G + ½ G_last − c κ̇ − F_friction, with G = F_static − T and κ̇ = (κ − κ_last)/h: the trapezoidal rule of
+    Hill's muscle. The damping c is that of the mean pressure of the step; its slope by the pressure is left
+    out, so that the force always falls as κ rises.
+
+    Returns
+    -------
+    (force [N], −slope by κ but that of the tension [N], slope by the pressure [N/Pa])
+    """
+    u, act = m.actuator_user, d.act
+    state, pressure = int(u[k + MUSCLE_STATE]), absolute - AMBIENT_PRESSURE
+    per_step = 1.0 / m.opt.timestep
+    rate = (contraction - act[state + CONTRACTION]) * per_step
+    static = law_force(u, k, contraction, pressure)
+    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
+    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
+    c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
+    rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
+    left = 0.5 * (static - tension + act[state + CARRIED]) - c * rate - rubbing
+    return left, 0.5 * stiffness + (c + by_rate) * per_step, 0.5 * by_pressure
+
+
+@register_jitable
+def imbalance_at_rest(
+    m: Any, k: int, contraction: float, absolute: float, tension: float
+) -> tuple[float, float, float]:
+    """As `imbalance`, of a muscle at rest: F_static − T, without damper and friction."""
+    u, pressure = m.actuator_user, absolute - AMBIENT_PRESSURE
+    static = law_force(u, k, contraction, pressure)
+    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
+    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
+    return static - tension, stiffness, by_pressure
+
+
+@register_jitable
+def cable(u: Any, k: int, cable_stretch: float) -> tuple[float, float]:
+    """Tension [N] and slope [N/m] of the cable of the muscle whose row starts at k."""
+    return cable_tension(cable_stretch, u[k + MUSCLE_CABLE_STIFFNESS])
 
 
 @register_jitable
@@ -113,9 +171,8 @@ def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
 @register_jitable
 def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
     """Write the rates of a friction's states but the first to `act_dot`, and return that of the first."""
-    u, act = m.actuator_user, d.act
-    muscle = int(u[j + FRICTION_MUSCLE])
-    q = m.nuser_actuator * muscle
-    rate = -d.actuator_velocity[muscle] / u[q + MUSCLE_NOMINAL_LENGTH]
-    c, a = q + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i]
-    return friction_rates(u[q + MUSCLE_FRICTION], rate, act, a, u, c, m.opt.timestep, d.act_dot)
+    u = m.actuator_user
+    k = m.nuser_actuator * int(u[j + FRICTION_MUSCLE])
+    rate = d.userdata[int(u[k + MUSCLE_USERDATA]) + OWN_RATE]
+    c, a = k + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i]
+    return friction_rates(u[k + MUSCLE_FRICTION], rate, d.act, a, u, c, m.opt.timestep, d.act_dot)

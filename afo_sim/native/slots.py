@@ -13,42 +13,55 @@ from afo_sim.physics.hill import DAMPER_COEFFICIENTS
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
+RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
 MARK = 2826.0  # tells this project's actuators from anybody else's
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
-KIND_MOTOR, KIND_SPASTIC, KIND_PAD = 6.0, 7.0, 8.0
+KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK = 6.0, 7.0, 8.0, 9.0
+MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
 
 
 # Places of the parameters within their actuator's row (after the mark and the kind)
 (
-    MUSCLE_LAW,
+    MUSCLE_LEADER,
+    MUSCLE_COUNT,
     MUSCLE_CHAMBER,
     MUSCLE_NEXT,
+    MUSCLE_STATE,
+    MUSCLE_USERDATA,
+    MUSCLE_LAW,
     MUSCLE_SERIES_LENGTH,
+    MUSCLE_CABLE_STIFFNESS,
     MUSCLE_NOMINAL_LENGTH,
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_B,
+    MUSCLE_LOCK,
     MUSCLE_DAMPING,
     MUSCLE_BRAID_STIFFNESS,
+    MUSCLE_RETURN_STIFFNESS,
     MUSCLE_DEAD_VOLUME,
-    MUSCLE_IMPLICIT_COUNT,
     MUSCLE_LOWEST_PRESSURE,
     MUSCLE_FRICTION,
     MUSCLE_FRICTION_STATES,
-) = range(2, 16)
+) = range(2, 22)
 MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_FRICTION_STATES + 1
 MUSCLE_DAMPER = MUSCLE_FRICTION_COEFFICIENTS + MAX_FRICTION_COEFFICIENTS
 MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
 (
     CHAMBER_FIRST_MUSCLE,
+    CHAMBER_NEXT,
     CHAMBER_INLET,
     CHAMBER_OUTLET,
     CHAMBER_TUBE_VOLUME,
     CHAMBER_WALL_CONDUCTANCE,
     CHAMBER_USERDATA,
-) = range(2, 8)
+) = range(2, 9)
+NETWORK_FIRST_CHAMBER, NETWORK_STATE, NETWORK_USERDATA, NETWORK_ANCHORS, NETWORK_FIRST_ANCHOR = range(2, 7)
+# places within an anchor's own block of slots
+ANCHOR_STIFFNESS, ANCHOR_FORCE, ANCHOR_LENGTH, ANCHOR_DAMPING = range(4)
+ANCHOR_SLOTS = 4
 VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELAY = range(2, 6)
-PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD = range(2, 5)
+PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD, PASSIVE_DAMPING = range(2, 6)
 FRICTION_MUSCLE = 2
 SPASTIC_GAIN = 2
 PAD_STIFFNESS, PAD_DAMPING, PAD_FLOOR = range(2, 5)
@@ -61,13 +74,18 @@ def muscle_row(
     coefficients: Sequence[float],
     lowest_pressure: float,
     braid: Braid,
-    series_length: float,
     damping: float,
     braid_stiffness: float,
     dead_volume: float,
+    series_length: float,
+    leader: int,
     chamber: int,
-    next_muscle: int,
-    implicit_count: int = 1,
+    next_muscle: int = -1,
+    count: int = 1,
+    state: int = 0,
+    userdata: int = 0,
+    return_stiffness: float = 0.0,
+    cable_stiffness: float = RIGID,
     damper: Sequence[float] = (),
     friction: int = 0,
     friction_coefficients: Sequence[float] = (),
@@ -80,12 +98,16 @@ def muscle_row(
     law, coefficients : name of a force law, and its kernel's coefficients
     lowest_pressure : gauge, of the law's range [Pa]
     braid : geometry
-    series_length : all of the tendon that does not contract [m]
     damping : Hill damping over absolute pressure, R in F_d = R p κ̇ [N·s/Pa]
     braid_stiffness : [N] per unit of stretch
     dead_volume : [m³]
-    chamber, next_muscle : actuator ids; −1 for no next muscle of the chamber
-    implicit_count : parallel muscles whose damping this one's gain carries: all for a group's first, else 0
+    series_length : all of the tendon that is neither muscle nor stretch [m]
+    leader : actuator id of the first of its parallel muscles, whose own contraction is solved for all
+    chamber, next_muscle : actuator ids; −1 for no next leader of the chamber
+    count : parallel muscles of a leader
+    state, userdata : a leader's first place in `act` and in `userdata`
+    return_stiffness : [N] per unit of contraction, without air
+    cable_stiffness : of the cable or bracket in series [N/m]
     damper : coefficients of a three-element damper
     friction, friction_coefficients : native id of a friction, 0 for none, and its kernel's coefficients
     friction_states : actuator id of the states of friction; −1 for none
@@ -96,17 +118,23 @@ def muscle_row(
     """
     row = _row(
         KIND_MUSCLE,
-        LAWS[law].native_id,
+        leader,
+        count,
         chamber,
         next_muscle,
+        state,
+        userdata,
+        LAWS[law].native_id,
         series_length,
+        cable_stiffness,
         braid.nominal_length,
         braid.nominal_radius,
         braid.b,
+        braid.lock,
         damping,
         braid_stiffness,
+        return_stiffness,
         dead_volume,
-        implicit_count,
         lowest_pressure,
         friction,
         friction_states,
@@ -126,17 +154,39 @@ def chamber_row(
     tube_volume: float,
     wall_conductance: float,
     userdata: int,
+    next_chamber: int = -1,
 ) -> np.ndarray:
     """`actuator_user` of a chamber.
 
     Parameters
     ----------
-    first_muscle, inlet, outlet : actuator ids
+    first_muscle : actuator id of the first leader of its muscles; −1 for none
+    inlet, outlet : actuator ids
     tube_volume : [m³]
     wall_conductance : heat to the wall [W/K]
-    userdata : first place of its flows in `userdata`
+    userdata : first place of its block in `userdata`
+    next_chamber : actuator id of the next chamber of the network; −1 for none
     """
-    return _row(KIND_CHAMBER, first_muscle, inlet, outlet, tube_volume, wall_conductance, userdata)
+    return _row(
+        KIND_CHAMBER, first_muscle, next_chamber, inlet, outlet, tube_volume, wall_conductance, userdata
+    )
+
+
+def network_row(
+    *, first_chamber: int, state: int, userdata: int, anchors: Sequence[Sequence[float]] = ()
+) -> np.ndarray:
+    """`actuator_user` of a network: chambers and anchors that are solved together.
+
+    Parameters
+    ----------
+    first_chamber : actuator id
+    state, userdata : first place of its anchors' blocks in `act` and in `userdata`
+    anchors : (stiffness [N/m], or 0; a [N] and x0 [m] of F = a (e^(x/x0) − 1); damping [N·s/m]) of each
+    """
+    if len(anchors) > MAX_ANCHORS:
+        raise ValueError(f"a network has {len(anchors)} anchors; there is room for {MAX_ANCHORS}")
+    flat = [number for anchor in anchors for number in anchor]
+    return _row(KIND_NETWORK, first_chamber, state, userdata, len(anchors), *flat)
 
 
 def valve_row(
@@ -146,9 +196,17 @@ def valve_row(
     return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay)
 
 
-def passive_row(*, scale: float, offset: float, load: float = 0.0) -> np.ndarray:
-    """`actuator_user` of the passive ankle: scale [-], offset [rad], load against positive angles [N·m]."""
-    return _row(KIND_PASSIVE, scale, offset, load)
+def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
+    """`actuator_user` of the passive ankle.
+
+    Parameters
+    ----------
+    scale, offset : [-], [rad]
+    load : against positive angles [N·m]
+    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
+        MuJoCo's, which takes it at the end
+    """
+    return _row(KIND_PASSIVE, scale, offset, load, damping)
 
 
 def friction_row(*, muscle: int) -> np.ndarray:

@@ -1,12 +1,15 @@
 """Named places in `act` and `userdata`, and reading and writing by these names.
 
-    actuator   act                                          userdata
-    chamber    air mass, integrated volume, abs. pressure   inlet flow, outlet flow, volume
-    valve      armature, opening                            –
-    friction   states of the muscle's friction              –
+    actuator   act                                              userdata
+    network    of each leader: contraction, carried force;      of each anchor: force, displacement
+               of each anchor: displacement, damper's force
+    chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure, …
+    muscle     –                                                of each leader: contraction, tension, rate, …
+    valve      armature, opening                                –
+    friction   states of the muscle's friction                  –
 
-The integrated volume is the one that the chamber's pressure belongs to; the volume in `userdata` follows
-from the muscles' lengths in the same step.
+A "last" state, and all states of a network, belong to the posture one step back. What belongs to the present
+posture is solved anew in each step and stands in `userdata`.
 """
 
 from typing import Any, NamedTuple
@@ -14,17 +17,44 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.native.slots import CHAMBER_USERDATA
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.native.slots import (
+    CHAMBER_FIRST_MUSCLE,
+    CHAMBER_NEXT,
+    CHAMBER_USERDATA,
+    MUSCLE_LEADER,
+    MUSCLE_NEXT,
+    MUSCLE_STATE,
+    MUSCLE_USERDATA,
+    NETWORK_ANCHORS,
+    NETWORK_FIRST_CHAMBER,
+    NETWORK_STATE,
+    NETWORK_USERDATA,
+)
 
-AIR_MASS, INTEGRATED_VOLUME, ABSOLUTE_PRESSURE = range(3)
+AIR_MASS, SIGMA, LAST_VOLUME, LAST_PRESSURE = range(4)
 ARMATURE, OPENING = range(2)
-INLET_FLOW, OUTLET_FLOW, VOLUME = range(3)
-CHAMBER_STATES, VALVE_STATES, FLOWS_PER_CHAMBER = 3, 2, 3
+CONTRACTION, CARRIED = range(2)  # of a leader in the act of its network
+ANCHOR_DISPLACEMENT, ANCHOR_LOSS = range(2)  # of an anchor there
+INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE, WORK_PRESSURE_SLOPE, WORK_SHIFT, WORK_SHIFT_BY_PULL = range(7)
+(
+    OWN_CONTRACTION,
+    TENSION,
+    OWN_RATE,
+    CABLE_SLOPE,
+    WORK_VOLUME_SLOPE,
+    WORK_STEP,
+    WORK_BY_PRESSURE,
+    WORK_BY_PULL,
+    WORK_COEFFICIENT,
+) = range(9)
+PULL, DISPLACEMENT = range(2)
+CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES = 4, 2, 2, 2
+CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA = 7, 9, 2
 
 
 class Air(NamedTuple):
-    """The states of a chamber, numbers or arrays: mass [kg], volume of the pressure [m³], pressure [Pa]."""
+    """The air of a chamber, numbers or arrays: mass [kg], volume [m³], absolute pressure [Pa]."""
 
     mass: Any
     volume: Any
@@ -39,25 +69,73 @@ class Flows(NamedTuple):
     volume: np.ndarray
 
 
-def read_air(model: mujoco.MjModel, act: np.ndarray, chamber: int) -> Air:
-    """The states of a chamber's actuator, from `act` (…, na)."""
-    at = model.actuator_actadr[chamber]
-    mass, volume, pressure = (act[..., at + k] for k in (AIR_MASS, INTEGRATED_VOLUME, ABSOLUTE_PRESSURE))
-    return Air(mass, volume, pressure)
+class Own(NamedTuple):
+    """A muscle at its own length: contraction [-], tension [N], contraction rate of the step [1/s]."""
+
+    contraction: np.ndarray
+    tension: np.ndarray
+    rate: np.ndarray
+
+
+class Yielding(NamedTuple):
+    """An anchor: pull of all muscles on it [N], and how far it gives way [m]."""
+
+    force: np.ndarray
+    displacement: np.ndarray
+
+
+def read_air(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, chamber: int) -> Air:
+    """The air of a chamber's actuator, from `act` (…, na) and `userdata` (…, nuserdata)."""
+    at = int(model.actuator_user[chamber, CHAMBER_USERDATA])
+    mass = act[..., model.actuator_actadr[chamber] + AIR_MASS]
+    return Air(mass, userdata[..., at + VOLUME], userdata[..., at + PRESSURE])
 
 
 def write_air(model: mujoco.MjModel, act: np.ndarray, chamber: int, air: Air) -> None:
-    """Set the states of a chamber's actuator in `act` (…, na)."""
+    """Set the states of a chamber's actuator in `act` (…, na): air that has stood like this."""
     at = model.actuator_actadr[chamber]
     act[..., at + AIR_MASS] = air.mass
-    act[..., at + INTEGRATED_VOLUME] = air.volume
-    act[..., at + ABSOLUTE_PRESSURE] = air.absolute_pressure
+    act[..., at + SIGMA] = air.absolute_pressure * air.volume**HEAT_CAPACITY_RATIO
+    act[..., at + LAST_VOLUME] = air.volume
+    act[..., at + LAST_PRESSURE] = air.absolute_pressure
 
 
 def air_at(pressure: float, volume: float) -> Air:
     """A chamber at gauge `pressure` [Pa] and ambient temperature: m = p_abs V/(R T)."""
     absolute = pressure + AMBIENT_PRESSURE
     return Air(absolute * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE), volume, absolute)
+
+
+def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
+    """Own length of a muscle's actuator, from `userdata` (…, nuserdata); parallel muscles are alike."""
+    leader = int(model.actuator_user[muscle, MUSCLE_LEADER])
+    at = int(model.actuator_user[leader, MUSCLE_USERDATA])
+    contraction, tension, rate = (userdata[..., at + k] for k in (OWN_CONTRACTION, TENSION, OWN_RATE))
+    return Own(contraction, tension, rate)
+
+
+def read_anchor(model: mujoco.MjModel, userdata: np.ndarray, network: int, number: int) -> Yielding:
+    """An anchor of a network's actuator, from `userdata` (…, nuserdata)."""
+    at = int(model.actuator_user[network, NETWORK_USERDATA]) + ANCHOR_DATA * number
+    return Yielding(userdata[..., at + PULL], userdata[..., at + DISPLACEMENT])
+
+
+def write_rest(model: mujoco.MjModel, data: mujoco.MjData, network: int) -> None:
+    """Take a network's lengths and displacements, as solved at rest, for those of its last step."""
+    rows, act, found = model.actuator_user, data.act, data.userdata
+    chamber = int(rows[network, NETWORK_FIRST_CHAMBER])
+    while chamber >= 0:
+        leader = int(rows[chamber, CHAMBER_FIRST_MUSCLE])
+        while leader >= 0:
+            at, state = int(rows[leader, MUSCLE_USERDATA]), int(rows[leader, MUSCLE_STATE])
+            act[state + CONTRACTION], act[state + CARRIED] = found[at + OWN_CONTRACTION], 0.0
+            leader = int(rows[leader, MUSCLE_NEXT])
+        chamber = int(rows[chamber, CHAMBER_NEXT])
+    at, state = int(rows[network, NETWORK_USERDATA]), int(rows[network, NETWORK_STATE])
+    for number in range(int(rows[network, NETWORK_ANCHORS])):
+        place = state + ANCHOR_STATES * number
+        act[place + ANCHOR_DISPLACEMENT] = found[at + ANCHOR_DATA * number + DISPLACEMENT]
+        act[place + ANCHOR_LOSS] = 0.0
 
 
 def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flows:

@@ -4,29 +4,44 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
-from afo_sim.physics.hill import hill_force
-from afo_sim.physics.static_force import muscle_static_force
+from afo_sim.physics.law import Braid
+from afo_sim.physics.static_force import signed_force
 
 
 @dataclass(frozen=True)
 class AtRest:
-    """Force law, braid stiffness and clamp to tension, exactly as the compiled muscle computes them.
+    """Force law, braid stiffness and return force as the compiled muscle computes them, in tension only.
 
     `law` is the native id, whose `coefficients` follow; `lowest_pressure` [Pa] is that of the law's range,
-    `braid_stiffness` [N] acts when the braid is stretched.
+    `braid_stiffness` [N] acts when the braid is stretched, `return_stiffness` [N] without air.
     """
 
     law: float
     coefficients: Sequence[float]
     lowest_pressure: float
     braid_stiffness: float
+    return_stiffness: float
+    braid: Braid
 
     def force(self, contraction: float, pressure: float) -> float:
         """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
-        spring = muscle_static_force(
-            self.law, contraction, pressure, self.lowest_pressure, self.coefficients, 0
+        signed = self.signed(contraction, pressure)
+        return 0.0 if signed < 0.0 else signed  # a NaN comes out here
+
+    def signed(self, contraction: float, pressure: float) -> float:
+        """Force [N], negative where the muscle is slack, at a contraction ratio and a gauge pressure [Pa]."""
+        return signed_force(
+            self.law,
+            contraction,
+            pressure,
+            self.lowest_pressure,
+            self.return_stiffness,
+            self.braid_stiffness,
+            self.braid.nominal_radius,
+            self.braid.b,
+            self.coefficients,
+            0,
         )
-        return hill_force(spring, contraction, 0.0, 0.0, 0.0, 0.0, 0.0, self.braid_stiffness)[0]
 
     def contraction(self, pressure: float, force: float, most_stretched: float) -> float:
         """Contraction ratio [-] at which a force [N] is carried at a gauge pressure [Pa].

@@ -1,41 +1,16 @@
-"""Hill's muscle: a static spring beside a damper, in tension only.
+"""Hill's muscle: a static spring beside a damper.
 
-    F = F_static(κ, p) − R p_abs κ̇ − F_friction
+    F_static(κ, p) − R p_abs κ̇ − F_friction = T
 
-The damper acts only while the braid is taut: contracting, it can take off no more than the muscle carries
-(tension ends at zero); drawn out, it can add no more than that. The second bound is an assumption, since no
-paper measures the damper there; without it a muscle that becomes taut at speed is struck by the whole of
-R p_abs κ̇ at its first newton.
+κ is the muscle's own contraction, and T the tension of the cable in series with it. The damper acts on a
+slack muscle too: it returns to its free length at the speed that the damper allows. Only the cable cannot
+push.
 """
 
 from numba.extending import register_jitable
 
-FORCE_BLEND = 1.0  # width of the smooth start of tension [N]: small beside any useful force
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
-
-
-@register_jitable
-def tension(force: float, width: float) -> tuple[float, float]:
-    """Clamp a signed force to tension, smoothly, and give the slope dF/d(force).
-
-    Zero up to zero, `force` beyond `width`, and between them the cubic x² (2 w − x)/w², which meets
-    both with equal slope: never more than `force`, never negative.
-
-    Parameters
-    ----------
-    force : signed force [N]
-    width : w [N]
-
-    Returns
-    -------
-    (tension [N], slope [-])
-    """
-    if force <= 0.0:
-        return 0.0, 0.0
-    if force < width:
-        x = force / width
-        return force * x * (2.0 - x), x * (4.0 - 3.0 * x)
-    return force, 1.0  # a NaN comes out here
+DAMPER_COEFFICIENTS = 7
 
 
 @register_jitable
@@ -101,75 +76,3 @@ def three_element_damping(
     if damping < 0.0:
         return 0.0
     return damping + 0.0 * contraction_rate  # a NaN stays one
-
-
-DAMPER_COEFFICIENTS = 7
-
-
-@register_jitable
-def bounded(loss: float, bound: float) -> tuple[float, float, float]:
-    """A loss that cannot exceed a bound, and its slopes d/d(loss) and d/d(bound).
-
-    The loss itself up to half the bound b, from there b − (3b/2 − x)²/2b, which meets b at 3b/2 levelly.
-
-    Parameters
-    ----------
-    loss : x, not negative [N]
-    bound : b, not negative [N]
-
-    Returns
-    -------
-    (loss [N], slope by the loss [-], slope by the bound [-])
-    """
-    if loss <= 0.5 * bound:
-        return loss, 1.0, 0.0
-    if loss < 1.5 * bound:
-        rest = 1.5 - loss / bound
-        return bound * (1.0 - 0.5 * rest * rest), rest, (1.0 - rest) * (1.0 - 0.5 * rest)
-    return bound + 0.0 * loss, 0.0, 1.0  # a NaN stays one
-
-
-@register_jitable
-def hill_force(
-    static_force: float,
-    contraction: float,
-    contraction_rate: float,
-    damping: float,
-    friction: float,
-    friction_slope: float,
-    static_slope: float,
-    braid_stiffness: float,
-) -> tuple[float, float]:
-    """Total muscle force, F = F_static − c κ̇ − F_friction, in tension only.
-
-    Parameters
-    ----------
-    static_force : signed static force at max(κ, 0) [N]
-    contraction : κ [-]
-    contraction_rate : κ̇, shortening positive [1/s]
-    damping : c [N·s], the Hill damper's R p_abs and what else is in proportion to κ̇
-    friction : F_friction, positive while shortening [N]
-    friction_slope : its derivative by κ̇ [N·s]
-    static_slope : −dF_static/dκ̇ [N·s], of friction that `static_force` already holds
-    braid_stiffness : [N] per unit of stretch
-
-    Returns
-    -------
-    (force [N], −dF/dκ̇ [N·s]) : the tension and its damping coefficient.
-
-    Source
-    ------
-    Piteľ & Tóthová 2016 (S2), F_d = R P κ̇ with absolute P; S1, F = F_s + F_D.
-    """
-    spring = static_force
-    if spring < 0.0:  # the bladder does not hold the braid back
-        spring, static_slope = 0.0, 0.0
-    carried = spring + braid_force(contraction, braid_stiffness)
-    loss = damping * contraction_rate + friction
-    if loss < 0.0:  # drawn out, it holds at most as much again as it carries
-        pull, engaged = tension(carried, FORCE_BLEND)
-        held, by_loss, by_pull = bounded(-engaged * loss, pull)
-        slope = by_loss * (damping + friction_slope) + (1.0 + by_pull) * static_slope
-        return pull + held, engaged * slope
-    force, slope = tension(carried - loss, FORCE_BLEND)
-    return force, slope * (damping + friction_slope + static_slope)

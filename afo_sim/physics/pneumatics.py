@@ -139,8 +139,7 @@ def muscle_volume(
 ) -> tuple[float, float]:
     """Air volume of a muscle, and its derivative by the contraction ratio.
 
-    The braid's volume, bounded where the ideal formula leaves the world: beyond the contraction of
-    greatest volume (braid angle 54.74°) the slack muscle keeps it; as the braid locks the volume
+    The braid's volume, bounded where the ideal formula leaves the world: as the braid locks the volume
     falls smoothly to the dead volume of the end fittings and stays there.
 
     Parameters
@@ -153,9 +152,6 @@ def muscle_volume(
     (V [m³], dV/dκ [m³]), V ≥ dead_volume
     """
     volume, slope = braid_volume(contraction, nominal_length, nominal_radius, b)
-    if slope < 0.0:
-        fattest = 1.0 - math.sqrt(b / (3.0 * (b - 1.0)))
-        volume, slope = braid_volume(fattest, nominal_length, nominal_radius, b)[0], 0.0
     blend = 0.1 * math.pi * nominal_radius * nominal_radius * nominal_length
     if volume <= 0.0:
         return dead_volume, 0.0
@@ -166,40 +162,52 @@ def muscle_volume(
 
 
 @register_jitable
-def pressure_rate(
-    pressure: float,
-    temperature: float,
-    volume: float,
-    volume_rate: float,
-    flow_in: float,
-    flow_out: float,
-    conductance: float,
-) -> float:
-    """Rate of a chamber's absolute pressure from its energy balance.
+def chamber_pressure(sigma: float, volume: float) -> float:
+    """Absolute pressure of a chamber from its state σ = p V^γ: p = σ/V^γ.
 
-    V ṗ = (γ − 1) [c_p (ṁ_in T_ambient − ṁ_out T) + hA (T_ambient − T)] − γ p V̇
+    A sealed adiabatic chamber keeps σ: its pressure is a function of its volume alone.
 
     Parameters
     ----------
-    pressure : absolute [Pa]
+    sigma : σ [Pa·m^(3γ)]
+    volume : V [m³]
+
+    Returns
+    -------
+    float : absolute pressure [Pa]
+    """
+    return sigma * volume**-HEAT_CAPACITY_RATIO
+
+
+@register_jitable
+def sigma_rate(
+    temperature: float, volume: float, flow_in: float, flow_out: float, conductance: float
+) -> float:
+    """Rate of a chamber's state σ = p V^γ from its energy balance.
+
+    σ̇ = V^(γ−1) [γ R (ṁ_in T_ambient − ṁ_out T) + (γ − 1) hA (T_ambient − T)]
+
+    Parameters
+    ----------
     temperature : T = p V/(m R) [K]
-    volume, volume_rate : V [m³], V̇ [m³/s]
+    volume : V [m³]
     flow_in : air coming in at ambient temperature, ≥ 0 [kg/s]
     flow_out : air leaving at T, ≥ 0 [kg/s]
     conductance : wall heat conductance hA [W/K]; 0 adiabatic, large isothermal
 
     Returns
     -------
-    float : ṗ [Pa/s]
+    float : σ̇ [Pa·m^(3γ)/s]
 
     Source
     ------
-    First law for an ideal gas, e.g. Carneiro & de Almeida 2006, doi 10.1243/09596518JSCE166.
+    First law for an ideal gas, e.g. Carneiro & de Almeida 2006, doi 10.1243/09596518JSCE166, with
+    V ṗ + γ p V̇ = V^(1−γ) d(p V^γ)/dt.
     """
     gamma = HEAT_CAPACITY_RATIO
     enthalpy = gamma * GAS_CONSTANT * (flow_in * AMBIENT_TEMPERATURE - flow_out * temperature)
     heat = (gamma - 1.0) * conductance * (AMBIENT_TEMPERATURE - temperature)
-    return (enthalpy + heat - gamma * pressure * volume_rate) / volume
+    return volume ** (gamma - 1.0) * (enthalpy + heat)
 
 
 @register_jitable

@@ -5,14 +5,19 @@ A law gives the force that the braid would exert at a contraction ratio and gaug
 and never positive again beyond that zero.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from numba.extending import register_jitable
 
+from afo_sim.physics.hill import braid_force
 from afo_sim.physics.law import Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
+
+SLACK_BLEND = 5e-4  # stretch over which a bladder that pushes leaves the braid [-]
+RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
 
 StaticForce = Callable[[float, float, float, Any, int], float]
 
@@ -80,4 +85,62 @@ def muscle_static_force(
         most = static_force(law, kappa, lowest_pressure, u, c) * pressure / lowest_pressure
         if most < force:
             return most
+    return force
+
+
+@register_jitable
+def signed_force(
+    law: float,
+    contraction: float,
+    pressure: float,
+    lowest_pressure: float,
+    return_stiffness: float,
+    braid_stiffness: float,
+    nominal_radius: float,
+    b: float,
+    u: Sequence[float],
+    c: int,
+) -> float:
+    """Static force of a muscle at its own length: law, braid and return force.
+
+    Negative, it brings a slack muscle back.
+
+    κ ≥ 0:  F = law(κ, p)
+    κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
+
+    and − k_r κ (1 − p/1 bar) below 1 bar. Stretched, the pressure pulls by virtual work,
+    p [V'(κ) − V'(0)]/L0, and a bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a muscle
+    without air its nominal length; above 1 bar the law is untouched.
+
+    Parameters
+    ----------
+    law : native id
+    contraction : κ [-], the muscle's own
+    pressure : p, gauge [Pa]; below zero it counts as zero
+    lowest_pressure : of the law's range, gauge [Pa]
+    return_stiffness : k_r [N] per unit of contraction
+    braid_stiffness : [N] per unit of stretch
+    nominal_radius, b : r0 [m], 1/sin²α0 [-]
+    u, c : the law's coefficients start at u[c]
+
+    Returns
+    -------
+    float : signed force [N]; it falls as κ rises
+
+    Source
+    ------
+    The laws' own; stretch and return force are this project's.
+    """
+    if pressure < 0.0:
+        pressure = 0.0
+    force = muscle_static_force(law, contraction, pressure, lowest_pressure, u, c)
+    if contraction < 0.0:
+        x = 1.0 - contraction
+        if force < 0.0:
+            left = 1.0 + contraction / SLACK_BLEND
+            force = force * left if left > 0.0 else 0.0
+        force += pressure * math.pi * nominal_radius * nominal_radius * 3.0 * (b - 1.0) * (x * x - 1.0)
+        force += braid_force(contraction, braid_stiffness)
+    if pressure < RETURN_PRESSURE:
+        force -= return_stiffness * contraction * (1.0 - pressure / RETURN_PRESSURE)
     return force

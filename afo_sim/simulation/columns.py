@@ -30,14 +30,24 @@ def _parameter(f: Frame, muscle: int, slot: int) -> float:
     return float(f.built.model.actuator_user[muscle, slot])
 
 
+def _own(f: Frame, muscle: int) -> native.Own:
+    return native.read_own(f.built.model, f.rows["userdata"], muscle)
+
+
 def _length(f: Frame, muscle: int) -> np.ndarray:
-    series = _parameter(f, muscle, native.MUSCLE_SERIES_LENGTH)
-    return f.rows["actuator_length"][:, muscle] - series
-
-
-def _contraction(f: Frame, muscle: int) -> np.ndarray:
     nominal = _parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH)
-    return (nominal - _length(f, muscle)) / nominal
+    found: np.ndarray = nominal * (1.0 - _own(f, muscle).contraction)
+    return found
+
+
+def _velocity(f: Frame, muscle: int) -> np.ndarray:
+    found: np.ndarray = -_parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH) * _own(f, muscle).rate
+    return found
+
+
+def _anchor(f: Frame, number: int) -> native.Yielding:
+    network, place = list(f.built.index.anchors.values())[number]
+    return native.read_anchor(f.built.model, f.rows["userdata"], network, place)
 
 
 def _moment_arm(f: Frame, muscle: int) -> np.ndarray:
@@ -49,7 +59,7 @@ def _moment_arm(f: Frame, muscle: int) -> np.ndarray:
 
 
 def _air(f: Frame, chamber: int) -> native.Air:
-    return native.read_air(f.built.model, f.rows["act"], chamber)
+    return native.read_air(f.built.model, f.rows["act"], f.rows["userdata"], chamber)
 
 
 def _flows(f: Frame, chamber: int) -> native.Flows:
@@ -58,7 +68,7 @@ def _flows(f: Frame, chamber: int) -> native.Flows:
 
 def _temperature(f: Frame, chamber: int) -> np.ndarray:
     air = _air(f, chamber)
-    found: np.ndarray = air.absolute_pressure * _flows(f, chamber).volume / (air.mass * GAS_CONSTANT)
+    found: np.ndarray = air.absolute_pressure * air.volume / (air.mass * GAS_CONSTANT)
     return found
 
 
@@ -121,22 +131,35 @@ COLUMNS = (
     ),
     *WALKING,
     Column("muscle/*/force", "N", "tension positive", lambda f, i: 0.0 - f.force(i)),  # and never −0.0
-    Column("muscle/*/length", "m", "active braid length", _length, whole=True),
+    Column("muscle/*/length", "m", "active braid length, the muscle's own", _length),
     Column(
         "muscle/*/velocity",
         "m/s",
-        "lengthening positive",
-        lambda f, i: f.rows["actuator_velocity"][:, i],
+        "of its own length, lengthening positive; mean of the step before",
+        _velocity,
+    ),
+    Column(
+        "muscle/*/contraction",
+        "",
+        "(L0 - L)/L0 of its own length, shorter is positive",
+        lambda f, i: _own(f, i).contraction,
+    ),
+    Column(
+        "muscle/*/path_length",
+        "m",
+        "from anchor to anchor: muscle, ends, link, and what cable, cuff and plate give",
+        lambda f, i: f.rows["actuator_length"][:, i],
         whole=True,
     ),
-    Column("muscle/*/contraction", "", "(L0 - L)/L0, shorter is positive", _contraction, whole=True),
     Column(
         "muscle/*/moment_arm",
         "m",
-        "-dL/dtheta; positive when tension dorsiflexes",
+        "-dL/dtheta of the path; positive when tension dorsiflexes",
         _moment_arm,
         whole=True,
     ),
+    Column("cuff/*/force", "N", "pull of all muscles on it", lambda f, i: _anchor(f, i).force),
+    Column("cuff/*/displacement", "m", "along the pull", lambda f, i: _anchor(f, i).displacement),
     Column("chamber/*/pressure", "Pa", "gauge", lambda f, i: _air(f, i).absolute_pressure - AMBIENT_PRESSURE),
     Column("chamber/*/mass", "kg", "air in the chamber", lambda f, i: _air(f, i).mass),
     Column("chamber/*/volume", "m^3", "muscles and tube", lambda f, i: _flows(f, i).volume),
@@ -199,6 +222,7 @@ def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
     owners: dict[str, dict[str, int]] = {
         "": {"": 0},
         "muscle": index.muscles,
+        "cuff": {name: number for number, name in enumerate(index.anchors)},
         "chamber": index.chambers,
         "valve": index.valves,
         "qpos": joints,

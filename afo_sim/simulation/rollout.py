@@ -24,7 +24,6 @@ FIELDS = (
     *METRIC_FIELDS,
     "qacc",
     "actuator_length",
-    "actuator_velocity",
     "qfrc_bias",
     "qfrc_passive",
     "qfrc_constraint",

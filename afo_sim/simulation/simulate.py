@@ -124,7 +124,7 @@ def _case(built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | N
     try:
         native.assert_rows(built.model)
         if state is None:
-            state = equilibrium(built, first) if built.walk is None else walking_start(built)
+            state = equilibrium(built, first) if built.walk is None else walking_start(built, first)
     except FAILURES as error:
         return not_begun(built.model, failed(built.model, str(error), 0))
     return Case(built.model, state, policy)

@@ -1,0 +1,93 @@
+"""Series elements of a muscle, which only pull: its cable, and the anchor on the limb that gives way."""
+
+import math
+
+from numba.extending import register_jitable
+
+ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
+
+
+@register_jitable
+def cable_tension(stretch: float, stiffness: float) -> tuple[float, float]:
+    """Tension of a cable, T = k max(e, 0), and its slope dT/de.
+
+    Parameters
+    ----------
+    stretch : e, path length less all that is in series; negative, the cable hangs through [m]
+    stiffness : k [N/m]
+
+    Returns
+    -------
+    (tension [N], slope [N/m])
+    """
+    if stretch <= 0.0:
+        return 0.0, 0.0
+    return stiffness * stretch, stiffness  # a NaN comes out here
+
+
+@register_jitable
+def anchor_displacement(
+    pull: float,
+    stiffness: float,
+    force: float,
+    length: float,
+    damping: float,
+    last: float,
+    last_loss: float,
+    step: float,
+) -> tuple[float, float]:
+    """Displacement of an anchor under the pull of all its muscles at the end of a step, and its slope dz/dP.
+
+    Undamped:  P = k z, or P = a (e^(z/x0) − 1) for one that stiffens, S(z) below.
+    Damped:    the trapezoidal rule of P = S(z) + c ż,  ½ (P − S(z)) + ½ (P − S(z))_last = c (z − z_last)/h
+
+    Parameters
+    ----------
+    pull : P, not negative [N]
+    stiffness : k [N/m]; 0 for one that stiffens
+    force, length : a [N], x0 [m]
+    damping : c [N·s/m]
+    last : z_last [m]
+    last_loss : (P − S(z))_last, the damper's force [N]
+    step : h [s]
+
+    Returns
+    -------
+    (z [m], dz/dP [m/N])
+
+    Source
+    ------
+    The stiffening form is that of Schiebl et al. 2025, Sensors 25, 4605, for upper-arm cuffs.
+    """
+    if damping == 0.0:
+        if stiffness > 0.0:
+            return pull / stiffness, 1.0 / stiffness
+        return length * math.log1p(pull / force), length / (pull + force)
+    known = 0.5 * (pull + last_loss) + damping / step * last
+    if stiffness > 0.0:
+        per_length = 0.5 * stiffness + damping / step
+        return known / per_length, 0.5 / per_length
+    z, slope = last, 1.0
+    for _ in range(ANCHOR_ITERATIONS):
+        grown = math.exp(min(z / length, 300.0))
+        slope = 0.5 * force / length * grown + damping / step
+        change = (known - 0.5 * force * (grown - 1.0) - damping / step * z) / slope
+        z += change
+        if abs(change) < 1e-15:
+            break
+    return z, 0.5 / slope
+
+
+@register_jitable
+def anchor_force(displacement: float, stiffness: float, force: float, length: float) -> float:
+    """Elastic force of an anchor, k z or a (e^(z/x0) − 1) [N]; arguments as in `anchor_displacement`."""
+    if stiffness > 0.0:
+        return stiffness * displacement
+    return force * math.expm1(displacement / length)
+
+
+def anchor_energy(displacement: float, stiffness: float, force: float, length: float) -> float:
+    """Energy stored in an anchor, ½ k z² or a (x0 (e^(z/x0) − 1) − z) [J]; as `anchor_force`."""
+    if stiffness > 0.0:
+        return 0.5 * stiffness * displacement * displacement
+    return force * (length * math.expm1(displacement / length) - displacement)
