@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,7 +23,7 @@ from afo_sim.validation.pin_knee import (
 )
 
 ONE_STIFFNESS = 12.9e3  # fitted to the measured torques [N/m]
-# WAITS: the name of a cable's stiffness in a circuit. A default cable of 1e6 N/m belongs to it.
+# WAITS for a circuit's muscle with a cable: then HAS_CABLE is true, and this and its skip go.
 CABLE = "cable_stiffness"
 HAS_CABLE = any(field.name == CABLE for field in dataclasses.fields(native.CircuitMuscle))
 DEFAULT = 1e6 if HAS_CABLE else math.inf  # [N/m]
@@ -57,13 +58,20 @@ def knees(test: KneeTest, points: list[int]) -> mujoco.MjSpec:
     )
 
 
+def circuit_muscle(test: KneeTest, name: str, **cable: float) -> native.CircuitMuscle:
+    """The test's muscle on the tendon and the chamber of a name."""
+    facts: dict[str, Any] = {"row": test.muscle.row, "series_length": FITTINGS + test.tendon, "chamber": name}
+    if HAS_CABLE:
+        facts["tendons"] = (name,)
+    return native.CircuitMuscle(name=name, **facts, **cable)
+
+
 def held(test: KneeTest, points: list[int], **cable: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Tendon lengths [m], moment arms [m] and torques [N·m] of held knees whose muscles are filled."""
     spec = knees(test, points)
     names = [str(k) for k in points]
-    series = FITTINGS + test.tendon
     circuit = native.Circuit(
-        tuple(native.CircuitMuscle(name, test.muscle.row, series, name, **cable) for name in names),  # type: ignore[arg-type]
+        tuple(circuit_muscle(test, name, **cable) for name in names),
         tuple(native.CircuitChamber(name, name, 4e-6, 0.5, VALVE, VALVE) for name in names),
     )
     native.add_circuit(spec, circuit)
