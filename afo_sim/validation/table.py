@@ -7,18 +7,25 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from afo_sim.validation import laws as validate_laws
+from afo_sim.validation import measured_joint
 from afo_sim.validation import s1 as validate_s1
 from afo_sim.validation import s2 as validate_s2
 from afo_sim.validation.row import Row
 
-PARTS = (validate_laws.s0, *validate_s1.PARTS, *validate_s2.PARTS, *validate_laws.PARTS)
+PARTS = (
+    validate_laws.s0,
+    *validate_s1.PARTS,
+    *validate_s2.PARTS,
+    *validate_laws.PARTS,
+    *measured_joint.PARTS,
+)
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
 SOURCING = HEADER.index("how well sourced")
 LEGEND = (
-    "In brackets: what the printed numbers imply, where it is not printed or printed wrongly. Held out: the "
-    "error on what a fit did not see. Second-hand: read in public code or as quoted by others. Maker's: a "
-    "theoretical curve, not measured. Compared: no agreement can be demanded. Every tolerance has its reason "
-    "in `--json`, where the cells of the tables stand too."
+    "In brackets: what the printed numbers imply, or a separate computation from them gives, where it is not "
+    "printed or printed wrongly. Held out: the error on what a fit did not see. Second-hand: read in public "
+    "code or as quoted by others. Maker's: a theoretical curve, not measured. Compared: no agreement can be "
+    "demanded. Every tolerance has its reason in `--json`, where the cells of the tables stand too."
 )
 
 
