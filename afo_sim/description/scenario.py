@@ -4,6 +4,7 @@ Frozen descriptions, checked at birth, SI inside; `reader.py` reads them from TO
 dorsiflexion positive, pressures gauge.
 """
 
+import math
 import pathlib
 import re
 from collections.abc import Callable, Mapping
@@ -22,6 +23,7 @@ PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
 
+DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
 
@@ -156,8 +158,9 @@ class Scenario(Described):
     """Orthosis: a shipped name, or the path of an orthosis' TOML file or folder."""
     timestep: Annotated[float, Quantity("s", at_least=1e-6, at_most=0.01)] = 0.001
     """Step of the integration."""
-    record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] = 1000.0
-    """Rows of the recording a second; a whole fraction of the step rate."""
+    record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] | None = None
+    """Rows of the recording a second, a whole fraction of the step rate; the highest one up to 1 kHz by
+    default."""
     callback: Literal["native", "python"] = "native"
     """Compiled muscles, or the same in plain Python, much slower, to look inside."""
     supply: Supply
@@ -255,7 +258,7 @@ class Scenario(Described):
                 f"at most {MAX_STEPS * self.timestep:g} s",
                 "duration",
             )
-        stride = 1.0 / (self.record_rate * self.timestep)
+        stride = 1.0 if self.record_rate is None else 1.0 / (self.record_rate * self.timestep)
         if stride < 1.0 - 1e-9 or abs(stride - round(stride)) > 1e-6 * stride:
             raise refusal(
                 "is not a whole fraction of the step rate",
@@ -272,6 +275,8 @@ class Scenario(Described):
     @property
     def record_stride(self) -> int:
         """Steps per recorded row."""
+        if self.record_rate is None:
+            return max(1, math.ceil(1.0 / (DEFAULT_RATE * self.timestep) - 1e-9))
         return round(1.0 / (self.record_rate * self.timestep))
 
     def resolved(self) -> dict[str, Any]:

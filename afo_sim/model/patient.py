@@ -1,14 +1,13 @@
 """The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it."""
 
 import functools
-import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import PassiveAnkle, Scenario
+from afo_sim.description.scenario import Leg, PassiveAnkle, Scenario
+from afo_sim.model.activation import activated, one_stride, switching
 from afo_sim.model.foot import Foot
 from afo_sim.model.walk import Walk
 from afo_sim.physics.passive_ankle import passive_moment
@@ -17,11 +16,6 @@ from afo_sim.physics.passive_ankle import passive_moment
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
 # swing are assumed.
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
-# Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
-# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s). Half of it is
-# there after 84 ms. The lag of its fall only avoids a jump: the table above already holds the fall before
-# toe-off, and a stiffness that lingers would hold a hanging foot up. Both times are assumed.
-RISE, FALL = 0.05, 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +68,9 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 
     The healthy active moment is what the recorded motion needs, less the passive ankle and the joint's
     damping. Its dorsiflexor and plantarflexor parts are scaled by the strength left of each. The
-    stiffness acts about the recorded angle and is scaled by the strength of the side that is active, which it
-    follows as `activated`: a foot far from the recorded angle is not seized at once.
+    stiffness acts about the recorded angle and is scaled by the strength of the side that is active in a
+    stride of mean duration, which it follows as `activated`: a foot far from the recorded angle is not seized
+    at once.
 
     Parameters
     ----------
@@ -85,52 +80,58 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     """
     patient, leg = scenario.patient, scenario.leg
     assert patient is not None
-    angle, velocity = walk.ankle[1:-1], (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
+    angle, velocity = walk.ankle[1:-1], _velocity(walk)
     recorded = needed_moment(walk, foot, body_mass)
-    healthy = recorded + leg.damping * velocity - _passive_along(walk, leg.passive)
+    healthy = _actively(walk, recorded, leg)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
     phase, value = np.array(STIFFNESS).T
     stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness
-    stiffness *= activated(left, walk.timestep)
+    stiffness *= _strength(walk, foot, scenario, body_mass)
     reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     needed = healthy - left * healthy - reflex
     return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
 
 
-@functools.lru_cache(maxsize=2)  # cases of a sweep share it
-def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
-    moment = passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+def _velocity(walk: Walk) -> np.ndarray:
+    """Of the recorded ankle [rad/s] (n_step,)."""
+    return (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
+
+
+def _actively(walk: Walk, needed: np.ndarray, leg: Leg) -> np.ndarray:
+    """What a healthy ankle gives of a needed moment beside its tissue and damping [N·m] (n_step,)."""
+    return needed + leg.damping * _velocity(walk) - _passive_along(walk, leg.passive)
+
+
+def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> np.ndarray:
+    """Strength of the active side as the stiffness follows it [-] (n_step,)."""
+    patient, gait = scenario.patient, scenario.gait
+    assert patient is not None and gait is not None
+    sides = np.array([patient.plantarflexor_strength, patient.dorsiflexor_strength])
+    time = np.arange(len(walk.phase) - 2) * walk.timestep
+    if np.ptp(sides) == 0.0:
+        return np.full(len(time), sides[0])
+    stride = one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, gait.ankle_offset)
+    moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, scenario.leg, body_mass)
+    switches, dorsal = switching(walk, moment)
+    return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep share it
+def _healthy_stride(
+    stride: Walk, mass: float, centre: tuple[float, float], inertia: float, leg: Leg, body_mass: float
+) -> np.ndarray:
+    """Active moment of a healthy ankle over one stride; mass, centre and inertia are of the foot [N·m]."""
+    foot = Foot(mass, centre, inertia, {})
+    moment = _actively(stride, needed_moment(stride, foot, body_mass), leg)
     moment.flags.writeable = False
     return moment
 
 
-def activated(wanted: np.ndarray, timestep: float) -> np.ndarray:
-    """Activation of a muscle: the excitation after two equal first-order lags in series.
-
-    Parameters
-    ----------
-    wanted : excitation at every step, constant during it (n,)
-    timestep : [s]
-
-    Returns
-    -------
-    (n,), at rest in the first step; rises with `RISE`, falls with `FALL`
-    """
-    if np.ptp(wanted) == 0.0:
-        return wanted.copy()
-    up, down = (-math.expm1(-timestep / lag) for lag in (RISE, FALL))
-    return _follow(wanted, up, down)
-
-
-@numba.njit  # sweeps walk tens of millions of steps
-def _follow(wanted: np.ndarray, up: float, down: float) -> np.ndarray:
-    first = second = wanted[0]
-    given = np.empty_like(wanted)
-    for k in range(len(wanted)):
-        given[k] = second
-        second += (up if first > second else down) * (first - second)
-        first += (up if wanted[k] > first else down) * (wanted[k] - first)
-    return given
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
+    moment = passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+    moment.flags.writeable = False
+    return moment
 
 
 def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import fit_to_leg
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import turned
-from afo_sim.model.patient import FALL, RISE, activated, needed_moment
+from afo_sim.model.patient import needed_moment
 from afo_sim.model.walk import phase_at
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.simulation.recording import Recording
@@ -170,19 +170,6 @@ def test_plantarflexors_alone_never_lift_the_foot(drop_foot: Recording) -> None:
     own = drop_foot["ankle/moment/biological"][settled(drop_foot)]
     assert own.max() < 0.1
     assert own.min() < -100.0
-
-
-def test_the_stiffness_rises_as_a_twitch_and_never_jumps() -> None:
-    """Step response of a critically damped second order, 1 − (1 + t/τ) e^(−t/τ), at any time step."""
-    for step in (1e-3, 1e-4):
-        time = np.arange(0.0, 0.3, step)
-        given = activated(np.where(time > 0.0, 1.0, 0.25), step)
-        ago = np.maximum(time - step, 0.0) / RISE
-        assert given == pytest.approx(1.0 - 0.75 * (1.0 + ago) * np.exp(-ago), abs=0.02 * step / 1e-3)
-        falling = activated(np.where(time > 0.0, 0.25, 1.0), step)
-        ago = np.maximum(time - step, 0.0) / FALL
-        assert falling == pytest.approx(0.25 + 0.75 * (1.0 + ago) * np.exp(-ago), abs=0.1 * step / 1e-3)
-    assert np.array_equal(activated(np.full(50, 0.7), 1e-3), np.full(50, 0.7))
 
 
 def test_no_moment_of_the_patient_jumps(drop_foot: Recording) -> None:
