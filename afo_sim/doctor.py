@@ -137,7 +137,6 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
     contraction, arm, inertia = sweep_ankle(built.model, built.index, np.linspace(lower, upper, 41))
     findings = [
         ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
-        ("damper stability number", f"{built.stability['damper']:.3g} (integrated implicitly)"),
         ("air stability number", f"{built.stability['air']:.3g} (limit 1)"),
     ]
     for column, name in enumerate(built.index.muscles):

@@ -80,7 +80,7 @@ def bare_seconds(cases: list[engine.Prepared], threads: int) -> float:
     with native.installed():
         batch = Batch(cases[0].built.model, nsim=len(cases), nthread=threads)
         batch.set_models([case.built.model for case in cases])
-        batch.state[:] = [walking_start(case.built) for case in cases]
+        batch.state[:] = [walking_start(case.built, case.control[0]) for case in cases]
         controls = np.stack([case.control for case in cases])
         begun = time.perf_counter()
         batch.rollout(controls.shape[1], controls, record=["qpos"])

@@ -25,6 +25,8 @@ def hanging_mass(
     wall_conductance: float = 0.5,
     conductance: float = 5.5e-10,
     muscles: int = 1,
+    cable_stiffness: float = 1e6,
+    return_stiffness: float = 0.0,
 ) -> mujoco.MjModel:
     """A mass on a vertical slide, on one muscle, whose chamber has an inlet and an outlet valve.
 
@@ -44,10 +46,11 @@ def hanging_mass(
         "damping": damping,
         "braid_stiffness": 2e4,
         "dead_volume": 1e-6,
+        "return_stiffness": return_stiffness,
     }
     valve = native.CircuitValve(conductance, 0.3, 4e-3, 4e-3)
     circuit = native.Circuit(
-        (native.CircuitMuscle("muscle", row, 0.0, "air"),),
+        (native.CircuitMuscle("muscle", ("muscle",), row, 0.0, "air", cable_stiffness),),
         (native.CircuitChamber("air", "slide", tube_volume, wall_conductance, valve, valve),),
     )
     spec = mujoco.MjSpec.from_string(xml)
@@ -55,7 +58,7 @@ def hanging_mass(
     model = spec.compile()
     native.fill_circuit(model, circuit)
     if not muscles:  # the chamber is its tube alone
-        model.actuator_user[1, slots.CHAMBER_FIRST_MUSCLE] = -1
+        model.actuator_user[2, slots.CHAMBER_FIRST_MUSCLE] = -1
     return model
 
 

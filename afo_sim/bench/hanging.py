@@ -16,6 +16,7 @@ from afo_sim.simulation.rollout import Case, Recipe, roll_out
 DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
 TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]
 CONDUCTANCE, CRITICAL_RATIO, DELAY = 5.5e-10, 0.3, 4e-3  # of each valve [m³/(s·Pa), -, s]
+HANGER = 1e6  # stiffness of what the mass hangs on the muscle by [N/m]: 0.1 mm under 10 kg
 TIMESTEP, DURATION = 1e-3, 10.0  # [s]; twice as long moves no mass of S1 by 1e-8 cm
 
 
@@ -84,7 +85,7 @@ def _circuit(hung: Sequence[Hung]) -> native.Circuit:
     names = [str(k) for k in range(len(hung))]
     return native.Circuit(
         tuple(
-            native.CircuitMuscle(name, h.muscle.row, h.muscle.end_length, name)
+            native.CircuitMuscle(name, (name,), h.muscle.row, h.muscle.end_length, name, HANGER)
             for name, h in zip(names, hung, strict=True)
         ),
         tuple(

@@ -9,6 +9,7 @@ actuators as everywhere.
 * A *prescribed length*: the carriage is given the inertia of a mountain and the force that moves the
   mountain as planned. No muscle can disturb it.
 * A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
+* Frame and hook give by `MOUNTING` between muscle and carriage. The muscle's own contraction is recorded.
 """
 
 import copy
@@ -21,7 +22,6 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.bench.plan import StandPlan
-from afo_sim.bench.rest import damping
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import (
     AMBIENT_PRESSURE,
@@ -30,7 +30,7 @@ from afo_sim.common.units import (
     GRAVITY,
     HEAT_CAPACITY_RATIO,
 )
-from afo_sim.model.stability import AIR_LIMIT, BRAID_LIMIT
+from afo_sim.model.stability import AIR_LIMIT
 from afo_sim.model.start import get_state
 from afo_sim.physics.pneumatics import laminar_slope, muscle_volume
 from afo_sim.simulation.policy import Moment, Policy
@@ -40,6 +40,7 @@ MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
 REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
 MUSCLE, CHAMBER = "muscle", "stand"  # names in the circuit
+MOUNTING = 1e7  # stiffness of frame and hook [N/m]: 0.1 mm under 1 kN
 BLOCK = 40_000  # steps of all simulations together that are in memory at once
 INPUTS = int(mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED)
 
@@ -81,7 +82,7 @@ def build_rig(plan: StandPlan) -> Rig:
     Raises
     ------
     InputError
-        The time step is too long for the valve's air, or for the braid's stiffness under the least load.
+        The time step is too long for the valve's air.
     """
     muscle = plan.muscle
     spec, circuit = mujoco.MjSpec(), circuit_of(plan)
@@ -113,39 +114,35 @@ def circuit_of(plan: StandPlan) -> native.Circuit:
     chamber = native.CircuitChamber(
         CHAMBER, "slide", laboratory.tube_volume, laboratory.wall_conductance, valve, valve
     )
-    return native.Circuit((native.CircuitMuscle(MUSCLE, plan.muscle.row, 0.0, CHAMBER),), (chamber,))
+    muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, MOUNTING)
+    return native.Circuit((muscle,), (chamber,))
 
 
 def stability(plan: StandPlan) -> dict[str, float]:
-    """Rate × time step of air, braid and dampers; above the limits of a run it is refused.
+    """Rate × time step of the air; above the limit of a run it is refused.
 
     Returns
     -------
-    {"air", "braid", "damper": number}: the damper is integrated implicitly and its number informs only.
+    {"air": number}; muscle and damper are solved at the end of each step and set no limit.
 
     Raises
     ------
     InputError
-        Air or braid would be unstable at this time step.
+        The air would be unstable at this time step.
     """
-    muscle, step = plan.muscle, plan.timestep
-    inertia = MOUNTAIN if plan.held else float(np.min(plan.load)) / GRAVITY + plan.inertia
+    step = plan.timestep
     air = REGULATOR_NUMBER
     if plan.valve is not None:
         slope = 2.0 * laminar_slope(plan.valve.conductance, plan.valve.critical_ratio)
         air = step * _per_slope(plan) * slope
-    braid = step**2 * muscle.braid_stiffness / (muscle.nominal_length * inertia)
-    for name, number, limit in (("air", air, AIR_LIMIT), ("braid", braid, BRAID_LIMIT)):
-        if number > limit:
-            power = 1.0 if name == "air" else 0.5
-            raise InputError(
-                f"is too long for the {name} of this stand",
-                field="timestep",
-                value=f"{step * 1e3:g} ms",
-                allowed=f"at most {0.99e3 * step * (limit / number) ** power:.2g} ms",
-            )
-    c = max(damping(muscle, float(p)) for p in plan.pressure[:, 1])
-    return {"air": air, "braid": braid, "damper": step * c / (muscle.nominal_length**2 * inertia)}
+    if air > AIR_LIMIT:
+        raise InputError(
+            "is too long for the air of this stand",
+            field="timestep",
+            value=f"{step * 1e3:g} ms",
+            allowed=f"at most {0.99e3 * step * AIR_LIMIT / air:.2g} ms",
+        )
+    return {"air": air}
 
 
 def _per_slope(plan: StandPlan) -> float:
@@ -170,10 +167,12 @@ def _volume(plan: StandPlan, contraction: float) -> float:
 def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
     """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, the regulator open."""
     data = mujoco.MjData(rig.model)
-    kappa, opened = plan.contraction[k, 0], float(plan.kind != "step")
-    data.qpos[0] = kappa * plan.muscle.nominal_length
-    volume = plan.laboratory.tube_volume + _volume(plan, float(kappa))
-    native.write_air(rig.model, data.act, rig.chamber, native.air_at(plan.start_pressure[k], volume))
+    opened = float(plan.kind != "step")
+    data.qpos[0] = plan.contraction[k, 0] * plan.muscle.nominal_length
+    if not plan.held:
+        data.qpos[0] -= plan.load[k] / MOUNTING
+    with native.installed():
+        native.fill_chambers(rig.model, data, float(plan.start_pressure[k]))
     native.write_valve(rig.model, data.act, rig.inlet, opened, opened)
     return get_state(rig.model, data)
 
@@ -257,14 +256,15 @@ def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
 
 
 def _columns(rig: Rig, plan: StandPlan, time: np.ndarray, rollout: Rollout) -> Rows:
-    rows, length = rollout.rows, plan.muscle.nominal_length
-    air = native.read_air(rig.model, rows["act"], rig.chamber)
+    rows = rollout.rows
+    air = native.read_air(rig.model, rows["act"], rows["userdata"], rig.chamber)
+    own = native.read_own(rig.model, rows["userdata"], rig.muscle)
     inlet, outlet, volume = native.read_flows(rig.model, rows["userdata"], rig.chamber)
     return {
         "time": time,
         "pressure": air.absolute_pressure - AMBIENT_PRESSURE,
-        "contraction": rows["qpos"][:, 0] / length,
-        "contraction_rate": rows["qvel"][:, 0] / length,
+        "contraction": own.contraction,
+        "contraction_rate": own.rate,
         "force": 0.0 - rows["actuator_force"][:, rig.muscle],
         "air_mass": np.array(air.mass),
         "volume": volume,

@@ -217,8 +217,8 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     """
     plain, found = _flat(model), data.userdata.copy()
     data.userdata[:] = 0.0
-    for i in np.flatnonzero(model.actuator_user[:, 1] == KIND_NETWORK):
-        complaint, actuator = network_dyn(plain, data, int(i), model.nuser_actuator * int(i))
+    for network in map(int, np.flatnonzero(model.actuator_user[:, 1] == KIND_NETWORK)):
+        complaint, actuator = network_dyn(plain, data, network, model.nuser_actuator * network)
         if complaint != FINE:
             raise CallbackError(f"{COMPLAINTS[complaint]} {actuator}")
     expected = data.userdata.copy()

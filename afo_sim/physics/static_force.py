@@ -109,8 +109,8 @@ def signed_force(
     κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
 
     and − k_r κ (1 − p/1 bar) below 1 bar. Stretched, the pressure pulls by virtual work,
-    p [V'(κ) − V'(0)]/L0, and a bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a muscle
-    without air its nominal length; above 1 bar the law is untouched.
+    p [V'(κ) − V'(0)]/L0, and a bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The
+    return force gives a muscle without air its nominal length; above 1 bar the law is untouched.
 
     Parameters
     ----------
