@@ -102,18 +102,31 @@ def damping(m: Any, k: int, rate: float, absolute: float) -> float:
 
 
 @register_jitable
+def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
+    """Weight θ of a step's end in the balance of the muscle whose row starts at k, from ½ to 1.
+
+    Cable and damper relax at the rate k L0/c. Up to twice in a step θ is ½, the trapezoidal rule, of second
+    order. A faster relaxation would swing from step to step under it; θ = 1 − c/(k L0 h) lets it die away.
+    """
+    u = m.actuator_user
+    relaxed = u[k + MUSCLE_CABLE_STIFFNESS] * u[k + MUSCLE_NOMINAL_LENGTH] * m.opt.timestep
+    c = damping(m, k, 0.0, last_absolute)
+    return 0.5 if relaxed <= 2.0 * c else 1.0 - c / relaxed
+
+
+@register_jitable
 def imbalance(
     m: Any, d: Any, k: int, contraction: float, absolute: float, last_absolute: float, tension: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, float]:
     """Force that the muscle whose row starts at k has left over at the end of a step, and its slopes.
 
-    ½ G + ½ G_last − c κ̇ − F_friction, with G = F_static − T and κ̇ = (κ − κ_last)/h: the trapezoidal rule of
-    Hill's muscle. The damping c is that of the mean pressure of the step; its slope by the pressure is left
-    out, so that the force always falls as κ rises.
+    θ G + (1 − θ) G_last − c κ̇ − F_friction, with G = F_static − T and κ̇ = (κ − κ_last)/h. The damping c is
+    that of the mean pressure of the step. Its slope by the pressure is left out, so that the force always
+    falls as κ rises.
 
     Returns
     -------
-    (force [N], −slope by κ but that of the tension [N], slope by the pressure [N/Pa])
+    (force [N], −slope by κ but that of the tension [N], slope by the pressure [N/Pa], θ [-])
     """
     u, act = m.actuator_user, d.act
     state, pressure = int(u[k + MUSCLE_STATE]), absolute - AMBIENT_PRESSURE
@@ -124,20 +137,21 @@ def imbalance(
     by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
     c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
     rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
-    left = 0.5 * (static - tension + act[state + CARRIED]) - c * rate - rubbing
-    return left, 0.5 * stiffness + (c + by_rate) * per_step, 0.5 * by_pressure
+    theta = weight_of_end(m, k, last_absolute)
+    left = theta * (static - tension) + (1.0 - theta) * act[state + CARRIED] - c * rate - rubbing
+    return left, theta * stiffness + (c + by_rate) * per_step, theta * by_pressure, theta
 
 
 @register_jitable
 def imbalance_at_rest(
     m: Any, k: int, contraction: float, absolute: float, tension: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, float]:
     """As `imbalance`, of a muscle at rest: F_static − T, without damper and friction."""
     u, pressure = m.actuator_user, absolute - AMBIENT_PRESSURE
     static = law_force(u, k, contraction, pressure)
     stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
     by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
-    return static - tension, stiffness, by_pressure
+    return static - tension, stiffness, by_pressure, 1.0
 
 
 @register_jitable

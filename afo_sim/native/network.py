@@ -2,7 +2,7 @@
 
     e = x − s − L0 (1 − κ) − Σ z(P)       stretch of each cable, x its path
     T = k max(e, 0),  P = Σ n T           tension of a muscle, pull on the anchors
-    ½ (G + G_last) = c κ̇ + F_friction      G = F_static(κ, p) − T
+    θ G + (1 − θ) G_last = c κ̇ + F_friction    G = F_static(κ, p) − T
     p = σ/V(κ)^γ                          pressure of each chamber
 
 Unknowns are κ of every leader and P. Newton's method solves them together, each leader eliminated into its
@@ -126,16 +126,17 @@ def volume_of(m: Any, d: Any, q: int) -> float:
 @register_jitable
 def lacking(
     m: Any, d: Any, leader: int, chamber: int, contraction: float, absolute: float, moved: float, rest: bool
-) -> tuple[float, float, float, float, float]:
-    """Balance of a leader's muscle: (force left, −slope by κ, slope by p, tension, slope of the cable)."""
+) -> tuple[float, float, float, float, float, float]:
+    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable)."""
     u, k = m.actuator_user, m.nuser_actuator * leader
     tension, slope = cable(u, k, stretch(m, d, leader, k, contraction, moved))
     if rest:
-        left, stiffness, by_pressure = imbalance_at_rest(m, k, contraction, absolute, tension)
-        return left, stiffness + slope * u[k + MUSCLE_NOMINAL_LENGTH], by_pressure, tension, slope
-    last = d.act[m.actuator_actadr[chamber] + LAST_PRESSURE]
-    left, stiffness, by_pressure = imbalance(m, d, k, contraction, absolute, last, tension)
-    return left, stiffness + 0.5 * slope * u[k + MUSCLE_NOMINAL_LENGTH], by_pressure, tension, slope
+        left, stiffness, by_pressure, theta = imbalance_at_rest(m, k, contraction, absolute, tension)
+    else:
+        last = d.act[m.actuator_actadr[chamber] + LAST_PRESSURE]
+        left, stiffness, by_pressure, theta = imbalance(m, d, k, contraction, absolute, last, tension)
+    stiffness += theta * slope * u[k + MUSCLE_NOMINAL_LENGTH]
+    return left, stiffness, by_pressure, theta, tension, slope
 
 
 @register_jitable
@@ -163,13 +164,12 @@ def linearise(
     """
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     absolute, by_volume = pressure_of(m, d, chamber, volume_of(m, d, q), rest)
-    theta = 1.0 if rest else 0.5
     from_left, from_pressure, from_pull = 0.0, 0.0, 0.0
     leader = int(u[q + CHAMBER_FIRST_MUSCLE])
     while leader >= 0:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_USERDATA])
-        left, stiffness, by_pressure, tension, slope = lacking(
+        left, stiffness, by_pressure, theta, tension, slope = lacking(
             m, d, leader, chamber, data[own + OWN_CONTRACTION], absolute, moved, rest
         )
         data[own + TENSION], data[own + CABLE_SLOPE] = tension, slope
