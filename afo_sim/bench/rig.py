@@ -186,6 +186,7 @@ def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
     mujoco.mj_setConst(
         model, mujoco.MjData(model)
     )  # or the slide would keep the inertia it was compiled with
+    native.fill_inverse_masses(model)
     return model
 
 

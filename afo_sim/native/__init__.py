@@ -13,6 +13,7 @@ from afo_sim.native.circuit import (
     assert_muscles_pull,
     fill_chambers,
     fill_circuit,
+    fill_inverse_masses,
     step_back,
 )
 from afo_sim.native.install import KernelFailure, Mode, assert_live, assert_rows, installed
@@ -67,6 +68,7 @@ __all__ = [
     "assert_rows",
     "fill_chambers",
     "fill_circuit",
+    "fill_inverse_masses",
     "installed",
     "motor_row",
     "pad_row",

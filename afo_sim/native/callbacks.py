@@ -25,7 +25,7 @@ Three numerical matters:
 
 * A tension is a function of positions. MuJoCo's velocities stand half a step before them, so that the tension
   taken as it is makes a scheme of second order. It is stable because the actuator of a leader carries the
-  derivative −(h/4) dT/dx to the integrator `implicitfast`: Newmark's average acceleration. An affine gain of
+  derivative −α h dT/dx to the integrator `implicitfast`; α = ¼ is Newmark's average acceleration. An affine gain of
   −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's dyn sets
   that velocity to zero, so that the gain adds no force at all.
 * Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,

@@ -20,6 +20,7 @@ from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_MUSCLE,
     KIND_NETWORK,
+    MUSCLE_INVERSE_MASS,
     N_USER,
     RIGID,
     chamber_row,
@@ -318,7 +319,24 @@ def fill_circuit(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
             user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
+    fill_inverse_masses(model)
     return ids
+
+
+def fill_inverse_masses(model: mujoco.MjModel) -> None:
+    """Write J M⁻¹ Jᵀ [1/kg] of every muscle's path, at the model's own posture, into its row.
+
+    To be called again where masses change: it tells how stiff a taut muscle is beside what it moves.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((1, model.nv))
+    mujoco.mju_sparse2dense(
+        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+    )
+    for muscle in _of_kind(model, KIND_MUSCLE):
+        mujoco.mj_solveM(model, data, moved, jacobian[muscle : muscle + 1])
+        model.actuator_user[muscle, MUSCLE_INVERSE_MASS] = float(moved[0] @ jacobian[muscle])
 
 
 def _fill_chamber(

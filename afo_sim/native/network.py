@@ -34,6 +34,7 @@ from afo_sim.native.slots import (
     MUSCLE_B,
     MUSCLE_COUNT,
     MUSCLE_DEAD_VOLUME,
+    MUSCLE_INVERSE_MASS,
     MUSCLE_LOCK,
     MUSCLE_NEXT,
     MUSCLE_NOMINAL_LENGTH,
@@ -385,7 +386,7 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
                     # bounds the tension's whole slope by the paths, neighbours on the same anchors included
                     shared = 1.0 + 2.0 * softness * (total - stiff)
                     whole = stiff * shared / (1.0 + softness * total)
-                    d.ctrl[leader] = 0.25 * m.opt.timestep * (whole if whole > 0.0 else 0.0)
+                    d.ctrl[leader] = derivative(m, k, whole)
                     d.actuator_velocity[leader] = 0.0
                 else:
                     write_leader(m, d, leader, chamber, moved, per_step, rest)
@@ -415,6 +416,20 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
         a += ANCHOR_SLOTS
         state += ANCHOR_STATES
         place += ANCHOR_DATA
+
+
+@register_jitable
+def derivative(m: Any, k: int, slope: float) -> float:
+    """Damping that the gain of a leader carries, α h dT/dx [N·s/m], from the tension's slope by its path.
+
+    α = ¼ is Newmark's average acceleration. A cable that becomes taut while it is stiff beside what it moves,
+    s = h² dT/dx J M⁻¹ Jᵀ above 4, would throw it back faster than it came; α = ½ − 1/s does not.
+    """
+    if not slope > 0.0:
+        return 0.0
+    step = m.opt.timestep
+    stiff = step * step * slope * m.actuator_user[k + MUSCLE_INVERSE_MASS]
+    return step * slope * (0.25 if stiff <= 4.0 else 0.5 - 1.0 / stiff)
 
 
 @register_jitable

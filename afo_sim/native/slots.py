@@ -32,6 +32,7 @@ MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
     MUSCLE_LAW,
     MUSCLE_SERIES_LENGTH,
     MUSCLE_CABLE_STIFFNESS,
+    MUSCLE_INVERSE_MASS,
     MUSCLE_NOMINAL_LENGTH,
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_B,
@@ -43,7 +44,7 @@ MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
     MUSCLE_LOWEST_PRESSURE,
     MUSCLE_FRICTION,
     MUSCLE_FRICTION_STATES,
-) = range(2, 22)
+) = range(2, 23)
 MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_FRICTION_STATES + 1
 MUSCLE_DAMPER = MUSCLE_FRICTION_COEFFICIENTS + MAX_FRICTION_COEFFICIENTS
 MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
@@ -91,7 +92,7 @@ def muscle_row(
     friction_coefficients: Sequence[float] = (),
     friction_states: int = -1,
 ) -> np.ndarray:
-    """`actuator_user` of a muscle.
+    """`actuator_user` of a muscle, but for MUSCLE_INVERSE_MASS, which the compiled model tells.
 
     Parameters
     ----------
@@ -127,6 +128,7 @@ def muscle_row(
         LAWS[law].native_id,
         series_length,
         cable_stiffness,
+        0.0,
         braid.nominal_length,
         braid.nominal_radius,
         braid.b,
