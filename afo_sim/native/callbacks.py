@@ -25,9 +25,9 @@ Three numerical matters:
 
 * A tension is a function of positions. MuJoCo's velocities stand half a step before them, so that the tension
   taken as it is makes a scheme of second order. It is stable because the actuator of a leader carries the
-  derivative −α h dT/dx to the integrator `implicitfast`; α = ¼ is Newmark's average acceleration. An affine gain of
-  −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's dyn sets
-  that velocity to zero, so that the gain adds no force at all.
+  derivative −α h dT/dx to the integrator `implicitfast`; α = ¼ is Newmark's average acceleration. An affine
+  gain of −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's
+  dyn sets that velocity to zero, so that the gain adds no force at all.
 * Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,
   which takes it at the start: the trapezoidal rule.
 * A pad under the sole, and a reflex, carry their damping by the same gain. What the gain adds to the force
@@ -70,7 +70,9 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     def bias(m: Any, d: Any, i: int) -> float:
         u, j = m.actuator_user, m.nuser_actuator * i
         if m.nuser_actuator < N_USER or u[j] != MARK:
-            fail(NO_MARK, i)
+            if m.nuser_actuator < N_USER or d.time > 0.0:  # the compiler steps once, before rows are filled
+                fail(NO_MARK, i)
+            return 0.0
         kind = u[j + 1]
         if kind == KIND_MUSCLE:
             leader = m.nuser_actuator * int(u[j + MUSCLE_LEADER])
@@ -98,7 +100,9 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
     def dyn(m: Any, d: Any, i: int) -> float:
         j = m.nuser_actuator * i
         if m.nuser_actuator < N_USER or m.actuator_user[j] != MARK:
-            fail(NO_MARK, i)
+            if m.nuser_actuator < N_USER or d.time > 0.0:
+                fail(NO_MARK, i)
+            return 0.0
         kind = m.actuator_user[j + 1]
         if kind == KIND_NETWORK:
             complaint, actuator = network_dyn(m, d, i, j)
