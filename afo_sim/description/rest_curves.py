@@ -77,7 +77,7 @@ class RestCurves:
         array([241., 463.])
         """
         kappa = _contraction(self, contraction, length)
-        return _over(_at_rest(self).force, kappa, _si("pressure", pressure, "Pa"))
+        return _over(at_rest(self).force, kappa, _si("pressure", pressure, "Pa"))
 
     def contraction(self: _Muscle, pressure: Amount, *, force: Amount) -> Found:
         """Contraction ratio at which a force is carried: where a hung weight comes to rest.
@@ -101,7 +101,7 @@ class RestCurves:
         >>> round(load("muscle", "dmsp_20").contraction("3 bar", force="100 N"), 3)
         0.174
         """
-        bare, lock = _at_rest(self), self.braid.lock
+        bare, lock = at_rest(self), self.braid.lock
         return _over(
             lambda gauge, pull: bare.contraction(gauge, pull, lock),
             _si("pressure", pressure, "Pa"),
@@ -133,7 +133,7 @@ class RestCurves:
         >>> round(load("muscle", "dmsp_20").pressure("100 N", contraction=0.174) / 1e5, 1)
         3.0
         """
-        bare, highest = _at_rest(self), self.limits.pressure
+        bare, highest = at_rest(self), self.limits.pressure
         return _over(
             lambda pull, kappa: bare.pressure(pull, kappa, highest),
             _si("force", force, "N"),
@@ -173,7 +173,8 @@ class RestCurves:
         )
 
 
-def _at_rest(muscle: _Muscle) -> AtRest:
+def at_rest(muscle: _Muscle) -> AtRest:
+    """A muscle's static force as a function of numbers, by the law in use."""
     lowest = muscle.law_set.pressure_range[0]
     return AtRest(
         float(LAWS[muscle.law].native_id),

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
 
 
@@ -20,11 +21,11 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     -------
     float [s]; NaN when the signal never rises
     """
-    peak = int(np.argmax(signal))
-    start, height = signal[0], signal[peak] - signal[0]
+    top = int(np.argmax(signal))
+    start, height = signal[0], signal[top] - signal[0]
     if height <= 0.0:
         return float("nan")
-    rising = (signal[: peak + 1] - start) / height
+    rising = (signal[: top + 1] - start) / height
     low, high = (_crossing(time, rising, level) for level in (0.1, 0.9))
     return high - low
 
@@ -48,7 +49,11 @@ def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
     ("air_per_cycle_{}", "g", "Air per cycle, {}"),
     ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
 )
-@tells(TORQUE, ("peak_{}_torque", "N*m", "{} torque, peak"))
+@tells(
+    TORQUE,
+    ("peak_{}_torque_10ms", "N*m", "{} torque, peak over 10 ms", peak.MEANING),
+    ("peak_{}_torque", "N*m", "{} torque, peak of an instant"),
+)
 @tells(
     ANKLE,
     ("peak_{}_angle", "deg", "{} angle, peak"),
@@ -81,10 +86,11 @@ def ankle_metrics(
         f"peak_{directions[0]}_angle": float(angle.max()),
         f"peak_{directions[1]}_angle": float(angle.min()),
         "range_of_motion": float(np.ptp(angle)),
-        f"peak_{directions[0]}_torque": max(float(torque.max()), 0.0),
-        f"peak_{directions[1]}_torque": max(0.0, 0.0 - float(torque.min())),
-        "rise_time": rise_time(time[first_cycle], angle[first_cycle]),
     }
+    for side, way in zip(directions, (torque, 0.0 - torque), strict=True):
+        found[f"peak_{side}_torque{peak.OVER}"] = max(0.0, peak.largest_mean(way, timestep))
+        found[f"peak_{side}_torque"] = max(0.0, float(way.max()))
+    found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
     cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
     total = 0.0
     for name in chambers(columns):

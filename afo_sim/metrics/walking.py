@@ -15,6 +15,7 @@ import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
+from afo_sim.metrics import peak
 from afo_sim.metrics.ankle import chambers
 from afo_sim.metrics.dip import dip
 from afo_sim.metrics.metric import (
@@ -52,6 +53,15 @@ HEALTHY = "of the recorded healthy ankle's"
 NORMAL = "at 1 bar, 20 °C, 65 % humidity (ISO 8778)"
 TO_RECORDED = "the same foot with the recorded ankle angle"
 SHARE = "of the recorded healthy ankle's whole internal moment, each at its peak"
+
+
+def _peaks_of(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Rows of the registry for the peak of a torque over 10 ms, and for that of an instant."""
+    over = "; ".join(filter(None, (peak.MEANING, meaning)))
+    return (
+        (f"{name}{peak.OVER}", "N*m", f"{label}, peak over 10 ms", over),
+        (name, "N*m", f"{label}, peak of an instant", meaning),
+    )
 
 
 @dataclass(frozen=True)
@@ -273,45 +283,44 @@ def _ankle(stride: Stride) -> Found:
 
 @tells(
     NEED,
-    ("needed_dorsiflexion_torque", "N*m", "Dorsiflexion torque needed, peak", NEEDED),
-    ("needed_plantarflexion_torque", "N*m", "Plantarflexion torque needed, peak", "likewise"),
-    ("needed_swing_torque", "N*m", "Dorsiflexion torque needed in swing, peak", "likewise"),
+    *_peaks_of("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
+    *_peaks_of("needed_plantarflexion_torque", "Plantarflexion torque needed", "likewise"),
+    *_peaks_of("needed_swing_torque", "Dorsiflexion torque needed in swing", "likewise"),
 )
 def _need(stride: Stride) -> Found:
     """Torque that the patient lacks in the healthy ankle's motion."""
     needed = stride["gait/needed_moment"]
     for side, sign in SIDES.items():
-        yield f"needed_{side}_torque", _highest(sign * needed)
-    yield "needed_swing_torque", _highest(needed[stride.swing])
+        yield from _peaks(f"needed_{side}_torque", sign * needed, stride.timestep)
+    yield from _peaks("needed_swing_torque", needed[stride.swing], stride.timestep)
 
 
 @tells(
     TORQUE,
-    ("orthosis_peak_dorsiflexion_torque", "N*m", "Dorsiflexion torque, peak"),
+    *_peaks_of("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
     ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
-    ("orthosis_peak_plantarflexion_torque", "N*m", "Plantarflexion torque, peak"),
+    *_peaks_of("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
     ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
     ("share_of_dorsiflexion_moment", "percent", "Share of the biological dorsiflexion moment", SHARE),
     ("share_of_plantarflexion_moment", "percent", "Share of the biological plantarflexion moment", SHARE),
     ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
-    ("torque_missing", "N*m", "Torque missing, peak", "need that the orthosis leaves open"),
-    ("torque_unneeded", "N*m", "Torque not needed, peak", "beyond the need or against it"),
+    *_peaks_of("torque_missing", "Torque missing", "need that the orthosis leaves open"),
+    *_peaks_of("torque_unneeded", "Torque not needed", "beyond the need or against it"),
 )
 def _torque(stride: Stride) -> Found:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
     torque, healthy = stride[ORTHOSIS], stride["gait/ankle_moment"]
     for side, sign in SIDES.items():
-        peak = _highest(sign * torque)
-        yield f"orthosis_peak_{side}_torque", peak
+        yield from _peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
         yield f"orthosis_mean_{side}_torque", _clean(float(np.maximum(sign * torque, 0.0).mean()))
-        yield f"share_of_{side}_moment", _share(peak, _highest(sign * healthy))
+        yield f"share_of_{side}_moment", _share(_highest(sign * torque), _highest(sign * healthy))
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.clip(way * torque, 0.0, np.abs(needed))
     if _highest(np.abs(needed)) > 0.0:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield "torque_missing", _highest(np.abs(needed) - given)
-    yield "torque_unneeded", _highest(np.abs(torque - way * given))
+    yield from _peaks("torque_missing", np.abs(needed) - given, stride.timestep)
+    yield from _peaks("torque_unneeded", np.abs(torque - way * given), stride.timestep)
 
 
 @tells(
@@ -359,6 +368,13 @@ def _air(stride: Stride) -> Found:
     yield "air_per_stride", total
     yield "free_air_per_stride", total / STANDARD_DENSITY  # 1 g/l = 1 kg/m³
     yield from pressures
+
+
+def _peaks(name: str, torque: np.ndarray, timestep: float) -> Found:
+    """Peak of a torque over 10 ms, and beside it that of an instant, as `_peaks_of` registers them."""
+    mean = peak.largest_mean(torque, timestep) if len(torque) else 0.0
+    yield f"{name}{peak.OVER}", _clean(max(mean, 0.0))
+    yield name, _highest(torque)
 
 
 def _highest(values: np.ndarray) -> float:

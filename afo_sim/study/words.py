@@ -12,7 +12,8 @@ from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
 
-DEFAULT = ("toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque")
+TORQUE = "orthosis_peak_dorsiflexion_torque"
+DEFAULT = (("toe_clearance",), ("air_per_stride",), (f"{TORQUE}_10ms", TORQUE))  # the first that is there
 HOW_MANY = 3  # metrics, where none is asked for and DEFAULT are not there
 LOW_IS_GOOD = (
     "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
@@ -101,7 +102,7 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
         No such metric, or an end that is neither lowest nor highest.
     """
     if not asked:
-        there = [name for name in DEFAULT if name in results.metrics]
+        there = [name for names in DEFAULT for name in [n for n in names if n in results.metrics][:1]]
         return {name: better(name) for name in there or list(results.metrics)[:HOW_MANY]}
     found: dict[str, Better] = {}
     for text in asked:

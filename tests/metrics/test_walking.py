@@ -10,7 +10,8 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF,
 
 import afo_sim
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.metric import METRICS, Metric
 from afo_sim.metrics.strides import settled, strides
 from afo_sim.metrics.walking import WalkMetrics, dip, walk_metrics
 
@@ -219,6 +220,42 @@ def test_a_torque_against_the_need_covers_nothing() -> None:
     assert found["orthosis_peak_plantarflexion_torque"] == 2.0
     assert found["orthosis_mean_plantarflexion_torque"] == pytest.approx(2.0)
     assert found["orthosis_mean_dorsiflexion_torque"] == 0.0
+
+
+PEAKS = (
+    *(f"orthosis_peak_{side}_torque" for side in ("dorsiflexion", "plantarflexion")),
+    *(f"needed_{part}_torque" for part in ("dorsiflexion", "plantarflexion", "swing")),
+    "torque_missing",
+    "torque_unneeded",
+)
+
+
+def test_every_peak_of_a_torque_is_told_over_10_ms_first_and_of_an_instant_beside_it() -> None:
+    columns = walk_columns()
+    names = list(values(with_orthosis(columns, np.full_like(columns["time"], 3.0))))
+    for name in PEAKS:
+        assert names.index(name) == names.index(f"{name}_10ms") + 1
+    of_torques = {row.name for row in METRICS.values() if row.unit == "N*m" and "peak" in row.label}
+    assert of_torques == {
+        *PEAKS,
+        *(f"{name}_10ms" for name in PEAKS),
+        "peak_{}_torque",
+        "peak_{}_torque_10ms",
+    }
+
+
+def test_an_impact_counts_by_its_mean_over_10_ms() -> None:
+    """A triangle of 2 ms and 50 N·m on a plateau of 4 N·m: 50 ms·N·m more in 10 ms."""
+    columns = walk_columns()
+    torque = np.full_like(columns["time"], 4.0)
+    torque[700::1250] += 50.0  # once a stride
+    found = values(with_orthosis(columns, torque))
+    assert found["orthosis_peak_dorsiflexion_torque"] == 54.0
+    assert found["orthosis_peak_dorsiflexion_torque_10ms"] == pytest.approx(4.0 + 50.0 * 1e-3 / 10e-3)
+    sitting = ankle_metrics(with_orthosis(columns, -torque), STEP, STRIDE)
+    assert sitting["peak_plantarflexion_torque"] == 54.0
+    assert sitting["peak_plantarflexion_torque_10ms"] == pytest.approx(9.0)
+    assert sitting["peak_dorsiflexion_torque_10ms"] == sitting["peak_dorsiflexion_torque"] == 0.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

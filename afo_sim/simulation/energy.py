@@ -1,0 +1,180 @@
+"""Energy balance of an orthosis over any stretch of recorded rows.
+
+    air_work + law_mismatch = skeleton_work + damper_loss + friction_loss + spring_change + bladder_change
+
+It is each muscle's F_static(κ, p) = T + c κ̇ + F_friction over its way L0 dκ, and what is in series with it up
+to the path. What is found nowhere is `residual`. The integrals are trapezoidal over the rows: rows that are
+further apart than the time step close less well.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.rest_curves import at_rest
+from afo_sim.model.build import Built
+from afo_sim.physics.hill import three_element_damping
+from afo_sim.physics.series import anchor_energy
+
+STORED = 2001  # contractions between the first and the last, over which the bladder's force is integrated
+
+Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Works and energies of a stretch [J].
+
+    air_work : ∫ p dV of the chambers, gauge; positive where the air works on the muscles
+    skeleton_work : −Σ ∫ T dx of the tensions along their paths
+    damper_loss : what the muscles' dampers and those of cuff and plate take
+    friction_loss : what the muscles' friction takes; the remainder of their balance
+    spring_change : rise of the energy in cables, cuff and plate
+    bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
+    law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
+    turnover : ∫ |p dV|, the air's work without its sign
+    """
+
+    air_work: float
+    skeleton_work: float
+    damper_loss: float
+    friction_loss: float
+    spring_change: float
+    bladder_change: float
+    law_mismatch: float
+    turnover: float
+
+    @property
+    def residual(self) -> float:
+        """Work of air and law that is found nowhere [J]."""
+        given = self.air_work + self.law_mismatch
+        taken = self.skeleton_work + self.damper_loss + self.friction_loss
+        return given - taken - self.spring_change - self.bladder_change
+
+    @property
+    def error(self) -> float:
+        """Residual as a share of the air's turnover [-]; not a number where the air does not work."""
+        return self.residual / self.turnover if self.turnover > 0.0 else float("nan")
+
+    @property
+    def mismatch(self) -> float:
+        """Mismatch of the law as a share of the air's turnover [-]."""
+        return self.law_mismatch / self.turnover if self.turnover > 0.0 else float("nan")
+
+
+def balance(built: Built, columns: Columns) -> Energy:
+    """Energy balance of a run, or of a part of it.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    columns : of a recording, or rows of it in their order, all at the same time step; SI
+
+    Returns
+    -------
+    Energy
+    """
+    return balance_of(built.scenario.orthosis, columns)
+
+
+def balance_of(orthosis: Orthosis, columns: Columns) -> Energy:
+    """As `balance`, from the description of the orthosis alone."""
+    parts = [*_chambers(orthosis, columns), *_muscles(orthosis, columns), *_anchors(orthosis, columns)]
+    return Energy(*(sum(getattr(part, field.name) for part in parts) for field in fields(Energy)))
+
+
+def _part(**terms: float) -> Energy:
+    """What one muscle, chamber or anchor adds to the balance."""
+    return Energy(**({field.name: 0.0 for field in fields(Energy)} | terms))
+
+
+def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+    for name in orthosis.chamber:
+        steps = _steps(columns[f"chamber/{name}/pressure"], columns[f"chamber/{name}/volume"])
+        work = float(steps.sum())
+        # the mismatch is what the laws give beyond this work
+        yield _part(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
+
+
+def _muscles(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+    for name, group in orthosis.muscle.items():
+        pressure = columns[f"chamber/{group.chamber or name}/pressure"]
+        alike = 1 if group.alike else group.count  # of alike muscles the first tells of all
+        for k in range(1, alike + 1):
+            own = {
+                column: columns[f"muscle/{name}_{k}/{column}"]
+                for column in ("force", "contraction", "path_length")
+            }
+            yield _muscle(group, columns["time"], pressure, own, group.count if alike == 1 else 1)
+
+
+def _muscle(group: MuscleGroup, time: np.ndarray, pressure: np.ndarray, own: Columns, count: int) -> Energy:
+    """Terms of `count` muscles that are alike."""
+    muscle, contraction, tension = group.type, own["contraction"], own["force"]
+    nominal = muscle.nominal_length
+    law = at_rest(muscle)
+    rows = list(zip(contraction.tolist(), pressure.tolist(), strict=True))
+    static = np.array([law.signed(kappa, gauge) for kappa, gauge in rows])
+    empty = np.array([law.signed(kappa, 0.0) for kappa, _ in rows])
+    damper = nominal * _damped(muscle, time, pressure, contraction)
+    rubbed = 0.0
+    if muscle.friction != "none":
+        rubbed = nominal * _integral(static - tension, contraction) - damper
+    return _part(
+        skeleton_work=-count * _integral(tension, own["path_length"]),
+        damper_loss=count * damper,
+        friction_loss=count * rubbed,
+        spring_change=count * 0.5 * float(tension[-1] ** 2 - tension[0] ** 2) / group.cable.stiffness,
+        bladder_change=-count * nominal * _stored(muscle, float(contraction[0]), float(contraction[-1])),
+        law_mismatch=count * nominal * _integral(static - empty, contraction),
+    )
+
+
+def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction: np.ndarray) -> float:
+    """∫ c κ̇ dκ of a muscle's dampers [N], from the mean pressure and rate between two rows."""
+    moved, gauge = np.diff(contraction), 0.5 * (pressure[1:] + pressure[:-1])
+    rate = moved / np.diff(time)
+    coefficient = muscle.damping * (gauge + AMBIENT_PRESSURE)
+    if muscle.damper is not None:
+        further = [
+            three_element_damping(p, v, *muscle.damper.coefficients) for p, v in zip(gauge, rate, strict=True)
+        ]
+        coefficient = coefficient + muscle.nominal_length * np.array(further)
+    return float(np.sum(coefficient * rate * moved))
+
+
+def _stored(muscle: Muscle, first: float, last: float) -> float:
+    """∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between."""
+    law, contraction = at_rest(muscle), np.linspace(first, last, STORED)
+    return _integral(np.array([law.signed(kappa, 0.0) for kappa in contraction.tolist()]), contraction)
+
+
+def _anchors(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+    for name, mounting in orthosis.anchor.items():
+        moved = columns[f"cuff/{name}/displacement"]
+        steps = np.diff(moved)
+        yield _part(
+            spring_change=_held(mounting, float(moved[-1])) - _held(mounting, float(moved[0])),
+            damper_loss=float(np.sum(mounting.damping * steps**2 / np.diff(columns["time"]))),
+        )
+
+
+def _held(mounting: Mounting, displacement: float) -> float:
+    """Energy in a cuff or plate [J]."""
+    law = mounting.stiffening
+    force, length = (0.0, 0.0) if law is None else (law.force, law.length)
+    return anchor_energy(displacement, mounting.stiffness or 0.0, force, length)
+
+
+def _steps(values: np.ndarray, over: np.ndarray) -> np.ndarray:
+    """∫ values d(over) of each step from row to row (n − 1,)."""
+    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * np.diff(over)
+    return found
+
+
+def _integral(values: np.ndarray, over: np.ndarray) -> float:
+    return float(_steps(values, over).sum())
