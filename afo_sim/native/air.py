@@ -5,7 +5,7 @@ from typing import Any
 from numba.extending import register_jitable
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY
+from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
 from afo_sim.native.slots import (
     CHAMBER_INLET,
     CHAMBER_OUTLET,
@@ -85,8 +85,10 @@ def flows(m: Any, d: Any, i: int, j: int, pressure: float, temperature: float) -
 def chamber_complaint(m: Any, d: Any, i: int) -> int:
     """The reason for which the chamber actuator i cannot be stepped; FINE for none."""
     adr = m.actuator_actadr[i]
-    if not d.act[adr + SIGMA] > 0.0:
+    if not (d.act[adr + SIGMA] > 0.0 and d.act[adr + LAST_PRESSURE] > 0.0):
         return NO_PRESSURE
+    if not d.act[adr + LAST_VOLUME] > 0.0:
+        return NO_VOLUME
     if not d.act[adr + AIR_MASS] > 0.0:
         return NO_AIR
     if not d.ctrl[i] + AMBIENT_PRESSURE > 0.0:

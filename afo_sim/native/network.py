@@ -19,7 +19,7 @@ from numba.extending import register_jitable
 
 from afo_sim.common.units import AMBIENT_PRESSURE, HEAT_CAPACITY_RATIO
 from afo_sim.native.air import chamber_complaint
-from afo_sim.native.complaints import FINE, NO_LENGTH
+from afo_sim.native.complaints import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, law_force, stretch
 from afo_sim.native.slots import (
     ANCHOR_DAMPING,
@@ -211,7 +211,7 @@ def within(u: Any, k: int, contraction: float) -> float:
         return least
     if contraction > SHORTEST:
         return SHORTEST
-    return contraction  # a NaN stays one
+    return contraction + 0.0 * least  # a NaN stays one
 
 
 @register_jitable
@@ -258,10 +258,14 @@ def bisect_leader(
     low, high = within(m.actuator_user, k, -1.0), SHORTEST
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if lacking(m, d, leader, chamber, middle, absolute, moved, rest)[0] > 0.0:
+        left = lacking(m, d, leader, chamber, middle, absolute, moved, rest)[0]
+        if left > 0.0:
             low = middle
-        else:
+        elif left <= 0.0:
             high = middle
+        else:  # a NaN has no side
+            low = high = left
+            break
     d.userdata[int(m.actuator_user[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = 0.5 * (low + high)
 
 
@@ -276,16 +280,26 @@ def leaders_at(m: Any, d: Any, chamber: int, absolute: float, moved: float, rest
 
 
 @register_jitable
+def highest_pressure(m: Any, d: Any, chamber: int) -> float:
+    """Absolute pressure of a chamber whose muscles are stretched to their locks [Pa]."""
+    u, q = m.actuator_user, m.nuser_actuator * chamber
+    leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        d.userdata[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = within(u, k, -1.0)
+        leader = int(u[k + MUSCLE_NEXT])
+    return pressure_of(m, d, chamber, volume_of(m, d, q), False)[0]
+
+
+@register_jitable
 def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
     """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     if rest:
         leaders_at(m, d, chamber, pressure_of(m, d, chamber, 1.0, rest)[0], moved, rest)
     else:
-        # p − σ/V(κ(p))^γ rises with p: more pressure makes wider muscles
-        leaders_at(m, d, chamber, 1e3, moved, rest)
-        high = pressure_of(m, d, chamber, volume_of(m, d, q), rest)[0] + 1e3
-        low = 0.0
+        # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
+        low, high = 0.0, highest_pressure(m, d, chamber)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             leaders_at(m, d, chamber, middle, moved, rest)
@@ -314,6 +328,8 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
         while chamber >= 0:
             pulled += bisect_chamber(m, d, chamber, moved, rest)
             chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+        if pulled != pulled:
+            return pulled
         if halving == 0:  # without displacement they pull the most
             high = pulled
         elif pulled > pull:
@@ -351,12 +367,10 @@ def solve(m: Any, d: Any, i: int, j: int, rest: bool) -> tuple[float, bool]:
     pull, settled = newton(m, d, j, guess(m, d, i, j, rest), rest)
     if not settled:
         pull = bisect(m, d, j, rest)
-        # once more for the slopes; beside a kink it may not settle, and the bracket's answer stands
-        kept = pull
-        pull, settled = newton(m, d, j, pull, rest)
-        if not settled:
-            pull = bisect(m, d, j, rest)
-            return pull, pull == pull and kept == kept
+        if pull == pull:
+            # once more for the slopes; beside a kink it may not settle, and the bracket's answer stands
+            again, settled = newton(m, d, j, pull, rest)
+            pull = again if settled else bisect(m, d, j, rest)
     return pull, pull == pull
 
 
@@ -453,20 +467,53 @@ def write_leader(
 
 
 @register_jitable
+def network_complaint(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
+    """The reason for which the network actuator i cannot be stepped, and the actuator; FINE for none."""
+    u, act = m.actuator_user, d.act
+    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    while chamber >= 0:
+        complaint = chamber_complaint(m, d, chamber)
+        if complaint != FINE:
+            return complaint, chamber
+        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+    state = int(u[j + NETWORK_STATE])
+    for _ in range(int(u[j + NETWORK_ANCHORS])):
+        last = act[state + ANCHOR_DISPLACEMENT] + act[state + ANCHOR_LOSS]
+        if last != last:  # without a damper nothing else would ask for them
+            return NO_NUMBER, i
+        state += ANCHOR_STATES
+    return FINE, i
+
+
+@register_jitable
+def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
+    """The reason for which nothing balances the network actuator i, and the actuator."""
+    u = m.actuator_user
+    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    while chamber >= 0:
+        q = m.nuser_actuator * chamber
+        highest_pressure(m, d, chamber)
+        if volume_of(m, d, q) <= 0.0:
+            return NO_VOLUME, chamber
+        chamber = int(u[q + CHAMBER_NEXT])
+    return NO_LENGTH, i
+
+
+@register_jitable
 def network_dyn(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
     """Solve the network actuator i, whose row starts at j: (complaint, actuator).
 
     Its input is 0, or 1 for muscles and anchors at rest at the chambers' last pressures.
     """
-    u, rest = m.actuator_user, d.ctrl[i] != 0.0
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
-    while chamber >= 0 and not rest:
-        complaint = chamber_complaint(m, d, chamber)
+    if d.ctrl[i] != d.ctrl[i]:
+        return NO_NUMBER, i
+    rest = d.ctrl[i] != 0.0
+    if not rest:
+        complaint, actuator = network_complaint(m, d, i, j)
         if complaint != FINE:
-            return complaint, chamber
-        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+            return complaint, actuator
     pull, solved = solve(m, d, i, j, rest)
     if not solved:
-        return NO_LENGTH, i
+        return unsolved(m, d, i, j)
     write_back(m, d, i, j, pull, rest)
     return FINE, i

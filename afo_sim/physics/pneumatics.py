@@ -174,9 +174,11 @@ def chamber_pressure(sigma: float, volume: float) -> float:
 
     Returns
     -------
-    float : absolute pressure [Pa]
+    float : absolute pressure [Pa]; of no volume not a number
     """
-    return sigma * volume**-HEAT_CAPACITY_RATIO
+    if volume <= 0.0:
+        return math.nan
+    return sigma * volume**-HEAT_CAPACITY_RATIO  # a NaN comes out here
 
 
 @register_jitable

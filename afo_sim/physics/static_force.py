@@ -85,7 +85,7 @@ def muscle_static_force(
         most = static_force(law, kappa, lowest_pressure, u, c) * pressure / lowest_pressure
         if most < force:
             return most
-    return force
+    return force + 0.0 * lowest_pressure  # a NaN stays one
 
 
 @register_jitable
