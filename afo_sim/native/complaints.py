@@ -7,7 +7,8 @@ COMPLAINTS = (
     "the air mass is not positive in actuator",
     "the supply's absolute pressure is not positive in actuator",
     "no length of its muscles balances their forces in actuator",
-    "only this project's callbacks are installed, and it has not its parameters: actuator",
+    "afo_sim's parameters are missing (take a run's model from afo_sim.read_recording(folder).model(), "
+    "never from model.xml) in actuator",
 )
 NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK = range(len(COMPLAINTS))
 FINE = -1

@@ -16,6 +16,7 @@ from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import define
 from afo_sim.native.complaints import COMPLAINTS, FINE
 from afo_sim.native.network import network_dyn
+from afo_sim.native.refuse import marked_only
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_INLET,
@@ -44,7 +45,7 @@ from afo_sim.native.state import TENSION
 
 Mode = Literal["native", "python"]
 
-_TEXT_LENGTH, _MAX_ACTUATORS = 64, 256
+_TEXT_LENGTH, _MAX_ACTUATORS = 160, 256
 
 
 def _library() -> pathlib.Path:
@@ -74,7 +75,7 @@ def _native_callbacks() -> tuple[Any, Any]:
         # mju_error jumps out of the step; MuJoCo's bindings turn it into an exception
         mju_error(base + (complaint * _MAX_ACTUATORS + min(actuator, _MAX_ACTUATORS - 1)) * _TEXT_LENGTH)
 
-    bias, dyn = define(fail)
+    bias, dyn = (marked_only(kernel, fail) for kernel in define(fail))
     bias_pointer, dyn_pointer = actuator_callback(bias), actuator_callback(dyn)
     bias_pointer.texts = texts
     return bias_pointer, dyn_pointer
@@ -89,7 +90,7 @@ def _python_callbacks() -> tuple[Any, Any]:
     def fail(complaint: int, actuator: int) -> None:
         raise KernelFailure(f"{COMPLAINTS[complaint]} {actuator}")
 
-    bias, dyn = define(fail)
+    bias, dyn = (marked_only(kernel, fail) for kernel in define(fail))
 
     def total(kernel: Any) -> Any:
         def callback(m: Any, d: Any, i: int) -> float:
@@ -110,6 +111,7 @@ def _flat(m: Any) -> Any:
         actuator_user=m.actuator_user.reshape(-1),
         actuator_actadr=m.actuator_actadr,
         opt=m.opt,
+        signature=m.signature,
     )
 
 

@@ -9,6 +9,7 @@ from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.frame import Frame
+from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
 from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
@@ -35,7 +36,8 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
         metrics=found.totals,
         strides=found.strides,
         scenario=scenario.resolved(),
-        model_xml=built.xml,
+        model_xml=labelled(built.xml),
+        model_binary=to_binary(built.model),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
         warnings=(*built.warnings, *(limit_warnings(built, columns) if n else ()), *found.warnings),
         timing={
@@ -45,9 +47,7 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
             **{f"{name}_stability_number": number for name, number in built.stability.items()},
         },
         versions=versions(),
-        parameters={
-            built.model.actuator(i).name: built.model.actuator_user[i].tolist() for i in range(built.model.nu)
-        },
+        parameters=parameters_of(built.model),
     )
 
 

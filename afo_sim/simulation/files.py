@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Protocol
@@ -14,8 +15,10 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, json_text, settle, together
 from afo_sim.metrics.metric import Metric
 from afo_sim.simulation.columns import describe
+from afo_sim.simulation.kept_model import labelled, packed, unpacked
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
+RUN_KEY, MODEL_KEY = "afo_sim", "afo_sim_model"  # of the Parquet file's metadata
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
 
 Write = Callable[[pathlib.Path], object]
@@ -28,6 +31,8 @@ class Run(Protocol):
     def columns(self) -> dict[str, np.ndarray]: ...
     @property
     def model_xml(self) -> str: ...
+    @property
+    def model_binary(self) -> bytes: ...
     @property
     def parameters(self) -> dict[str, list[float]]: ...
     def summary(self) -> dict[str, Any]: ...
@@ -49,7 +54,7 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
         write_parquet(recording, scratch / PARQUET)
-        (scratch / MODEL).write_text(recording.model_xml, encoding="utf-8")
+        (scratch / MODEL).write_text(labelled(recording.model_xml), encoding="utf-8")
         (scratch / SUMMARY).write_text(json_text(recording.summary()), encoding="utf-8")
         if picture is not None:
             picture(scratch / RERUN)
@@ -57,7 +62,10 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
 
 
 def write_parquet(recording: Run, path: pathlib.Path) -> None:
-    """One row per sample; unit and sign in each column's metadata, the run in the schema's."""
+    """One row per sample; unit and sign in each column's metadata, the run in the schema's.
+
+    The model that ran stands beside them, in the file's own metadata: whoever wants rows never reads it.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -66,9 +74,13 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
         unit, sign = describe(name)
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
     run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
-    schema = pa.schema(fields, metadata={"afo_sim": json_text(run)})
+    schema = pa.schema(fields, metadata={RUN_KEY: json_text(run)})
     table = pa.table([pa.array(v) for v in recording.columns.values()], schema=schema)
-    pq.write_table(table, path, row_group_size=ROW_GROUP)
+    model = packed(recording.model_binary)
+    with pq.ParquetWriter(path, schema) as file:
+        file.write_table(table, row_group_size=ROW_GROUP)
+        if model:
+            file.add_key_value_metadata({MODEL_KEY: model})
 
 
 def open_parquet(folder: str | os.PathLike[str]) -> Any:
@@ -97,19 +109,21 @@ def open_parquet(folder: str | os.PathLike[str]) -> Any:
 def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Header of a run's opened Parquet file, by field of Recording; all but its rows."""
     try:
-        run = json.loads(file.schema_arrow.metadata[b"afo_sim"])
+        run = json.loads(file.schema_arrow.metadata[RUN_KEY.encode()])
+        model = (file.metadata.metadata or {}).get(MODEL_KEY.encode(), b"")
         return {
             "metrics": _metrics(run["metrics"]),
             "strides": {row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
             "scenario": run["scenario"],
             "model_xml": run["model_xml"],
+            "model_binary": unpacked(model.decode()),
             "status": run["status"],
             "warnings": tuple(run["warnings"]),
             "timing": run["timing"],
             "versions": run["versions"],
             "parameters": run["parameters"],
         }
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, zlib.error) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
 
 

@@ -13,9 +13,11 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.exchange import dataset, frame
 from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
+from afo_sim.simulation.kept_model import model_of
 from afo_sim.simulation.shown import shown
 
 if TYPE_CHECKING:
+    import mujoco
     import pandas
     import xarray
 
@@ -54,6 +56,7 @@ class Recording:
     versions: dict[str, str]
     parameters: dict[str, list[float]]
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
+    model_binary: bytes = b""
 
     def __repr__(self) -> str:
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)
@@ -116,6 +119,31 @@ class Recording:
         drawn = rrd and len(self["time"]) > 0
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
         return write_run(self, pathlib.Path(folder), picture)
+
+    def model(self) -> "mujoco.MjModel":
+        """The model that ran, to the last bit: from the same state, the same inputs give the same steps.
+
+        Its muscles pull inside `afo_sim.native.installed()` only. `model_xml` is to look at: its numbers are
+        cut to six digits. A run that holds no model, or that of another MuJoCo, has its scenario built
+        anew, which must give the same parameters; an installed MuJoCo other than the run's is warned of.
+
+        Returns
+        -------
+        MuJoCo's MjModel, a new one at each call
+
+        Raises
+        ------
+        InputError
+            The run is of other versions of MuJoCo or this package, or its leg's files have changed, and no
+            model is the same.
+
+        Examples
+        --------
+        >>> short = run("seated", {"duration": "1 s"})
+        >>> short.model().actuator("dorsiflexor_1").user.tolist() == short.parameters["dorsiflexor_1"]
+        True
+        """
+        return model_of(self)
 
     def view(self) -> None:
         """Open the run in the Rerun viewer."""

@@ -66,19 +66,6 @@ def test_callback_lost_during_a_run_is_noticed() -> None:
     assert mujoco.get_mjcb_act_bias() is None
 
 
-def test_other_peoples_user_actuators_are_left_alone() -> None:
-    xml = """<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody><actuator>
-    <general joint="j" dyntype="user" actdim="2" gaintype="fixed" gainprm="0" biastype="user" user="1 2 3"/>
-    </actuator></mujoco>"""
-    model = mujoco.MjModel.from_xml_string(xml)
-    data = mujoco.MjData(model)
-    data.act[:] = 7.0
-    with native.installed():
-        mujoco.mj_step(model, data)
-    assert data.actuator_force[0] == 0.0
-    assert data.act.tolist() == [7.0, 7.0]
-
-
 def test_limp_muscle_is_noticed() -> None:
     model = hanging_mass(3.0)
     with native.installed():

@@ -1,0 +1,38 @@
+"""A gate before the kernels: an actuator that asks for a callback and is not this project's is refused.
+
+While this project's callbacks are installed nobody else's are, so such an actuator would carry no force and
+say nothing: most often it is a muscle of a model that was read from MJCF, which keeps no parameters.
+
+One step stays allowed. MuJoCo tries every model that it compiles, before anybody can write parameters into
+it; the model has no signature then, and its time is zero.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import register_jitable
+
+from afo_sim.native.complaints import NO_MARK
+from afo_sim.native.slots import MARK, N_USER
+
+Kernel = Callable[[Any, Any, int], float]
+
+
+def marked_only(kernel: Kernel, fail: Callable[[int, int], None]) -> Kernel:
+    """A callback that refuses an actuator without this project's mark, and is the kernel for all others.
+
+    Parameters
+    ----------
+    kernel : callback for marked actuators, which numba can compile
+    fail : as of `callbacks.define`
+    """
+    known = register_jitable(kernel)
+
+    def callback(m: Any, d: Any, i: int) -> float:
+        if m.nuser_actuator < N_USER or m.actuator_user[m.nuser_actuator * i] != MARK:
+            if m.signature != 0 or d.time != 0.0:
+                fail(NO_MARK, i)
+            return 0.0
+        return known(m, d, i)
+
+    return callback

@@ -1,0 +1,91 @@
+"""Inside `installed()` no user actuator is limp in silence: without this project's mark it is refused."""
+
+import mujoco
+import numpy as np
+import pytest
+from rig import charged, hanging_mass
+
+import afo_sim
+from afo_sim import native
+
+FAILURES = (mujoco.FatalError, native.KernelFailure)
+MODES = pytest.mark.parametrize("mode", ["native", "python"])
+
+
+def one_actuator(kind: str, user: str = "") -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(
+        f"""<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+        <actuator><general name="filler" joint="j"/><general name="mine" joint="j" {kind} {user}/>
+        </actuator></mujoco>"""
+    )
+
+
+@MODES
+@pytest.mark.parametrize("kind", ['biastype="user"', 'dyntype="user" actdim="2"'])
+@pytest.mark.parametrize("user", ["", 'user="1 2 3"', f'user="{"7 " * native.N_USER}"'])
+def test_actuator_without_mark_is_refused(mode: native.Mode, kind: str, user: str) -> None:
+    model = one_actuator(kind, user)
+    data = mujoco.MjData(model)
+    with native.installed(mode), pytest.raises(FAILURES, match=r"read_recording.* in actuator 1$"):
+        mujoco.mj_step(model, data)
+
+
+@MODES
+def test_other_actuators_are_left_alone(mode: native.Mode) -> None:
+    """MuJoCo's own kinds ask no callback; a gain of another program is not among those installed."""
+    model = one_actuator('gaintype="user"')
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 1.0, 0.0
+    with native.installed(mode):
+        mujoco.mj_forward(model, data)
+    assert data.actuator_force.tolist() == [1.0, 0.0]
+
+
+def test_without_the_callbacks_a_foreign_actuator_is_its_owners() -> None:
+    model = one_actuator('biastype="user"')
+    data = mujoco.MjData(model)
+    with native.installed():
+        pass
+    mujoco.mj_step(model, data)
+    assert data.actuator_force[1] == 0.0
+
+
+@MODES
+def test_model_read_from_its_text_is_refused(mode: native.Mode) -> None:
+    """MJCF keeps neither mark nor parameters of an actuator: inside the block it cannot run limp."""
+    model = mujoco.MjModel.from_xml_string(afo_sim.build("seated").xml)
+    with native.installed(mode), pytest.raises(FAILURES, match=r"model\.xml"):
+        mujoco.mj_forward(model, mujoco.MjData(model))
+
+
+@MODES
+def test_a_muscle_that_loses_its_mark_is_refused_at_once(mode: native.Mode) -> None:
+    model = hanging_mass(3.0)
+    with native.installed(mode):
+        data = charged(model, 3e5)
+        mujoco.mj_step(model, data)
+        before = np.copy(data.qpos)
+        model.actuator_user[0, 0] += 1.0
+        with pytest.raises(FAILURES, match="actuator 0"):
+            mujoco.mj_step(model, data)
+    assert before != 0.0
+
+
+def test_models_are_compiled_inside_the_block() -> None:
+    """As a sweep does while others of its threads step; MuJoCo tries each model before it has parameters."""
+    with native.installed():
+        built = afo_sim.build("seated")
+        assert mujoco.MjModel.from_xml_string(built.xml).nu == built.model.nu
+
+
+def test_limp_model_from_a_binary_is_refused_in_its_second_step() -> None:
+    """It has no signature, as a model that is being compiled: only its time tells."""
+    limp = mujoco.MjModel.from_xml_string(afo_sim.build("seated").xml)
+    binary = np.empty(mujoco.mj_sizeModel(limp), np.uint8)
+    mujoco.mj_saveModel(limp, None, binary)
+    model = mujoco.MjModel.from_binary_path("limp.mjb", {"limp.mjb": binary.tobytes()})
+    data = mujoco.MjData(model)
+    with native.installed():
+        mujoco.mj_step(model, data)
+        with pytest.raises(FAILURES, match="read_recording"):
+            mujoco.mj_step(model, data)

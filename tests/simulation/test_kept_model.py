@@ -1,0 +1,271 @@
+"""The model that ran comes back from its folder and steps to the same bits; its MJCF says what it is."""
+
+import dataclasses
+import json
+import pathlib
+import warnings
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import afo_sim
+from afo_sim import native
+from afo_sim.common.errors import InputError
+from afo_sim.model.build import Built, build
+from afo_sim.model.controls import controls
+from afo_sim.model.start import equilibrium, get_state, walking_start
+from afo_sim.simulation import kept_model
+from afo_sim.simulation.kept_model import LABEL, packed, to_binary, unpacked
+from afo_sim.simulation.recording import Recording, read_recording
+
+SHORT = {"duration": "1 s"}
+VERSION = slice(12, 16)  # of MuJoCo, in the binary
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+@pytest.fixture(scope="module")
+def seated_short() -> Recording:
+    return afo_sim.run("seated", SHORT)
+
+
+@pytest.fixture(scope="module")
+def folder(seated_short: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    return seated_short.save(tmp_path_factory.mktemp("kept") / "a", rrd=False)
+
+
+def stepped(
+    model: mujoco.MjModel, start: np.ndarray, inputs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """MuJoCo alone, a step at a time: positions, velocities, states before each step."""
+    data, rows = mujoco.MjData(model), []
+    with native.installed():
+        mujoco.mj_setState(model, data, start, STATE)
+        for row in inputs:
+            rows.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
+            data.ctrl[:] = row
+            mujoco.mj_step(model, data)
+    qpos, qvel, act = (np.array(values) for values in zip(*rows, strict=True))
+    return qpos, qvel, act
+
+
+def same_as_recorded(run: Recording, built: Built, start: np.ndarray, inputs: np.ndarray) -> None:
+    """Of every recorded row, whatever the number of steps between two."""
+    model, kept = built.model, built.scenario.record_stride
+    qpos, qvel, act = (values[::kept] for values in stepped(model, start, inputs))
+    ankle = model.joint("ankle")
+    assert np.array_equal(qvel[:, ankle.dofadr[0]], run["ankle/velocity"])
+    for j in range(model.njnt):
+        name = model.joint(j).name
+        assert np.array_equal(qpos[:, model.jnt_qposadr[j]], run[f"qpos/{name}"]), name
+    for name in run.scenario["orthosis"]["chamber"]:
+        chamber = model.actuator(f"chamber_{name}").id
+        assert np.array_equal(native.read_air(model, act, chamber).mass, run[f"chamber/{name}/mass"]), name
+        for side in ("inlet", "outlet"):
+            valve = model.actuator(f"valve_{name}_{side}").id
+            opening = native.read_opening(model, act, valve)
+            assert np.array_equal(opening, run[f"valve/{name}_{side}/opening"]), (name, side)
+
+
+def with_model(built: Built, model: mujoco.MjModel) -> Built:
+    return dataclasses.replace(built, model=model)
+
+
+def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
+    """Inputs are the recorded columns; the start is the kept model's own rest."""
+    run = read_recording(folder)
+    built = with_model(afo_sim.build(run.scenario), run.model())
+    model = built.model
+    assert built.scenario.record_stride == 1
+    inputs = np.zeros((len(run["time"]), model.nu))
+    for name in run.scenario["orthosis"]["chamber"]:
+        inputs[:, model.actuator(f"chamber_{name}").id] = run["supply/pressure"]
+        for side in ("inlet", "outlet"):
+            inputs[:, model.actuator(f"valve_{name}_{side}").id] = run[f"valve/{name}_{side}/coil"]
+    inputs[:, model.actuator("passive_ankle").id] = built.scenario.shank.knee_angle or 0.0
+    with native.installed():
+        start = equilibrium(built, inputs[0])
+    same_as_recorded(run, built, start, inputs)
+    assert np.ptp(run["ankle/angle"]) > np.radians(1.0)
+
+
+def test_walking_steps_to_the_same_bits(tmp_path: pathlib.Path) -> None:
+    afo_sim.run("walk-dropfoot-afo", {"duration": "0.4 s"}).save(tmp_path, rrd=False)
+    run = read_recording(tmp_path)
+    built = with_model(afo_sim.build(run.scenario), run.model())
+    with native.installed():
+        start = walking_start(built)
+    same_as_recorded(run, built, start, controls(built))
+    assert run["ankle/moment/orthosis"].max() > 1.0
+
+
+@pytest.mark.parametrize("name", ["arm", "walk-dropfoot-afo", "walk-healthy"])
+def test_every_bit_of_the_model_comes_back(name: str, tmp_path: pathlib.Path) -> None:
+    run = afo_sim.run(name, {"duration": "0.02 s"})
+    run.save(tmp_path, rrd=False)
+    expected = to_binary(afo_sim.build(name, {"duration": "0.02 s"}).model)
+    assert to_binary(run.model()) == to_binary(read_recording(tmp_path).model()) == expected
+
+
+def test_each_call_gives_a_model_of_its_own(seated_short: Recording) -> None:
+    first = seated_short.model()
+    first.actuator_user[:] = 0.0
+    assert to_binary(seated_short.model()) == seated_short.model_binary
+
+
+def test_the_parquet_file_alone_has_the_model(folder: pathlib.Path, seated_short: Recording) -> None:
+    run = read_recording(folder / "recording.parquet")
+    assert to_binary(run.model()) == seated_short.model_binary
+
+
+def test_mjcf_says_in_its_first_line_what_it_is(folder: pathlib.Path, seated_short: Recording) -> None:
+    text = (folder / "model.xml").read_text(encoding="utf-8")
+    first, rest = text.split("\n", 1)
+    assert first.startswith("<!-- ") and first.endswith(" -->")
+    assert "--" not in first[4:-3]  # XML allows none in a comment
+    assert all(word in first for word in ("six digits", "callbacks", "read_recording", ".model()"))
+    assert not rest.startswith("<!--")
+    assert ElementTree.fromstring(text).tag == "mujoco"
+    assert seated_short.model_xml == text == read_recording(folder).model_xml
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    assert model.nu == seated_short.model().nu
+
+
+def test_mjcf_cannot_run_limp(folder: pathlib.Path) -> None:
+    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    with native.installed(), pytest.raises(mujoco.FatalError, match=r"read_recording\(folder\)\.model"):
+        mujoco.mj_step(model, mujoco.MjData(model))
+
+
+def of_mujoco(run: Recording, version: str) -> Recording:
+    """The run as another MuJoCo would have kept it."""
+    binary = bytearray(run.model_binary)
+    binary[VERSION] = (int.from_bytes(binary[VERSION], "little") - 1000).to_bytes(4, "little")
+    return dataclasses.replace(run, model_binary=bytes(binary), versions=run.versions | {"mujoco": version})
+
+
+def test_version_stands_where_it_is_expected(seated_short: Recording) -> None:
+    stored = int.from_bytes(seated_short.model_binary[VERSION], "little")
+    major, minor, patch = (int(part) for part in mujoco.__version__.split(".")[:3])
+    assert stored == (major * 1000 + minor) * 1000 + patch
+
+
+def test_model_of_another_mujoco_is_built_anew(
+    seated_short: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.warns(UserWarning, match=rf"kept by MuJoCo 3\.1\.0, and {mujoco.__version__} is installed"):
+        model = of_mujoco(seated_short, "3.1.0").model()
+    assert to_binary(model) == seated_short.model_binary
+    assert list(tmp_path.iterdir()) == []  # MuJoCo was not made to complain into its log
+
+
+def test_model_built_anew_must_be_the_same(seated_short: Recording) -> None:
+    rows = dict(seated_short.parameters)
+    rows["dorsiflexor_1"] = [*rows["dorsiflexor_1"][:5], np.nextafter(rows["dorsiflexor_1"][5], 1.0)]
+    rows["dorsiflexor_1"] += seated_short.parameters["dorsiflexor_1"][6:]
+    changed = dataclasses.replace(of_mujoco(seated_short, "3.1.0"), parameters=rows)
+    with pytest.raises(InputError, match=r"'dorsiflexor_1' has other parameters.*allowed: .*mujoco 3\.1\.0"):
+        changed.model()
+
+
+def test_run_saved_before_models_were_kept_is_read(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    """Its file has no such key, and its model.xml no label."""
+    table = pq.read_table(folder / "recording.parquet")
+    run = json.loads(table.schema.metadata[b"afo_sim"])
+    run["model_xml"] = run["model_xml"].removeprefix(LABEL)
+    old = table.replace_schema_metadata({"afo_sim": json.dumps(run)})
+    pq.write_table(old, tmp_path / "recording.parquet")
+    assert b"afo_sim_model" not in pq.read_metadata(tmp_path / "recording.parquet").metadata
+    read, before = read_recording(tmp_path), read_recording(folder)
+    assert read.model_binary == b""
+    assert all(np.array_equal(read[name], before[name]) for name in before.columns)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert to_binary(read.model()) == before.model_binary
+    read.save(tmp_path / "again", rrd=False)
+    assert (tmp_path / "again" / "model.xml").read_text().startswith(LABEL)
+
+
+def test_model_of_another_layout_of_parameters_is_refused(seated_short: Recording) -> None:
+    model = seated_short.model()
+    model.actuator_user[:, 0] += 1.0
+    other = dataclasses.replace(
+        seated_short, model_binary=to_binary(model), versions=seated_short.versions | {"afo-sim": "0.0.1"}
+    )
+    with pytest.raises(InputError, match=r"another version of this package.*0\.0\.1"):
+        other.model()
+
+
+def test_damaged_model_is_said(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    table = pq.read_table(folder / "recording.parquet")
+    with pq.ParquetWriter(tmp_path / "recording.parquet", table.schema) as file:
+        file.write_table(table)
+        file.add_key_value_metadata({"afo_sim_model": "AAAA"})
+    with pytest.raises(InputError, match="is not a recording"):
+        read_recording(tmp_path)
+
+
+OBJ = "v 0 0 0\nv .1 0 0\nv 0 .02 0\nv 0 0 .013\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+def own_leg(folder: pathlib.Path) -> dict[str, str]:
+    """The shipped leg, with a mesh on its foot."""
+    source = afo_sim.load("scenario", "seated").leg.file
+    text = source.read_text(encoding="utf-8")
+    text = text.replace("<worldbody>", '<asset><mesh name="shoe" file="shoe.obj"/></asset><worldbody>', 1)
+    shoe = '<geom type="mesh" mesh="shoe" mass="0" contype="0" conaffinity="0"/>'
+    text = text.replace('<body name="foot">', f'<body name="foot">{shoe}', 1)
+    (folder / "shoe.obj").write_text(OBJ, encoding="utf-8")
+    (folder / "leg.xml").write_text(text, encoding="utf-8")
+    (folder / "leg.toml").write_text((source.parent / "leg.toml").read_text(encoding="utf-8"))
+    return {"leg": str(folder / "leg.toml")}
+
+
+@pytest.fixture
+def meshed(tmp_path: pathlib.Path) -> Recording:
+    """A run of a leg of the user's own."""
+    return afo_sim.run("seated", {"duration": "0.02 s"} | own_leg(tmp_path))
+
+
+def test_model_needs_none_of_the_legs_files(meshed: Recording, tmp_path: pathlib.Path) -> None:
+    meshed.save(tmp_path / "run", rrd=False)
+    for name in ("leg.toml", "leg.xml", "shoe.obj"):
+        (tmp_path / name).unlink()
+    model = read_recording(tmp_path / "run").model()
+    assert model.nmesh == 1
+    assert to_binary(model) == meshed.model_binary
+
+
+def test_leg_that_has_changed_is_not_the_one_that_ran(meshed: Recording, tmp_path: pathlib.Path) -> None:
+    other, leg = of_mujoco(meshed, "3.1.0"), tmp_path / "leg.xml"
+    with pytest.warns(UserWarning, match="built anew"):
+        other.model()
+    text = leg.read_text(encoding="utf-8")
+    assert 'mass="1.09"' in text
+    leg.write_text(text.replace('mass="1.09"', 'mass="1.0901"'), encoding="utf-8")
+    with pytest.raises(InputError, match="a body, a joint or a path is another one"):
+        other.model()
+    leg.unlink()
+    with pytest.raises(InputError, match="its scenario cannot be built"):
+        other.model()
+
+
+def test_model_too_large_for_metadata_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    some = bytes(range(256))
+    assert unpacked(packed(some)) == some
+    monkeypatch.setattr(kept_model, "LARGEST", 100)
+    assert packed(some) == "" and unpacked("") == b""
+
+
+def test_start_of_a_kept_model_is_the_built_ones(seated_short: Recording) -> None:
+    """The state at rest of both, to the bit."""
+    built = build(afo_sim.load("scenario", "seated", SHORT))
+    other = with_model(built, seated_short.model())
+    first = controls(built, 1)[0]
+    with native.installed():
+        assert np.array_equal(equilibrium(built, first), equilibrium(other, first))
+        mujoco.mj_setState(other.model, data := mujoco.MjData(other.model), equilibrium(built, first), STATE)
+        assert np.array_equal(get_state(other.model, data), equilibrium(built, first))
