@@ -38,7 +38,7 @@ from collections.abc import Callable
 from typing import Any
 
 from afo_sim.native.air import chamber_dyn, valve_dyn
-from afo_sim.native.complaints import FINE, NO_MARK, NO_NUMBER
+from afo_sim.native.complaints import FINE, NO_NUMBER
 from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
@@ -50,10 +50,8 @@ from afo_sim.native.slots import (
     KIND_PASSIVE,
     KIND_SPASTIC,
     KIND_VALVE,
-    MARK,
     MUSCLE_LEADER,
     MUSCLE_USERDATA,
-    N_USER,
     PASSIVE_DAMPING,
     PASSIVE_LOAD,
     PASSIVE_OFFSET,
@@ -69,10 +67,6 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
 
     def bias(m: Any, d: Any, i: int) -> float:
         u, j = m.actuator_user, m.nuser_actuator * i
-        if m.nuser_actuator < N_USER or u[j] != MARK:
-            if m.nuser_actuator < N_USER or d.time > 0.0:  # the compiler steps once, before rows are filled
-                fail(NO_MARK, i)
-            return 0.0
         kind = u[j + 1]
         if kind == KIND_MUSCLE:
             leader = m.nuser_actuator * int(u[j + MUSCLE_LEADER])
@@ -99,10 +93,6 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
 
     def dyn(m: Any, d: Any, i: int) -> float:
         j = m.nuser_actuator * i
-        if m.nuser_actuator < N_USER or m.actuator_user[j] != MARK:
-            if m.nuser_actuator < N_USER or d.time > 0.0:
-                fail(NO_MARK, i)
-            return 0.0
         kind = m.actuator_user[j + 1]
         if kind == KIND_NETWORK:
             complaint, actuator = network_dyn(m, d, i, j)
