@@ -14,6 +14,7 @@ import pytest
 import afo_sim
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.model.build import Built, build
 from afo_sim.model.controls import controls
 from afo_sim.model.start import equilibrium, get_state, walking_start
@@ -36,37 +37,41 @@ def folder(seated_short: Recording, tmp_path_factory: pytest.TempPathFactory) ->
     return seated_short.save(tmp_path_factory.mktemp("kept") / "a", rrd=False)
 
 
-def stepped(
-    model: mujoco.MjModel, start: np.ndarray, inputs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """MuJoCo alone, a step at a time: positions, velocities, states before each step."""
-    data, rows = mujoco.MjData(model), []
+def stepped(model: mujoco.MjModel, start: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
+    """MuJoCo alone, a step at a time: states before each step, forces and flows of that step."""
+    data = mujoco.MjData(model)
+    rows: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("qpos", "qvel", "act", "userdata", "actuator_force")
+    }
     with native.installed():
         mujoco.mj_setState(model, data, start, STATE)
         for row in inputs:
-            rows.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
+            for name in ("qpos", "qvel", "act"):
+                rows[name].append(getattr(data, name).copy())
             data.ctrl[:] = row
             mujoco.mj_step(model, data)
-    qpos, qvel, act = (np.array(values) for values in zip(*rows, strict=True))
-    return qpos, qvel, act
+            for name in ("userdata", "actuator_force"):
+                rows[name].append(getattr(data, name).copy())
+    return {name: np.array(values) for name, values in rows.items()}
 
 
 def same_as_recorded(run: Recording, built: Built, start: np.ndarray, inputs: np.ndarray) -> None:
     """Of every recorded row, whatever the number of steps between two."""
     model, kept = built.model, built.scenario.record_stride
-    qpos, qvel, act = (values[::kept] for values in stepped(model, start, inputs))
-    ankle = model.joint("ankle")
-    assert np.array_equal(qvel[:, ankle.dofadr[0]], run["ankle/velocity"])
+    rows = {name: values[::kept] for name, values in stepped(model, start, inputs).items()}
+    assert np.array_equal(rows["qvel"][:, model.joint("ankle").dofadr[0]], run["ankle/velocity"])
     for j in range(model.njnt):
         name = model.joint(j).name
-        assert np.array_equal(qpos[:, model.jnt_qposadr[j]], run[f"qpos/{name}"]), name
-    for name in run.scenario["orthosis"]["chamber"]:
-        chamber = model.actuator(f"chamber_{name}").id
-        assert np.array_equal(native.read_air(model, act, chamber).mass, run[f"chamber/{name}/mass"]), name
-        for side in ("inlet", "outlet"):
-            valve = model.actuator(f"valve_{name}_{side}").id
-            opening = native.read_opening(model, act, valve)
-            assert np.array_equal(opening, run[f"valve/{name}_{side}/opening"]), (name, side)
+        assert np.array_equal(rows["qpos"][:, model.jnt_qposadr[j]], run[f"qpos/{name}"]), name
+    for name, i in built.index.muscles.items():
+        assert np.array_equal(0.0 - rows["actuator_force"][:, i], run[f"muscle/{name}/force"]), name
+    for name, i in built.index.chambers.items():
+        air = native.read_air(model, rows["act"], rows["userdata"], i)
+        assert np.array_equal(air.mass, run[f"chamber/{name}/mass"]), name
+        assert np.array_equal(air.absolute_pressure - AMBIENT_PRESSURE, run[f"chamber/{name}/pressure"])
+    for name, i in built.index.valves.items():
+        opening = native.read_opening(model, rows["act"], i)
+        assert np.array_equal(opening, run[f"valve/{name}/opening"]), name
 
 
 def with_model(built: Built, model: mujoco.MjModel) -> Built:
@@ -81,10 +86,10 @@ def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
     assert built.scenario.record_stride == 1
     inputs = np.zeros((len(run["time"]), model.nu))
     for name in run.scenario["orthosis"]["chamber"]:
-        inputs[:, model.actuator(f"chamber_{name}").id] = run["supply/pressure"]
+        inputs[:, built.index.chambers[name]] = run["supply/pressure"]
         for side in ("inlet", "outlet"):
-            inputs[:, model.actuator(f"valve_{name}_{side}").id] = run[f"valve/{name}_{side}/coil"]
-    inputs[:, model.actuator("passive_ankle").id] = built.scenario.shank.knee_angle or 0.0
+            inputs[:, built.index.valves[f"{name}_{side}"]] = run[f"valve/{name}_{side}/coil"]
+    inputs[:, built.index.passive] = built.scenario.shank.knee_angle or 0.0
     with native.installed():
         start = equilibrium(built, inputs[0])
     same_as_recorded(run, built, start, inputs)
@@ -96,7 +101,7 @@ def test_walking_steps_to_the_same_bits(tmp_path: pathlib.Path) -> None:
     run = read_recording(tmp_path)
     built = with_model(afo_sim.build(run.scenario), run.model())
     with native.installed():
-        start = walking_start(built)
+        start = walking_start(built, controls(built, 1)[0])
     same_as_recorded(run, built, start, controls(built))
     assert run["ankle/moment/orthosis"].max() > 1.0
 
@@ -244,10 +249,14 @@ def test_leg_that_has_changed_is_not_the_one_that_ran(meshed: Recording, tmp_pat
     with pytest.warns(UserWarning, match="built anew"):
         other.model()
     text = leg.read_text(encoding="utf-8")
-    assert 'mass="1.09"' in text
-    leg.write_text(text.replace('mass="1.09"', 'mass="1.0901"'), encoding="utf-8")
-    with pytest.raises(InputError, match="a body, a joint or a path is another one"):
-        other.model()
+    for old, new, what in (
+        ('mass="1.09"', 'mass="1.0901"', "another model: "),
+        ('mesh="shoe"', 'mesh="shoe" pos="0 0 0.001"', "a body, a joint or a path is another one"),
+    ):
+        assert old in text
+        leg.write_text(text.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises(InputError, match=what):
+            other.model()
     leg.unlink()
     with pytest.raises(InputError, match="its scenario cannot be built"):
         other.model()
