@@ -13,11 +13,11 @@ from scipy.optimize import brentq, least_squares
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.physics.curves import contractions, forces
+from afo_sim.physics.hill import braid_force
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid, Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
-from afo_sim.physics.hill import braid_force
 from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.static_force import muscle_static_force, signed_force, static_force
 
