@@ -27,6 +27,7 @@ def hanging_mass(
     muscles: int = 1,
     cable_stiffness: float = 1e6,
     return_stiffness: float = 0.0,
+    anchor: native.CircuitAnchor | None = None,
 ) -> mujoco.MjModel:
     """A mass on a vertical slide, on one muscle, whose chamber has an inlet and an outlet valve.
 
@@ -49,9 +50,12 @@ def hanging_mass(
         "return_stiffness": return_stiffness,
     }
     valve = native.CircuitValve(conductance, 0.3, 4e-3, 4e-3)
+    anchors = () if anchor is None else (anchor,)
+    names = tuple(a.name for a in anchors)
     circuit = native.Circuit(
-        (native.CircuitMuscle("muscle", ("muscle",), row, 0.0, "air", cable_stiffness),),
+        (native.CircuitMuscle("muscle", ("muscle",), row, 0.0, "air", cable_stiffness, names),),
         (native.CircuitChamber("air", "slide", tube_volume, wall_conductance, valve, valve),),
+        anchors,
     )
     spec = mujoco.MjSpec.from_string(xml)
     native.add_circuit(spec, circuit)

@@ -72,7 +72,7 @@ def three_element_damping(
     elif pressure < switch_pressure:
         damping = r0 + r1 * pressure
     else:
-        damping = r2 + r3 * pressure
+        damping = r2 + r3 * pressure + 0.0 * switch_pressure
     if damping < 0.0:
         return 0.0
     return damping + 0.0 * contraction_rate  # a NaN stays one

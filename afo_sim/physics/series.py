@@ -60,16 +60,18 @@ def anchor_displacement(
     The stiffening form is that of Schiebl et al. 2025, Sensors 25, 4605, for upper-arm cuffs.
     """
     if damping == 0.0:
-        if stiffness > 0.0:
+        if stiffness != 0.0:
             return pull / stiffness, 1.0 / stiffness
         return length * math.log1p(pull / force), length / (pull + force)
     known = 0.5 * (pull + last_loss) + damping / step * last
-    if stiffness > 0.0:
+    if stiffness != 0.0:
         per_length = 0.5 * stiffness + damping / step
         return known / per_length, 0.5 / per_length
     z, slope = last, 1.0
+    highest = length * math.log1p(2.0 * max(known, 0.0) / force)  # as if its damper held nothing
     for _ in range(ANCHOR_ITERATIONS):
-        grown = math.exp(min(z / length, 300.0))
+        z = min(z, highest)
+        grown = math.exp(z / length)
         slope = 0.5 * force / length * grown + damping / step
         change = (known - 0.5 * force * (grown - 1.0) - damping / step * z) / slope
         z += change
@@ -81,13 +83,13 @@ def anchor_displacement(
 @register_jitable
 def anchor_force(displacement: float, stiffness: float, force: float, length: float) -> float:
     """Elastic force of an anchor, k z or a (e^(z/x0) − 1) [N]; arguments as in `anchor_displacement`."""
-    if stiffness > 0.0:
+    if stiffness != 0.0:
         return stiffness * displacement
     return force * math.expm1(displacement / length)
 
 
 def anchor_energy(displacement: float, stiffness: float, force: float, length: float) -> float:
     """Energy stored in an anchor, ½ k z² or a (x0 (e^(z/x0) − 1) − z) [J]; as `anchor_force`."""
-    if stiffness > 0.0:
+    if stiffness != 0.0:
         return 0.5 * stiffness * displacement * displacement
     return force * (length * math.expm1(displacement / length) - displacement)

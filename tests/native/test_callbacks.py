@@ -1,6 +1,7 @@
 """The callbacks: in force, ours alone, and the same compiled as uncompiled."""
 
 import ctypes
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -10,11 +11,15 @@ from rig import charged, hanging_mass
 from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.common.errors import CallbackError
-from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import LawSet
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
-from afo_sim.native import slots, struct_layout
+from afo_sim.native import slots, state, struct_layout
+from afo_sim.physics.static_force import muscle_static_force
+
+NETWORK, MUSCLE, CHAMBER = 0, 1, 2  # actuators of the hanging mass; then inlet and outlet
+ANCHOR = native.CircuitAnchor("top", stiffness=4e4)
+AIR = 4  # of the chamber's states in act, behind those of a muscle and an anchor
 
 
 def test_layout_is_compared_field_by_field() -> None:
@@ -71,37 +76,120 @@ def test_limp_muscle_is_noticed() -> None:
     with native.installed():
         data = charged(model, 3e5)
         mujoco.mj_forward(model, data)
-        native.assert_live(model, data, [0])
+        native.assert_live(model, data, [MUSCLE])
     mujoco.mj_forward(model, data)  # without callbacks: MuJoCo says nothing
-    assert data.actuator_force[0] == 0.0
+    assert data.actuator_force[MUSCLE] == 0.0
     with pytest.raises(CallbackError, match="carries"):
-        native.assert_live(model, data, [0])
+        native.assert_live(model, data, [MUSCLE])
+
+
+def test_network_stands_before_what_it_solves() -> None:
+    """MuJoCo calls the actuators in their order: a chamber before its network would read the last step."""
+    model = hanging_mass(3.0)
+    kinds = model.actuator_user[:, 1].tolist()
+    assert kinds.index(slots.KIND_NETWORK) < min(
+        kinds.index(slots.KIND_MUSCLE), kinds.index(slots.KIND_CHAMBER)
+    )
+
+
+def spoiled(
+    mode: native.Mode, spoil: Callable[[mujoco.MjModel, mujoco.MjData], None], steps: int = 1
+) -> None:
+    """Step a muscle under load after a spoil."""
+    model = hanging_mass(3.0, return_stiffness=20.0, anchor=ANCHOR)
+    with native.installed(mode):
+        data = charged(model, 3e5)
+        spoil(model, data)
+        for _ in range(steps):
+            mujoco.mj_step(model, data)
 
 
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
         (
-            lambda m, d: m.actuator_user.__setitem__((0, slots.MUSCLE_COEFFICIENTS), np.nan),
-            "force is not a number in actuator 0",
+            lambda m, d: m.actuator_user.__setitem__((MUSCLE, slots.MUSCLE_COEFFICIENTS), np.nan),
+            "no length of its muscles balances their forces in actuator 0",
         ),
-        (lambda m, d: d.act.__setitem__(2, -1.0), "absolute pressure is not positive in actuator 1"),
-        (lambda m, d: d.act.__setitem__(2, np.nan), "absolute pressure is not positive in actuator 1"),
-        (lambda m, d: d.act.__setitem__(0, 0.0), "air mass is not positive in actuator 1"),
         (
-            lambda m, d: m.actuator_user.__setitem__((1, slots.CHAMBER_TUBE_VOLUME), -1.0),
-            "volume is not positive in actuator 1",
+            lambda m, d: d.act.__setitem__(AIR + state.SIGMA, -1.0),
+            "absolute pressure is not positive in actuator 2",
+        ),
+        (
+            lambda m, d: d.act.__setitem__(AIR + state.SIGMA, np.nan),
+            "absolute pressure is not positive in actuator 2",
+        ),
+        (lambda m, d: d.act.__setitem__(AIR + state.AIR_MASS, 0.0), "air mass is not positive in actuator 2"),
+        (
+            lambda m, d: d.act.__setitem__(AIR + state.LAST_VOLUME, np.nan),
+            "volume is not positive in actuator 2",
+        ),
+        (
+            lambda m, d: d.ctrl.__setitem__(CHAMBER, np.nan),
+            "supply's absolute pressure is not positive in actuator 2",
+        ),
+        (lambda m, d: d.ctrl.__setitem__(NETWORK, np.nan), "force is not a number in actuator 0"),
+        (
+            lambda m, d: m.actuator_user.__setitem__((CHAMBER, slots.CHAMBER_TUBE_VOLUME), -1.0),
+            "volume is not positive in actuator 2",
+        ),
+        (
+            lambda m, d: d.qpos.__setitem__(0, np.nan),
+            "no length of its muscles balances their forces in actuator 0",
         ),
     ],
 )
 @pytest.mark.parametrize("mode", ["native", "python"])
 def test_bad_states_are_raised(mode: native.Mode, spoil: object, message: str) -> None:
-    model = hanging_mass(3.0)
-    with native.installed(mode):
-        data = charged(model, 3e5)
-        spoil(model, data)  # type: ignore[operator]
-        with pytest.raises((mujoco.FatalError, native.KernelFailure), match=message):
-            mujoco.mj_step(model, data)
+    with pytest.raises((mujoco.FatalError, native.KernelFailure), match=message):
+        spoiled(mode, spoil)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("number", range(hanging_mass(3.0, anchor=ANCHOR).na))
+def test_no_state_that_is_not_a_number_stays_silent(number: int) -> None:
+    """Contraction, carried force, anchor, σ, mass, last volume and pressure, armature, opening."""
+    with pytest.raises(mujoco.FatalError):
+        spoiled("native", lambda m, d: d.act.__setitem__(number, np.nan), steps=4)
+
+
+@pytest.mark.parametrize("number", [NETWORK, CHAMBER, CHAMBER + 1, CHAMBER + 2])
+def test_no_input_that_is_not_a_number_stays_silent(number: int) -> None:
+    def spoil(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        data.ctrl[number] = np.nan
+
+    with pytest.raises(mujoco.FatalError):
+        spoiled("native", spoil, steps=4)
+
+
+USED = [  # slots of a taut muscle at 3 bar
+    slots.MUSCLE_LAW,
+    slots.MUSCLE_SERIES_LENGTH,
+    slots.MUSCLE_CABLE_STIFFNESS,
+    slots.MUSCLE_INVERSE_MASS,
+    slots.MUSCLE_NOMINAL_LENGTH,
+    slots.MUSCLE_NOMINAL_RADIUS,
+    slots.MUSCLE_B,
+    slots.MUSCLE_LOCK,
+    slots.MUSCLE_DAMPING,
+    slots.MUSCLE_DEAD_VOLUME,
+    slots.MUSCLE_LOWEST_PRESSURE,
+    slots.MUSCLE_FRICTION,
+    slots.MUSCLE_DAMPER,
+    *range(slots.MUSCLE_COEFFICIENTS, slots.MUSCLE_COEFFICIENTS + 5),
+]
+
+
+@pytest.mark.parametrize("slot", USED)
+def test_no_parameter_that_is_not_a_number_stays_silent(slot: int) -> None:
+    lowest = slot == slots.MUSCLE_LOWEST_PRESSURE
+
+    def spoil(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        model.actuator_user[MUSCLE, slot] = np.nan
+
+    if lowest:  # a pressure is never below it: it must not pass for none
+        assert np.isnan(muscle_static_force(1.0, 0.1, 3e5, np.nan, [0.0] * 8, 0))
+    with pytest.raises(mujoco.FatalError):
+        spoiled("native", spoil, steps=2)
 
 
 SETS = {
@@ -117,7 +205,12 @@ def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
     """Forces and rates over stretched, taut and slack muscles, both directions of flow and motion."""
     rng = np.random.default_rng(1)
     model = hanging_mass(
-        3.0, law=law_set.law, law_parameters=law_set.parameters, lowest_pressure=law_set.pressure_range[0]
+        3.0,
+        law=law_set.law,
+        law_parameters=law_set.parameters,
+        lowest_pressure=law_set.pressure_range[0],
+        return_stiffness=20.0,
+        anchor=ANCHOR,
     )
     rows = [
         (
@@ -126,6 +219,7 @@ def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
             rng.uniform(-5e4, 5e5),
             rng.uniform(0, 1, 4),
             rng.uniform(0, 1, 2),
+            rng.normal(0.0, (2e-3, 5.0, 1e-3, 1.0)),
         )
         for _ in range(100)
     ]
@@ -133,37 +227,45 @@ def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
     def evaluate(mode: native.Mode) -> np.ndarray:
         out = []
         with native.installed(mode):
-            for shortening, speed, gauge, valves, coils in rows:
+            for shortening, speed, gauge, valves, coils, past in rows:
                 data = charged(model, gauge, shortening)
                 data.qvel[0] = speed
+                data.act[:AIR] += past
                 for side, places in zip(("inlet", "outlet"), valves.reshape(2, 2), strict=True):
                     native.write_valve(model, data.act, model.actuator(f"valve_air_{side}").id, *places)
-                data.ctrl[1], data.ctrl[2:] = 4e5, coils
+                data.ctrl[CHAMBER], data.ctrl[CHAMBER + 1 :] = 4e5, coils
                 mujoco.mj_forward(model, data)
-                out.append(np.r_[data.actuator_force, data.act_dot, data.userdata, data.ctrl[0]])
+                out.append(np.r_[data.actuator_force, data.act_dot, data.userdata, data.ctrl[MUSCLE]])
         return np.array(out)
 
     compiled, plain = evaluate("native"), evaluate("python")
     scale = np.abs(plain).max(axis=0) + 1e-300
     assert np.abs(compiled - plain).max(axis=0) / scale == pytest.approx(0.0, abs=1e-12)
-    assert (plain[:, 0] == 0.0).any()
-    assert (plain[:, 0] < -100.0).any()
+    assert (plain[:, MUSCLE] == 0.0).any()
+    assert (plain[:, MUSCLE] < -100.0).any()
 
 
-def test_force_is_the_law_whatever_ctrl_holds() -> None:
+def test_force_is_the_tension_whatever_ctrl_holds() -> None:
     """The coefficient left in a muscle's ctrl is for the integrator; it must not show in the force."""
     model = hanging_mass(3.0, damping=2e-3)
     with native.installed():
         data = charged(model, 3e5)
         data.qvel[0] = -0.02
-        forces = []
+        forces, coefficients = [], []
         for left in (0.0, 123.0, 4567.0):
-            data.ctrl[0] = left
+            data.ctrl[MUSCLE] = left
             mujoco.mj_forward(model, data)
-            forces.append(data.actuator_force[0])
-            # −dF/dL̇ = R p_abs/L0
-            assert data.ctrl[0] == pytest.approx(2e-3 * (3e5 + AMBIENT_PRESSURE) / 0.1631, rel=1e-12)
-    assert forces == pytest.approx([forces[0]] * 3, rel=1e-12)
+            forces.append(data.actuator_force[MUSCLE])
+            coefficients.append(data.ctrl[MUSCLE])
+        assert forces == [forces[0]] * 3
+        # ¼ h dT/dx, by tensions half a micrometre to either side
+        tensions = []
+        for shortening in (-5e-7, 5e-7):
+            data.qpos[0] = shortening
+            mujoco.mj_forward(model, data)
+            tensions.append(-data.actuator_force[MUSCLE])
+    slope = (tensions[0] - tensions[1]) / 1e-6
+    assert coefficients == [pytest.approx(0.25 * 1e-3 * slope, rel=1e-5)] * 3
 
 
 def test_parameters_reach_the_model_exactly() -> None:

@@ -1,14 +1,17 @@
 """States by name, and the one builder of muscles, chambers and valves."""
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
 from rig import BRAID, LAW, hanging_mass
+from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import CallbackError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.native import state
+from afo_sim.native import slots, state
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
@@ -21,6 +24,7 @@ ROW = {
     "damping": 2e-4,
     "braid_stiffness": 2e4,
     "dead_volume": 1e-6,
+    "return_stiffness": 20.0,
 }
 VALVE = native.CircuitValve(5.5e-10, 0.3, 4e-3, 4e-3)
 TUBE = 4e-6
@@ -42,7 +46,7 @@ def two_chambers(friction: int = 0) -> tuple[mujoco.MjModel, native.CircuitIds]:
     )
     circuit = native.Circuit(
         tuple(
-            native.CircuitMuscle(name, ROW | {"friction": friction}, length, chamber)
+            native.CircuitMuscle(name, (name,), ROW | {"friction": friction}, length, chamber)
             for name, chamber, length in (("a", "left", 0.0), ("b", "left", 0.01), ("c", "right", 0.0))
         ),
         tuple(
@@ -60,38 +64,70 @@ def volume_of(contraction: float) -> float:
 
 
 def test_names_are_all_places_once() -> None:
-    model = hanging_mass(3.0)
-    chamber, inlet, outlet = (
-        model.actuator(n).id for n in ("chamber_air", "valve_air_inlet", "valve_air_outlet")
+    """No state and no number of `userdata` is read for another."""
+    model = hanging_mass(3.0, anchor=native.CircuitAnchor("top", stiffness=4e3))
+    network, muscle, chamber, inlet, outlet = (
+        model.actuator(n).id
+        for n in ("network_air", "muscle", "chamber_air", "valve_air_inlet", "valve_air_outlet")
     )
+    rows = model.actuator_user
     act = np.zeros(model.na)
-    native.write_air(model, act, chamber, native.Air(1.0, 2.0, 3.0))
-    native.write_valve(model, act, inlet, 4.0, 5.0)
-    native.write_valve(model, act, outlet, 6.0, 7.0)
-    assert sorted(act) == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
-    assert native.read_air(model, np.tile(act, (5, 1)), chamber).absolute_pressure.tolist() == [3.0] * 5
-    assert native.read_opening(model, act, outlet) == 7.0
-    assert model.nuserdata == state.FLOWS_PER_CHAMBER
-    assert native.read_flows(model, np.arange(3.0), chamber) == (0.0, 1.0, 2.0)
+    of_muscle = int(rows[muscle, slots.MUSCLE_STATE])
+    act[of_muscle + state.CONTRACTION], act[of_muscle + state.CARRIED] = 1.0, 2.0
+    of_anchor = int(rows[network, slots.NETWORK_STATE])
+    act[of_anchor + state.ANCHOR_DISPLACEMENT], act[of_anchor + state.ANCHOR_LOSS] = 3.0, 4.0
+    native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
+    native.write_valve(model, act, inlet, 8.0, 9.0)
+    native.write_valve(model, act, outlet, 10.0, 11.0)
+    assert sorted(act) == sorted([*map(float, range(1, 12)), 7.0 * 6.0**1.4])
+    assert native.read_opening(model, act, outlet) == 11.0
+    data = np.tile(np.arange(float(model.nuserdata)), (5, 1))
+    air = native.read_air(model, np.tile(act, (5, 1)), data, chamber)
+    assert air.mass.tolist() == [5.0] * 5
+    own, flows = native.read_own(model, data, muscle), native.read_flows(model, data, chamber)
+    yielding = native.read_anchor(model, data, network, 0)
+    places = [*own, *flows, air.absolute_pressure, *yielding]
+    assert len({float(place[0]) for place in places}) == len(places) == 9
+    assert flows.volume.tolist() == air.volume.tolist()
+    assert model.nuserdata == state.CHAMBER_DATA + state.LEADER_DATA + state.ANCHOR_DATA
 
 
 def test_chambers_are_filled_with_the_gas_that_fits() -> None:
-    """m = p V/(R T) with the volume of all its muscles, where they stand."""
+    """m = p V/(R T) with the volume of all its muscles, which rest at their own lengths."""
     model, ids = two_chambers()
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0163, 0.0, 0.008
     with native.installed():
         native.fill_chambers(model, data, {ids.chambers["left"]: 3e5})
-    expected = {
-        # b: 1 cm of its tendon does not contract, so that its braid is shorter by as much
-        "left": (3e5, TUBE + volume_of(0.0163 / 0.1631) + volume_of(0.01 / 0.1631)),
-        "right": (0.0, TUBE + volume_of(0.008 / 0.1631)),
-    }
-    for name, (gauge, volume) in expected.items():
-        air = native.read_air(model, data.act, ids.chambers[name])
-        assert air.volume == pytest.approx(volume, rel=1e-12)
-        assert air.absolute_pressure == gauge + AMBIENT_PRESSURE
-        mass = (gauge + AMBIENT_PRESSURE) * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+        mujoco.mj_forward(model, data)
+    length, area = BRAID.nominal_length, np.pi * BRAID.nominal_radius**2
+    a, b = 3.0 * (BRAID.b - 1.0), BRAID.b
+
+    def resting(path: float) -> float:
+        """κ at which 3 bar pulls as much as a cable of 1 MN/m."""
+
+        def left(kappa: float) -> float:
+            law = 3e5 * area * (a * (1.0 - kappa) ** 2 - b) - LAW["bladder_force"]
+            return law - LAW["bladder_stiffness"] * kappa - 1e6 * (path - length * (1.0 - kappa))
+
+        return float(brentq(left, 0.0, 0.4, xtol=1e-15))
+
+    # b: 1 cm of its tendon does not contract, so that its braid is shorter by as much
+    contractions = {"a": resting(length - 0.0163), "b": resting(length - 0.01)}
+    for name, expected in contractions.items():
+        own = native.read_own(model, data.userdata, ids.muscles[name])
+        assert own.contraction == pytest.approx(expected, abs=1e-12)
+    # c has no air and hangs through: its bladder pushes it out to just beyond its nominal length
+    own = native.read_own(model, data.userdata, ids.muscles["c"])
+    assert -5e-4 < own.contraction < 0.0
+    assert own.tension == 0.0
+    volume = TUBE + volume_of(contractions["a"]) + volume_of(contractions["b"])
+    air = native.read_air(model, data.act, data.userdata, ids.chambers["left"])
+    assert air.volume == pytest.approx(volume, rel=1e-10)
+    assert air.absolute_pressure == pytest.approx(3e5 + AMBIENT_PRESSURE, rel=1e-12)
+    for name, gauge in (("left", 3e5), ("right", 0.0)):
+        air = native.read_air(model, data.act, data.userdata, ids.chambers[name])
+        mass = (gauge + AMBIENT_PRESSURE) * air.volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
         assert air.mass == pytest.approx(mass, rel=1e-12)
 
 
@@ -100,14 +136,17 @@ def test_valve_fills_its_own_chamber_only() -> None:
     with native.installed():
         data = mujoco.MjData(model)
         native.fill_chambers(model, data, 0.0)
-        before = data.act.copy()
+        before, filled = data.act.copy(), data.userdata.copy()
         data.ctrl[list(ids.chambers.values())] = 4e5
         data.ctrl[ids.valves["right_inlet"]] = 1.0
         for _ in range(50):
             mujoco.mj_step(model, data)
-    left, right = (native.read_air(model, data.act, ids.chambers[n]) for n in ("left", "right"))
-    assert right.mass > 1.5 * native.read_air(model, before, ids.chambers["right"]).mass
-    assert left.mass == native.read_air(model, before, ids.chambers["left"]).mass
+    left, right = (
+        native.read_air(model, data.act, data.userdata, ids.chambers[n]).mass for n in ("left", "right")
+    )
+    at_first = {n: native.read_air(model, before, filled, ids.chambers[n]).mass for n in ("left", "right")}
+    assert right > 1.5 * at_first["right"]
+    assert left == at_first["left"]
     flows = native.read_flows(model, data.userdata, ids.chambers["right"])
     assert flows.inlet > 0.0
     assert flows.outlet == 0.0
@@ -137,3 +176,27 @@ def test_limp_muscles_are_refused() -> None:
         model.actuator_biastype[ids.muscles["b"]] = mujoco.mjtBias.mjBIAS_NONE
         with pytest.raises(CallbackError, match="carries"):
             native.assert_muscles_pull(model, row)
+
+
+def test_chambers_whose_muscles_share_anchors_are_one_network() -> None:
+    def circuit(*anchors: tuple[str, ...]) -> native.Circuit:
+        chambers = tuple(
+            native.CircuitChamber(f"{k}", "slide", TUBE, 0.5, VALVE, VALVE) for k in range(len(anchors))
+        )
+        muscles = tuple(
+            native.CircuitMuscle(f"m{k}", (f"m{k}",), ROW, 0.0, f"{k}", anchors=names)
+            for k, names in enumerate(anchors)
+        )
+        known = tuple(native.CircuitAnchor(name, 4e3) for name in ("cuff", "plate"))
+        return native.Circuit(muscles, chambers, known)
+
+    both = ("cuff", "plate")
+    assert [n.chambers for n in circuit((), ()).networks()] == [("0",), ("1",)]
+    assert [n.chambers for n in circuit(both, both).networks()] == [("0", "1")]
+    assert [n.chambers for n in circuit(("cuff",), (), ("plate",)).networks()] == [("0",), ("1",), ("2",)]
+    with pytest.raises(ValueError, match="anchor is shared"):
+        circuit(both, ("cuff",)).networks()
+    one_chamber = circuit(both, ())
+    muscles = tuple(dataclasses.replace(muscle, chamber="0") for muscle in one_chamber.muscles)
+    with pytest.raises(ValueError, match="pull on different anchors"):
+        dataclasses.replace(one_chamber, muscles=muscles).networks()

@@ -12,6 +12,7 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.model.build import Built, build
 from afo_sim.model.contact import pad_stiffness, shares, standing
+from afo_sim.model.controls import controls
 from afo_sim.model.foot import POINTS, turned
 from afo_sim.model.patient import ground_moment
 from afo_sim.model.start import walking_start
@@ -101,7 +102,9 @@ def test_the_toe_pad_is_the_toe_joint_over_its_lever() -> None:
 def test_a_pads_force_is_its_law_whatever_ctrl_holds() -> None:
     built = contact_built()
     model, data = built.model, mujoco.MjData(built.model)
-    mujoco.mj_setState(model, data, walking_start(built), mujoco.mjtState.mjSTATE_INTEGRATION)
+    with native.installed():
+        start = walking_start(built, controls(built, 1)[0])
+    mujoco.mj_setState(model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
     pads = [built.index.walking[f"pad_{p}"] for p in POINTS]
     data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.1
     forces = []

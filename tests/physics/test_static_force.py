@@ -13,12 +13,13 @@ from scipy.optimize import brentq, least_squares
 from afo_sim.common import assets
 from afo_sim.description import reader
 from afo_sim.physics.curves import contractions, forces
+from afo_sim.physics.hill import braid_force
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid, Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.pneumatics import braid_volume
-from afo_sim.physics.static_force import muscle_static_force, static_force
+from afo_sim.physics.static_force import muscle_static_force, signed_force, static_force
 
 G = 9.81  # what the fits of S1's tables were made with [m/s²]
 BRAIDS = (Braid(0.1631, 5.75e-3, math.radians(22.0)), Braid(0.215, 5e-3, math.radians(37.0)))
@@ -146,6 +147,91 @@ def test_a_stretched_muscle_asks_its_law_at_no_contraction(case):
     assert muscle_static_force(float(case.law.native_id), -0.02, p, 0.0, list(case.coefficients), 0) == case(
         0.0, p
     )
+
+
+R0, B = 5.75e-3, 1.0 / math.sin(math.radians(22.0)) ** 2
+BRAID_STIFFNESS, RETURN = 2e4, 20.0  # [N]
+
+
+def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFFNESS, returning=RETURN):
+    """The force of a muscle at its own length: law, stretched braid, return force."""
+    row = list(case.coefficients)
+    native_id = float(case.law.native_id)
+    return signed_force(native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, row, 0)
+
+
+@every_set
+def test_a_muscles_force_falls_with_its_own_contraction(case):
+    """Stretched, at its nominal length, slack: so that one length balances any tension at any pressure.
+
+    Martens & Boblan's rubber rises a little where it pushes with 200 N and more: there nothing rests.
+    """
+    near, far = np.linspace(-1e-3, 1e-3, 81), np.linspace(-0.07, 0.9, 971)
+    kappa = np.unique(np.concatenate([near, far[np.abs(far) > 1.1e-3]]))
+    for pressure in (-5e4, 0.0, 1e3, 0.5e5, *case.pressures):
+        force = np.array([_muscle(case, x, pressure, case.pressures[0]) for x in kappa])
+        assert np.all(np.diff(np.maximum(force, -200.0)) <= 1e-9)
+        if pressure < 1e5:  # by its return force even a slack muscle has one length
+            assert np.all(np.diff(force)[force[1:] > -200.0] < 0.0)
+
+
+@every_set
+def test_above_one_bar_a_contracted_muscle_is_its_law(case):
+    for pressure in (1e5, 2e5, 5e5):
+        for kappa in (0.0, 1e-3, 0.1, 0.3):
+            assert _muscle(case, kappa, pressure) == case(kappa, pressure)
+
+
+@every_set
+def test_without_air_a_muscle_is_a_return_spring(case):
+    for kappa in (0.0, 0.02, 0.2):
+        whole = _muscle(case, kappa, 0.0, case.pressures[0])
+        without = _muscle(case, kappa, 0.0, case.pressures[0], returning=0.0)
+        assert without <= 0.0
+        assert whole - without == pytest.approx(-RETURN * kappa, abs=1e-9)
+    # half of it at half a bar, none at one
+    for pressure, share in ((5e4, 0.5), (9e4, 0.1), (1e5, 0.0), (-5e4, 1.0)):
+        returned = _muscle(case, 0.2, pressure) - _muscle(case, 0.2, pressure, returning=0.0)
+        assert returned == pytest.approx(-share * RETURN * 0.2, abs=1e-9)
+
+
+@every_set
+def test_a_stretched_muscle_is_its_braid_and_the_virtual_work_of_its_air(case):
+    """Beyond the blend: law(0, p)⁺ + p [V'(κ) − V'(0)]/L0 + braid, with V of the ideal braid."""
+    length, step = 0.1631, 1e-5
+    for kappa, pressure in itertools.product((-0.01, -0.03), (1e5, 3e5)):
+        slopes = [
+            (braid_volume(x + step, length, R0, B)[0] - braid_volume(x - step, length, R0, B)[0])
+            / (2.0 * step)
+            for x in (kappa, 0.0)
+        ]
+        expected = max(case(0.0, pressure), 0.0) + pressure * (slopes[0] - slopes[1]) / length
+        expected += braid_force(kappa, BRAID_STIFFNESS)
+        assert _muscle(case, kappa, pressure) == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_bladder_that_pushes_leaves_the_braid_over_five_hundredths_of_a_per_cent():
+    case = Case(LAWS["tondu_lopez_2000_bladder"], (R0, B, 1.0, 136.0, 153.0), (), 0.4)
+    assert case(0.0, 0.0) == -136.0
+    for kappa, share in ((0.0, 1.0), (-2.5e-4, 0.5), (-5e-4, 0.0), (-0.01, 0.0)):
+        expected = -136.0 * share + braid_force(kappa, BRAID_STIFFNESS)
+        assert _muscle(case, kappa, 0.0, returning=0.0) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+@every_set
+def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
+    for pressure in (2e4, case.pressures[-1]):
+        for joint in (0.0, -5e-4, -0.005):
+            below, above = (_muscle(case, joint + d, pressure) for d in (-1e-10, 1e-10))
+            assert below == pytest.approx(above, abs=1e-3)
+    row = list(case.coefficients)
+    good = [float(case.law.native_id), -0.01, 5e4, 1e3, RETURN, BRAID_STIFFNESS, R0, B]
+    for i in range(len(good)):
+        bad = [*good[:i], math.nan, *good[i + 1 :]]
+        assert math.isnan(signed_force(*bad, row, 0)), i
+    for i in range(len(row)):
+        spoiled = [*row[:i], math.nan, *row[i + 1 :]]
+        assert math.isnan(signed_force(*good, spoiled, 0)), i
 
 
 @every_set
