@@ -45,8 +45,8 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     ----------
     run : a Recording, or the folder of one
     out : file to write, whole or not at all; its suffix (png, pdf or svg) is the format
-    kind : "overview", "angle", "torque", "clearance", "pressure" or "force_contraction"; clearance is of
-        walking, the last two of an orthosis
+    kind : "overview", "angle", "torque", "clearance", "pressure", "muscles" or "force_contraction"; clearance
+        is of walking, the last three of an orthosis
 
     Returns
     -------

@@ -158,15 +158,16 @@ def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     axis.set_ylabel("valves\nopen")
 
 
-def forces(axis: Any, runs: Sequence[RunView]) -> None:
-    """Force of each muscle of a run over time, of a group once where its muscles coincide."""
+def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Force of each muscle of a run, of a group once where its muscles coincide."""
     run = runs[0]
     for group in run.groups:
         for label, muscle, style in group_curves(run, group, "force"):
-            time, values = run.curves(f"muscle/{muscle}/force", "time")
-            axis.plot(time, values[0], color=run.colours[group], ls=style, label=label, marker=_dot(time))
+            x, values = run.curves(f"muscle/{muscle}/force", over)
+            mean_and_spread(axis, values, run.colours[group], label, x, style)
     axis.set_ylabel("muscle force\n[N]")
-    shade_stance(axis, run)
+    if over == "time":
+        shade_stance(axis, run)
 
 
 def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, str, str]]:
@@ -181,7 +182,9 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
 
 
-def mean_and_spread(axis: Any, values: np.ndarray, colour: str, label: str | None, x: np.ndarray) -> None:
+def mean_and_spread(
+    axis: Any, values: np.ndarray, colour: str, label: str | None, x: np.ndarray, style: str = "-"
+) -> None:
     """Mean of the strides as a line, lowest to highest as a band; one row is a line.
 
     Parameters
@@ -190,11 +193,12 @@ def mean_and_spread(axis: Any, values: np.ndarray, colour: str, label: str | Non
     values : (strides, n)
     colour, label : of the line; the label as a figure can show it
     x : abscissa (n,)
+    style : of the line
     """
     if len(values) > 1:
         low, high = values.min(axis=0), values.max(axis=0)
         axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
-    axis.plot(x, values.mean(axis=0), color=colour, label=label, marker=_dot(x), zorder=3)
+    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, marker=_dot(x), zorder=3)
 
 
 def _dot(x: np.ndarray) -> str | None:

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from afo_sim.show import panels, walk_panels
+from afo_sim.show import muscle_panels, panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import STYLE, plain
 
 WIDTH = 7.6  # [inch]
 ACROSS = 3  # panels side by side, at most
+
+MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,48 @@ def draw_pressures(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -
     panels.legend(figure, upper)
 
 
+def draw_muscles(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -> None:
+    """Of each run, a column: contraction and force of its muscles, and how far cuff and plate give."""
+    across = min(len(runs), ACROSS)
+    down = -(-len(runs) // across)
+    rows = muscle_rows(runs)
+    axes = figure.subplots(len(rows) * down, across, squeeze=False, sharex="col" if down == 1 else False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for k, run in enumerate(runs):
+        column = axes[len(rows) * (k // across) : len(rows) * (k // across + 1), k % across]
+        _draw_muscles(column, run, over)
+        if k % across:
+            for axis in column:
+                axis.set_ylabel("")
+    figure.align_ylabels(axes)
+    panels.legend(figure, axes.flat)
+
+
+def muscle_rows(runs: Sequence[RunView]) -> list[MusclePanel]:
+    """The panels of muscles that any of some runs has."""
+    rows: list[MusclePanel] = [muscle_panels.contractions, panels.forces]
+    if any(run.anchors for run in runs):
+        rows += [muscle_panels.displacements, muscle_panels.pulls]
+    return rows
+
+
+def _draw_muscles(axes: Sequence[Any], run: RunView, over: Over) -> None:
+    """The panels of one run, from the top; those that it has not are left empty."""
+    for axis, draw in zip(axes, muscle_rows([run]), strict=False):
+        axis.set_axis_on()
+        draw(axis, [run], over)
+        x, _ = run.curves("supply/pressure", over)
+        axis.set_xlim(x[0], x[-1])
+        if over == "cycle":
+            walk_panels.mark_toe_off(axis, run.toe_off)
+        last = axis
+        axis.tick_params(labelbottom=False)
+    axes[0].set_title(plain(run.label), loc="left", color=run.colour)
+    last.tick_params(labelbottom=True)
+    last.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
+
+
 def draw_torque(figure: Any, runs: Sequence[RunView]) -> None:
     """Torque that the patient lacks, and torque of the orthosis; one panel for each run."""
     across = min(len(runs), ACROSS)
@@ -138,6 +182,12 @@ PRESSURES = (
     "Pressures and valves",
     "Pressure in each chamber above the surrounding air, and the opening of its valves.",
 )
+MUSCLES = (
+    "Muscles, cuff and plate",
+    "Contraction: solid the muscle's own, dotted where it is slack; thin that which its path would give on "
+    "a rigid cable, cuff and plate. Where a muscle is shorter than its path asks, they give; where it is "
+    "longer, its cable hangs slack. The mounting gives along the pull of all muscles on it.",
+)
 TORQUE = (
     "Torque needed and torque available",
     "Needed: the torque of a healthy ankle's muscles in this walking, less the torque that the patient's own "
@@ -158,6 +208,7 @@ def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[Drawing]:
     yield _figure("clearance", 3.3, draw_clearance, runs, CLEARANCE)
     if worn:
         yield _figure("pressures", _tall(worn, 3.6), draw_pressures, worn, PRESSURES)
+        yield _figure("muscles", _muscles_tall(worn), draw_muscles, worn, MUSCLES)
     yield _figure("torque", _tall(runs, 3.0), draw_torque, runs, TORQUE)
     if worn:
         yield _figure("work", 2.8, draw_work, worn, WORK)
@@ -169,6 +220,11 @@ def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
     yield _figure("time", 4.0, draw_over_time, runs, TIME)
     if worn:
         yield _figure("air", _tall(worn, 3.6), partial(draw_pressures, over="time"), worn, PRESSURES)
+        yield _figure("muscles", _muscles_tall(worn), partial(draw_muscles, over="time"), worn, MUSCLES)
+
+
+def _muscles_tall(runs: Sequence[RunView]) -> float:
+    return _tall(runs, 0.8 + 1.2 * len(muscle_rows(runs)))
 
 
 def _tall(runs: Sequence[RunView], height: float) -> float:

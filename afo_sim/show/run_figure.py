@@ -10,11 +10,12 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
-from afo_sim.show import panels
+from afo_sim.show import muscle_panels, panels
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import FORMATS, paragraph, write_figure
 from afo_sim.simulation.recording import Recording
 
+LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
 LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
 SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
 
@@ -22,9 +23,10 @@ Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
-    """Draw a run on one page over time: angle, moments, pressures, valves and forces, as far as it has them.
+    """Draw a run on one page over time, as far as it has them.
 
-    In walking also the height of the sole, with the time that the foot stands shaded.
+    Angle, moments, pressures, valves, forces and contractions of the muscles, and how far cuff and plate
+    give. In walking also the height of the sole, with the time that the foot stands shaded.
 
     Parameters
     ----------
@@ -39,7 +41,9 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     run = alone(recording)
     rows: list[Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
-    rows += [panels.pressures, panels.valves, panels.forces] if run.groups else []
+    if run.groups:
+        rows += [panels.pressures, panels.valves, panels.forces, muscle_panels.contractions]
+    rows += [muscle_panels.displacements] if run.anchors else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
 
@@ -65,8 +69,19 @@ def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
     _draw(functools.partial(_stack, rows=rows), (4.7, 3.2), alone(recording), path)
 
 
+def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
+    """Draw contraction and force of the muscles over time, and how far cuff and plate give under which pull.
+
+    Parameters and errors as in `draw_run`.
+    """
+    run = alone(recording)
+    rows: list[Panel] = [muscle_panels.contractions, panels.forces]
+    rows += [muscle_panels.displacements, muscle_panels.pulls] if run.anchors else []
+    _draw(functools.partial(_stack, rows=tuple(rows), title=True), (7.1, 0.8 + 1.6 * len(rows)), run, path)
+
+
 def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
-    """Draw each group's force over contraction; parameters and errors as in `draw_run`."""
+    """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
     _draw(_force_contraction, (1.1 + 3.0 * len(run.groups), 2.9), run, path)
 
@@ -77,6 +92,7 @@ FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
     "torque": draw_torque,
     "clearance": draw_clearance,
     "pressure": draw_pressure,
+    "muscles": draw_muscles,
     "force_contraction": draw_force_contraction,
 }
 
@@ -85,7 +101,7 @@ def figures_of(recording: Recording) -> list[str]:
     """The names in FIGURES that have something to show of a run."""
     run = alone(recording)
     absent = set() if run.walks else {"clearance"}
-    absent |= set() if run.groups else {"pressure", "force_contraction"}
+    absent |= set() if run.groups else {"pressure", "muscles", "force_contraction"}
     return [name for name in FIGURES if name not in absent]
 
 
@@ -163,6 +179,9 @@ def _force_contraction(figure: Any, run: RunView) -> None:
             contraction = 100.0 * recording[f"muscle/{muscle}/contraction"]
             _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour)
         axis.margins(0.06)
+        low, high = axis.get_xlim()
+        if high - low < LEAST_SPAN:  # a muscle that never leaves its rest
+            axis.set_xlim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))
         axis.set_title(", ".join(label for label, _, _ in curves), loc="left")
         axis.set_xlabel("contraction [%]")
     axes[0].set_ylabel("muscle force [N]")

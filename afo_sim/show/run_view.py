@@ -1,12 +1,15 @@
 """A run as it is shown: its name and colour, its strides, its words and groups."""
 
 import itertools
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.strides import Stride, settled, stance, strides
 from afo_sim.metrics.walking import chambers, has_orthosis
@@ -15,6 +18,7 @@ from afo_sim.simulation.recording import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE
+ANCHOR = r"cuff/\w+/displacement"
 
 Over = Literal["time", "cycle"]  # the abscissa
 
@@ -95,6 +99,11 @@ class RunView:
         return {name: group.get("chamber") or name for name, group in muscles.items()}
 
     @property
+    def anchors(self) -> list[str]:
+        """The anchors that give: "shank" for the cuff, "foot" for the plate."""
+        return [name.split("/")[1] for name in self.recording.columns if re.fullmatch(ANCHOR, name)]
+
+    @property
     def colours(self) -> dict[str, str]:
         """{chamber or muscle group: its colour}; a group named as a chamber has that chamber's."""
         return dict(zip(dict.fromkeys([*self.chambers, *self.groups]), itertools.cycle(COLOURS)))
@@ -102,6 +111,25 @@ class RunView:
     def cycles(self, column: str) -> np.ndarray:
         """A column over PHASE, one row for each stride (strides, 201)."""
         return np.array([stride.at(column, PHASE) for stride in self.strides])
+
+    def path_contraction(self, group: str, muscle: str, over: Over) -> np.ndarray:
+        """Contraction that a muscle would have on rigid cable, cuff and plate (curves, n).
+
+        Parameters
+        ----------
+        group, muscle : a group's name, and that of one of its muscles
+        over : the abscissa, as in `curves`
+        """
+        mounted = self._orthosis.muscle[group]
+        length = mounted.type.nominal_length
+        _, path = self.curves(f"muscle/{muscle}/path_length", over)
+        found: np.ndarray = (length - (path - mounted.series_length)) / length
+        return found
+
+    @cached_property
+    def _orthosis(self) -> Orthosis:
+        orthosis: Orthosis = load("orthosis", self.recording.scenario["orthosis"])
+        return orthosis
 
     def curves(self, column: str, over: Over) -> tuple[np.ndarray, np.ndarray]:
         """Abscissa, time [s] or gait cycle [%] (n,), and a column's curves over it (curves, n)."""

@@ -23,6 +23,7 @@ MOMENTS = {  # about the ankle
     "ground": "#56B4E9",
     "frame": "#999999",
 }
+MOUNTINGS = {"shank": "#000000", "foot": "#009E73"}  # cuff and plate
 SOLE = {"toe": "#E69F00", "ball": "#0072B2"}  # points of the sole
 STANCE, NORM, ZERO = "#56B4E9", "0.85", "0.75"
 LINE_STYLES = ("-", "--", ":", "-.")

@@ -6,10 +6,12 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.strides import loaded
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.show.carriage import Carriage
+from afo_sim.show.mountings import Mountings
 from afo_sim.show.sole import sole_thickness
 from afo_sim.show.video_scenery import (
     AZIMUTH,
@@ -44,6 +46,8 @@ class Painter:
         ]
         names = [model.tendon(t).name.removesuffix(DRAWN) for t in range(model.ntendon)]
         self.forces = [recording[f"muscle/{name}/force"] for name in names]
+        groups = muscle_names(load("orthosis", recording.scenario["orthosis"]))
+        self.mountings = Mountings(model, groups, recording.columns)
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
         self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self.options.sitegroup[:] = 0
@@ -70,6 +74,8 @@ class Painter:
         for tendon, force in enumerate(self.forces):
             share = np.clip(force[row] / FORCE_SCALE, 0.0, 1.0) ** 0.5
             self.model.tendon_rgba[tendon] = SLACK + share * (PULLING - SLACK)
+        given = {a: float(self.recording[column][row]) for a, column in self.mountings.columns.items()}
+        self.mountings.place(given)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)

@@ -23,7 +23,7 @@ from afo_sim.simulation.recording import Recording
 
 FILES = {
     f"{name}.{suffix}"
-    for name in ("overview", "angle", "torque", "pressure", "force_contraction")
+    for name in ("overview", "angle", "torque", "pressure", "muscles", "force_contraction")
     for suffix in ("png", "pdf")
 }
 

@@ -16,7 +16,7 @@ from rerun_files import needs_vulkan, read, rerun
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
-from afo_sim.show.rerun.scene import tube_radius
+from afo_sim.show.rerun.muscle import tube_radius
 from afo_sim.show.rerun.viewer import viewer_process
 from afo_sim.simulation.files import write_parquet
 from afo_sim.simulation.recording import Recording
@@ -38,6 +38,7 @@ def file(folders: list[pathlib.Path]) -> pathlib.Path:
 def test_scalars_are_the_runs_bit_for_bit(file: pathlib.Path, seated: Recording) -> None:
     stamps = np.round(seated["time"] * 1e9).astype(np.int64)
     muscles = [c.split("/")[1] for c in seated.columns if c.startswith("muscle/") and c.endswith("/force")]
+    groups = load("scenario", seated.scenario).orthosis.muscle
     plotted = {
         "/angle/ankle": [np.degrees(seated["ankle/angle"])],
         "/moment/ankle": [seated[f"ankle/moment/{m}"] for m in ("orthosis", "passive", "gravity")],
@@ -46,6 +47,14 @@ def test_scalars_are_the_runs_bit_for_bit(file: pathlib.Path, seated: Recording)
         ],
         "/force/muscles": [seated[f"muscle/{m}/force"] for m in muscles],
         "/contraction/muscles": [seated[f"muscle/{m}/contraction"] * 100.0 for m in muscles],
+        "/length/muscles": [
+            length
+            for group in ("dorsiflexor", "plantarflexor")
+            for length in (
+                seated[f"muscle/{group}_1/length"] * 1e3,
+                (seated[f"muscle/{group}_1/path_length"] - groups[group].series_length) * 1e3,
+            )
+        ],
     }
     for entity, columns in plotted.items():
         time, values = read(file, entity, "Scalars:scalars")

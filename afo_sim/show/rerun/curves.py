@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.model.foot import foot_of, turned
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.show.rerun.clock import GAIT, send
 from afo_sim.show.rerun.source import Columns, Source
 
@@ -24,6 +24,7 @@ MOMENTS = {
 }
 ANGLE, HEALTHY = [235, 235, 235], [80, 140, 220]
 SOLE = {"toe": ([250, 200, 70], [140, 110, 40]), "ball": ([90, 190, 250], [50, 100, 140])}  # own, healthy
+MOUNTINGS = {"shank": ("cuff", [235, 235, 235]), "foot": ("plate", [90, 205, 140])}
 SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
 ANGLES = ("ankle/angle", "gait/ankle_angle")
 
@@ -65,6 +66,17 @@ class HealthyHeight(Curve):
         return height
 
 
+@dataclass(frozen=True)
+class PathLength(Curve):
+    """Length that a muscle would have on rigid cable, cuff and plate: its path less all that is in series."""
+
+    series: float = 0.0  # [m]
+
+    def values(self, block: Columns) -> np.ndarray:
+        found: np.ndarray = (block[self.column] - self.series) * self.factor
+        return found
+
+
 def curves(source: Source) -> list[Curve]:
     """Every line of a run's plots."""
     found = [Curve("angle/ankle", "angle", ANGLE, "ankle/angle")]
@@ -83,6 +95,29 @@ def curves(source: Source) -> list[Curve]:
         shade = colour_of(muscle)
         found.append(Curve("force/muscles", muscle, shade, f"muscle/{muscle}/force"))
         found.append(Curve("contraction/muscles", muscle, shade, f"muscle/{muscle}/contraction", 100.0))
+    return [*found, *_lengths(source), *_mountings(source)]
+
+
+def _lengths(source: Source) -> list[Curve]:
+    """Own length and that of the path, of one muscle of a group whose muscles are alike [mm]."""
+    found: list[Curve] = []
+    for muscle, group in muscle_names(source.scenario.orthosis).items():
+        if group.alike and not muscle.endswith("_1"):
+            continue
+        shade, path = colour_of(muscle), f"muscle/{muscle}/path_length"
+        found.append(Curve("length/muscles", muscle, shade, f"muscle/{muscle}/length", 1e3))
+        label = f"{muscle}, path"
+        found.append(PathLength("length/muscles", label, _shade(shade), path, 1e3, group.series_length))
+    return found
+
+
+def _mountings(source: Source) -> list[Curve]:
+    """What cuff and plate give [mm], and the pull on them [N]."""
+    found = []
+    for anchor in source.named("cuff"):
+        name, colour = MOUNTINGS[anchor]
+        found.append(Curve("mounting/gives", name, colour, f"cuff/{anchor}/displacement", 1e3))
+        found.append(Curve("mounting/pull", name, colour, f"cuff/{anchor}/force"))
     return found
 
 
@@ -125,6 +160,11 @@ def compared_curves(source: Source, label: str, number: int, *, healthy: bool) -
             path = f"{kind}/{name}/{column}"
             shade = _shade(colour) if k % 2 else colour
             found.append(Curve(f"{entity}/{label}", f"{label}: {name}", shade, path, factor))
+    for k, anchor in enumerate(source.named("cuff")):
+        name, shade = f"{label}: {MOUNTINGS[anchor][0]}", _shade(colour) if k else colour
+        path = f"cuff/{anchor}/displacement"
+        found.append(Curve(f"mounting/gives/{label}", name, shade, path, 1e3))
+        found.append(Curve(f"mounting/pull/{label}", name, shade, f"cuff/{anchor}/force"))
     return found
 
 

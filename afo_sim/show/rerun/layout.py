@@ -17,14 +17,16 @@ class Contents:
     """The contents to lay out.
 
     valves is the number of valve lanes; loop the time that is played over and over [s]; muscles whether
-    any run has an orthosis; carriage the entity that a walk's camera rides on, trails the entities whose
-    last stride is shown, stride its duration [s]; compared, whether several runs are shown; joint and
-    positive are what the joint and its positive direction are called.
+    any run has an orthosis, mountings whether any has a cuff or plate that gives; carriage the entity that
+    a walk's camera rides on, trails the entities whose last stride is shown, stride its duration [s];
+    compared, whether several runs are shown; joint and positive are what the joint and its positive
+    direction are called.
     """
 
     valves: int
     loop: float
     muscles: bool = True
+    mountings: bool = False
     compared: bool = False
     carriage: str = ""
     trails: tuple[str, ...] = ()
@@ -121,9 +123,15 @@ def _space(
 
 
 def _details(contents: Contents) -> list[Any]:
-    plots = []
+    plots: list[Any] = []
     if contents.muscles:
-        plots += [_plot("/force", "muscle force [N]"), _plot("/contraction", "contraction [%]")]
+        contraction, length = _plot("/contraction", "contraction [%]"), _plot("/length", "length [mm]")
+        both = rrb.Horizontal(contraction, length, name="contraction")
+        plots += [_plot("/force", "muscle force [N]"), contraction if contents.compared else both]
+    if contents.mountings:
+        gives = _plot("/mounting/gives", "mounting gives [mm]")
+        pull = _plot("/mounting/pull", "pull on it [N]")
+        plots.append(rrb.Horizontal(gives, pull, name="cuff"))
     if contents.carriage and not contents.compared:
         plots.append(_plot("/ground", "ground force [N]"))
     return [

@@ -96,6 +96,7 @@ def contents(shown: list[RunScene]) -> Contents:
         valves=lanes if len(shown) == 1 else min(lanes, 4),
         loop=shown[0].source.cycle,
         muscles=any(run.source.named("muscle") for run in shown),
+        mountings=any(run.source.named("cuff") for run in shown),
         compared=len(shown) > 1,
         carriage=f"/{walk_scene.CARRIAGE}" if walkers else "",
         trails=tuple(trail for walker in walkers for trail in walker.trails),

@@ -7,17 +7,14 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.metrics.strides import stance_force
-from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
+from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.show.mountings import Mountings
 from afo_sim.show.rerun.clock import GAIT, send
+from afo_sim.show.rerun.muscle import DrawnMuscle
 from afo_sim.show.rerun.source import Columns, Source
 
-FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
-PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]
-SLACK, PULLING = np.array([150, 155, 165]), np.array([245, 60, 30])
-CABLE_RADIUS = 0.0015  # [m]
 WALKING = (  # columns that walking is shown by, beside the model's coordinates
     *GAIT,
     "gait/ankle_angle",
@@ -36,22 +33,30 @@ class Stage:
     root: str
     opacity: float
     colour_by: str
+    mountings: Mountings
     walking: tuple[str, ...] = ()  # columns that a walking run is shown by besides
+
+    @property
+    def muscles(self) -> list[DrawnMuscle]:
+        """Every single muscle."""
+        look = (self.root, self.opacity, self.colour_by)
+        return [DrawnMuscle(name, group, *look) for name, group in self.groups.items()]
 
     @property
     def columns(self) -> list[str]:
         """The columns that poses and muscles are made of."""
         joints = [f"qpos/{self.model.joint(j).name}" for j in range(self.model.njnt)]
-        muscles = [f"muscle/{m}/{x}" for m in self.groups for x in ("length", "contraction", "force")]
-        chambers = [f"chamber/{chamber_of(m, g)}/pressure" for m, g in self.groups.items()]
-        return ["time", *joints, *muscles, *dict.fromkeys(chambers), *self.walking]
+        muscles = [column for muscle in self.muscles for column in muscle.columns]
+        given = self.mountings.columns.values()
+        return ["time", *joints, *dict.fromkeys(muscles), *given, *self.walking]
 
 
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
     walking = tuple(dict.fromkeys((*WALKING, stance_force(source.columns)))) if source.walks else ()
-    return Stage(model, muscle_names(source.scenario.orthosis), root, opacity, colour_by, walking)
+    groups = muscle_names(source.scenario.orthosis)
+    return Stage(model, groups, root, opacity, colour_by, Mountings(model, groups, source.columns), walking)
 
 
 def log_axes(stream: rr.RecordingStream) -> None:
@@ -80,11 +85,8 @@ def log_shapes(stream: rr.RecordingStream, view: Stage) -> None:
     ends = [joint.pos + side * 0.085 * joint.axis for side in (-1.0, 1.0)]
     axis = rr.LineStrips3D([ends], radii=[0.002], colors=[[255, 220, 90, round(255 * view.opacity)]])
     stream.log(f"{view.root}/bodies/{body}/ankle_axis", axis, static=True)
-    for name in view.groups:
-        solid = rr.Capsules3D.from_fields(fill_mode="solid")
-        stream.log(f"{view.root}/muscles/{name}", solid, static=True)
-        cable = rr.LineStrips3D.from_fields(radii=[CABLE_RADIUS], colors=[[210, 210, 215]])
-        stream.log(f"{view.root}/cables/{name}", cable, static=True)
+    for muscle in view.muscles:
+        muscle.log_style(stream)
 
 
 def log_body(
@@ -123,19 +125,27 @@ def _shape(model: mujoco.MjModel, geom: int, colour: np.ndarray) -> Any:
 def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     """Replay a block's coordinates through the kinematics; bodies, muscles and cables."""
     model = view.model
-    position, quaternion, ends = replay(model, block, tuple(view.groups))
+    position, quaternion, ends = replay(model, block, tuple(view.groups), view.mountings)
     for body in range(1, model.nbody):
         pose = rr.Transform3D.columns(
             translation=position[:, body].astype(np.float32),
             quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
         )
         send(stream, f"{view.root}/bodies/{model.body(body).name}", block, pose)
-    for number, (name, group) in enumerate(view.groups.items()):
-        _log_muscle(stream, view, block, name, group, ends[:, number])
+    if not view.groups:
+        return
+    given = np.sum([block[column] for column in view.mountings.columns.values()], axis=0)
+    ankle = position[:, model.body("shank_anchors").id]
+    for number, muscle in enumerate(view.muscles):
+        own = given if muscle.group.pulley is None else 0.0
+        muscle.log(stream, block, ends[:, number], ankle, np.broadcast_to(own, len(ankle)))
 
 
 def replay(
-    model: mujoco.MjModel, block: Columns, muscles: tuple[str, ...] = ()
+    model: mujoco.MjModel,
+    block: Columns,
+    muscles: tuple[str, ...] = (),
+    mountings: Mountings | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Poses of bodies and paths of muscles at the coordinates of a block of rows.
 
@@ -144,6 +154,7 @@ def replay(
     model : of the run
     block : with a column qpos/<joint> for every joint [m], [rad] (n,)
     muscles : names of those whose ends are wanted
+    mountings : cuff and plate, which the block tells how far they give; at home by default
 
     Returns
     -------
@@ -157,62 +168,14 @@ def replay(
     position = np.empty((len(qpos), model.nbody, 3))
     quaternion = np.empty((len(qpos), model.nbody, 4))
     ends = np.empty((len(qpos), len(pairs), 2, 3))
+    given = {} if mountings is None else {a: block[column] for a, column in mountings.columns.items()}
     for k, row in enumerate(qpos):
+        if mountings is not None:
+            mountings.place({anchor: values[k] for anchor, values in given.items()})
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
         position[k], quaternion[k] = data.xpos, data.xquat
         ends[k] = data.site_xpos[pairs]
+    if mountings is not None:
+        mountings.place({})
     return position, quaternion, ends
-
-
-def _log_muscle(
-    stream: rr.RecordingStream,
-    view: Stage,
-    block: Columns,
-    name: str,
-    group: MuscleGroup,
-    ends: np.ndarray,
-) -> None:
-    """A tube from the origin, as long as the muscle and as thick as its braid, and the cable beyond."""
-    span = ends[:, 1] - ends[:, 0]
-    path = np.linalg.norm(span, axis=1)
-    direction = span / path[:, None]
-    radius = tube_radius(block[f"muscle/{name}/contraction"], group.type)
-    length = np.clip(block[f"muscle/{name}/length"] + group.type.end_length, 0.02, path)
-    if view.colour_by == "pressure":
-        share = block[f"chamber/{chamber_of(name, group)}/pressure"] / PRESSURE_SCALE
-    else:
-        share = np.sqrt(np.clip(block[f"muscle/{name}/force"], 0.0, None) / FORCE_SCALE)
-    colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
-    rgba = np.column_stack([colour, np.full(len(path), 255 * view.opacity)]).round().astype(np.uint8)
-    tube = rr.Capsules3D.columns(
-        lengths=(length - 2.0 * radius).clip(0.001).astype(np.float32),
-        radii=radius.astype(np.float32),
-        translations=(ends[:, 0] + radius[:, None] * direction).astype(np.float32),
-        quaternions=_turn_from_z(direction).astype(np.float32),
-        colors=rgba,
-    )
-    send(stream, f"{view.root}/muscles/{name}", block, tube)
-    start = ends[:, 0] + length[:, None] * direction
-    strips = list(np.stack([start, ends[:, 1]], axis=1).astype(np.float32))
-    send(stream, f"{view.root}/cables/{name}", block, rr.LineStrips3D.columns(strips=strips))
-
-
-def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
-    """Radius of the braid at a contraction ratio: r0 sin α/sin α0 with cos α = (1 − κ) cos α0 [m].
-
-    A slack muscle is as thick as at its greatest volume (54.74°); a stretched one never thinner than
-    two thirds of its bore.
-    """
-    angle = muscle.braid_angle
-    cosine = np.clip((1.0 - contraction) * np.cos(angle), np.sqrt(1.0 / 3.0), 1.0)
-    grown = np.sqrt(1.0 - cosine**2) / np.sin(angle)
-    return 0.5 * muscle.bore * np.maximum(grown, 2.0 / 3.0)
-
-
-def _turn_from_z(direction: np.ndarray) -> np.ndarray:
-    """Quaternions (xyzw) that turn the z axis to unit vectors (n, 3)."""
-    cross = np.column_stack([-direction[:, 1], direction[:, 0], np.zeros(len(direction))])
-    quaternion = np.column_stack([cross, 1.0 + direction[:, 2]])
-    quaternion[quaternion[:, 3] < 1e-9] = (1.0, 0.0, 0.0, 0.0)  # straight down: half a turn about x
-    return quaternion / np.linalg.norm(quaternion, axis=1)[:, None]

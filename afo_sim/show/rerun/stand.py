@@ -12,9 +12,9 @@ from afo_sim.bench.measures import AXES
 from afo_sim.bench.table import set_point_text
 from afo_sim.bench.trial import Trial
 from afo_sim.show.rerun.clock import TIMELINE, send
+from afo_sim.show.rerun.muscle import PULLING, SLACK, tube_radius
 from afo_sim.show.rerun.recording_file import APPLICATION
 from afo_sim.show.rerun.saving import saving
-from afo_sim.show.rerun.scene import PULLING, SLACK, tube_radius
 from afo_sim.show.stand_figure import SHOWN, colour
 
 SPACING = 0.09  # between muscles [m]

@@ -1,0 +1,58 @@
+"""Cuff and plate in space: as they give, they move along their segments towards the pull of the muscles."""
+
+from collections.abc import Collection, Mapping
+
+import mujoco
+import numpy as np
+
+from afo_sim.description.orthosis import MuscleGroup
+
+PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor carries begin
+
+
+class Mountings:
+    """The cuff and the plate of a model, as far as a recording tells what they give.
+
+    Parameters
+    ----------
+    model : of the run, as compiled; `place` moves its bodies
+    groups : {muscle: its group}
+    columns : names of the recording's columns
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]
+    ) -> None:
+        self.model = model
+        self.columns = {a: f"cuff/{a}/displacement" for a in PARTS if f"cuff/{a}/displacement" in columns}
+        self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
+        self._home = model.body_pos.copy()
+        self._towards = {anchor: _pull(model, groups, anchor) for anchor in self.columns}
+
+    def place(self, given: Mapping[str, float]) -> None:
+        """Put each anchor where it is when it has given so far [m]; those left out are at home."""
+        for anchor, bodies in self._bodies.items():
+            self.model.body_pos[bodies] = self._home[bodies]
+            self.model.body_pos[bodies, 2] += self._towards[anchor] * given.get(anchor, 0.0)
+
+
+def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
+    """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
+    ends = model.body(f"{anchor}_anchors")
+    beside = np.flatnonzero(model.body_parentid == ends.parentid[0])
+    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(PARTS[anchor])]
+
+
+def _pull(model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], anchor: str) -> float:
+    """+1 where the muscles pull an anchor up along its segment, −1 where they pull it down."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    body = model.body(f"{anchor}_anchors").id
+    upward = data.xmat[body].reshape(3, 3)[:, 2]
+    total = 0.0
+    for name in [name for name, group in groups.items() if group.pulley is None]:
+        ends = [model.site(f"{name}_{end}").id for end in ("origin", "insertion")]
+        for here, there in (ends, ends[::-1]):
+            if model.site_bodyid[here] == body:
+                total += float(upward @ (data.site_xpos[there] - data.site_xpos[here]))
+    return float(np.sign(total))

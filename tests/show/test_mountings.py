@@ -1,0 +1,119 @@
+"""Cuff and plate move in space as the recording tells; muscles hang between them, taut or in a bow."""
+
+import pathlib
+
+import mujoco
+import numpy as np
+import pytest
+from rerun_files import read
+from yielding import STIFFNESS, yielding_run
+
+from afo_sim.description.reader import load
+from afo_sim.model.mounting import muscle_names
+from afo_sim.show.mountings import Mountings
+from afo_sim.show.rerun import write_rrd
+from afo_sim.show.rerun.muscle import POINTS, bow
+from afo_sim.simulation.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def yielding() -> Recording:
+    return yielding_run()
+
+
+@pytest.fixture(scope="module")
+def file(yielding: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    path = tmp_path_factory.mktemp("yielding") / "recording.rrd"
+    write_rrd(yielding, path)
+    return path
+
+
+def strips(file: pathlib.Path, name: str) -> list[np.ndarray]:
+    """Points of a cable at each time, (2 or POINTS, 3) [m]."""
+    import rerun as rr
+
+    stream = rr.chunk.RrdReader(str(file)).stream()
+    chunks = stream.filter(content=f"/world/cables/{name}", components="LineStrips3D:strips").to_chunks()
+    found = []
+    for batch in (chunk.to_record_batch() for chunk in chunks):
+        times = batch.column("sim_time").cast("int64").to_pylist()
+        found += zip(times, batch.column("LineStrips3D:strips").to_pylist(), strict=True)
+    return [np.array(strip[0]) for _, strip in sorted(found, key=lambda pair: pair[0])]
+
+
+@pytest.mark.parametrize(
+    ("body", "segment", "anchor", "sign"),
+    [("cuff_cuff", "shank", "shank", -1.0), ("plate_plate", "foot", "foot", 1.0)],
+)
+def test_each_moves_along_its_segment_towards_the_pull(
+    file: pathlib.Path, yielding: Recording, body: str, segment: str, anchor: str, sign: float
+) -> None:
+    """The cuff down the shank, the plate up to it, as far as the springs give under all tensions."""
+    model = mujoco.MjModel.from_xml_string(yielding.model_xml)
+    data = mujoco.MjData(model)
+    time, moved = read(file, f"/world/bodies/{body}", "Transform3D:translation")
+    rows = np.round(time * 1e-6).astype(int)
+    pull = 3.0 * yielding["muscle/dorsiflexor_1/force"] + 2.0 * yielding["muscle/plantarflexor_1/force"]
+    given = pull[rows] / STIFFNESS[anchor]
+    assert given.max() > 1e-3
+    for k in range(0, len(rows), 50):
+        data.qpos[0] = yielding["ankle/angle"][rows[k]]
+        mujoco.mj_kinematics(model, data)
+        upward = data.body(segment).xmat.reshape(3, 3)[:, 2]
+        assert moved[k] == pytest.approx(data.body(body).xpos + sign * given[k] * upward, abs=1e-6)
+
+
+def test_muscles_begin_at_the_moved_cuff(file: pathlib.Path, yielding: Recording) -> None:
+    _, cuff = read(file, "/world/bodies/cuff_cuff", "Transform3D:translation")
+    _, start = read(file, "/world/muscles/dorsiflexor_2", "Capsules3D:translations")
+    _, radius = read(file, "/world/muscles/dorsiflexor_2", "Capsules3D:radii")
+    top = np.linalg.norm(start - (cuff + np.array([0.06, 0.0, 0.30])), axis=1)  # the upper end
+    assert top == pytest.approx(radius[:, 0], abs=1e-6)
+    assert np.ptp(cuff[:, 2]) > 0.005
+
+
+def test_a_taut_cable_is_straight_and_a_slack_one_as_long_as_it_is(
+    file: pathlib.Path, yielding: Recording
+) -> None:
+    """Link, slack and offset are the cable's length, whatever the joint does."""
+    time, _ = read(file, "/world/bodies/foot", "Transform3D:translation")
+    rows = np.round(time * 1e-6).astype(int)
+    for name, group in muscle_names(load("scenario", yielding.scenario).orthosis).items():
+        cable = (group.link_length or 0.0) + group.slack + group.cable.offset
+        force = yielding[f"muscle/{name}/force"][rows]
+        drawn = strips(file, name)
+        for k in range(0, len(rows), 20):
+            length = np.linalg.norm(np.diff(drawn[k], axis=0), axis=1).sum()
+            assert len(drawn[k]) == 2 or force[k] == 0.0
+            assert length == pytest.approx(cable, abs=7e-4), (name, k)
+    assert len(strips(file, "plantarflexor_1")[0]) == POINTS
+
+
+def test_a_bow_is_as_long_as_told_and_turns_away() -> None:
+    ends = np.array([[[0.06, 0.0, 0.2], [0.06, 0.0, 0.1]]] * 3)
+    excess = np.array([0.0, 0.01, 0.05])
+    points = bow(ends, excess, np.zeros((3, 3)))
+    length = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
+    assert length == pytest.approx(0.1 + excess, rel=0.006)  # eight chords of each parabola
+    assert points[0, :, 0] == pytest.approx(0.06, abs=1e-12)
+    assert (points[1:, 1:-1, 0] > 0.06).all()
+    assert np.array_equal(points[:, [0, -1]], ends)
+
+
+def test_bodies_come_home(yielding: Recording) -> None:
+    model = mujoco.MjModel.from_xml_string(yielding.model_xml)
+    groups = muscle_names(load("scenario", yielding.scenario).orthosis)
+    home = model.body_pos.copy()
+    mountings = Mountings(model, groups, yielding.columns)
+    mountings.place({"shank": 0.01, "foot": 0.002})
+    shift = {model.body(b).name: v for b, v in enumerate((model.body_pos - home)[:, 2]) if v}
+    expected = {"cuff_cuff": -0.01, "shank_anchors": -0.01, "plate_plate": 0.002, "foot_anchors": 0.002}
+    assert shift == pytest.approx(expected)
+    mountings.place({})
+    assert np.array_equal(model.body_pos, home)
+
+
+def test_a_rigid_device_stays_put(seated: Recording) -> None:
+    model = mujoco.MjModel.from_xml_string(seated.model_xml)
+    groups = muscle_names(load("scenario", seated.scenario).orthosis)
+    assert Mountings(model, groups, seated.columns).columns == {}

@@ -1,0 +1,12 @@
+"""A sitting run whose cuff and plate give."""
+
+import afo_sim
+from afo_sim.simulation.recording import Recording
+
+STIFFNESS = {"shank": 4000.0, "foot": 20000.0}  # [N/m]
+
+
+def yielding_run() -> Recording:
+    """S1's orthosis on a cuff and a plate that give."""
+    mounted = {f"orthosis.anchor.{a}.stiffness": f"{k:g} N/m" for a, k in STIFFNESS.items()}
+    return afo_sim.run("seated", {"duration": "8 s", **mounted})
