@@ -1,6 +1,7 @@
 """spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 
 import mujoco
@@ -42,7 +43,7 @@ class Built:
     active: Active | None = None
     contact: Contact | None = None
 
-    @property
+    @functools.cached_property
     def xml(self) -> str:
         """The model as self-contained MJCF."""
         return self.spec.to_xml()

@@ -67,6 +67,8 @@ def run_built(
     watch: Watch | None = None,
 ) -> Recording:
     """Simulate a compiled scenario from static equilibrium, as `run` does; `watch` sees it grow."""
+    if watch is not None:
+        _ = built.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
     rollout = simulate(
         built,
         schedule.controls(built) if policy is None else policy,
