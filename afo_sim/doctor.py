@@ -144,7 +144,7 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
         findings.append(
             (
                 name,
-                f"contraction {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
+                f"contraction of its path {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
                 f"{np.degrees(upper):g} deg, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
             )
         )

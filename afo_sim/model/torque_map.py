@@ -9,7 +9,6 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import sweep_ankle
 
 # Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
@@ -20,7 +19,7 @@ class TorqueMap:
     """Static torque of one chamber's muscles alone; the others are at ambient pressure.
 
     angles [rad] (n,), pressures gauge [Pa] (m,), torque, dorsiflexion positive [N·m] (n, m),
-    contraction, the least of its muscles' contraction ratios at each angle [-] (n,).
+    contraction, the least of its muscles' own contraction ratios [-] (n, m).
     """
 
     chamber: str
@@ -46,18 +45,20 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
     model, index = built.model, built.index
     data = mujoco.MjData(model)
     maps = []
-    contraction, _, _ = sweep_ankle(model, index, angles)
     with native.installed(built.scenario.callback):
         for chamber in index.chambers:
             torque = np.empty((len(angles), len(pressures)))
+            least = np.empty_like(torque)
             for row, angle in enumerate(angles):
                 for column, pressure in enumerate(pressures):
                     data.qpos[index.ankle_qpos] = angle
                     native.fill_chambers(model, data, {index.chambers[chamber]: float(pressure)})
                     mujoco.mj_forward(model, data)
                     torque[row, column] = chamber_torque(built, data, chamber)
-            columns = [k for k, i in enumerate(index.muscles.values()) if i in members_of(built, chamber)]
-            least = contraction[:, columns].min(axis=1)
+                    least[row, column] = min(
+                        float(native.read_own(model, data.userdata, muscle).contraction)
+                        for muscle in members_of(built, chamber)
+                    )
             maps.append(TorqueMap(chamber, angles, pressures, torque, least))
     return maps
 
@@ -132,7 +133,7 @@ def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[
     found: dict[str, dict[str, tuple[float, float] | None]] = {}
     for entry in maps:
         column = int(np.argmin(np.abs(entry.pressures - pressure)))
-        torque = np.where(entry.contraction >= 0.0, entry.torque[:, column], -np.inf)
+        torque = np.where(entry.contraction[:, column] >= 0.0, entry.torque[:, column], -np.inf)
         if entry.torque.max() <= -entry.torque.min():
             continue
         found[entry.chamber] = {}

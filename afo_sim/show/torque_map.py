@@ -53,8 +53,8 @@ def _mark_needs(axis: Any, right: float) -> None:
 
 
 def _shade_stretch(axis: Any, found: TorqueMap) -> None:
-    """Grey where the braid itself is stretched, and keep the scale to where it is not."""
-    free = found.contraction >= 0.0
+    """Grey where the braid is stretched at every pressure, and keep the scale to where it is not."""
+    free = found.contraction.max(axis=1) >= 0.0
     if free.all() or not free.any():
         return
     degrees = np.degrees(found.angles)
