@@ -1,8 +1,6 @@
 """The callbacks, compiled or as plain Python: installed for a block, and shown to act."""
 
-import ctypes
 import functools
-import pathlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -10,10 +8,10 @@ from typing import Any, Literal
 
 import mujoco
 import numpy as np
-from numba.extending import register_jitable
 
 from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import define
+from afo_sim.native.compiled import callbacks
 from afo_sim.native.complaints import COMPLAINTS, FINE
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
@@ -42,43 +40,15 @@ from afo_sim.native.slots import (
     PAD_FLOOR,
 )
 from afo_sim.native.state import TENSION
+from afo_sim.native.struct_layout import verify
 
 Mode = Literal["native", "python"]
-
-_TEXT_LENGTH, _MAX_ACTUATORS = 160, 256
-
-
-def _library() -> pathlib.Path:
-    """The MuJoCo shared library that the bindings have loaded."""
-    folder = pathlib.Path(mujoco.__file__).parent
-    for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
-        for found in sorted(folder.glob(pattern)):
-            return found
-    raise CallbackError(f"no MuJoCo library is found in {folder}")
 
 
 @functools.cache
 def _native_callbacks() -> tuple[Any, Any]:
-    from afo_sim.native.struct_layout import actuator_callback, verify
-
     verify()
-    mju_error = ctypes.CDLL(str(_library())).mju_error
-    mju_error.argtypes, mju_error.restype = [ctypes.c_void_p], None
-    table = (
-        f"{c} {i}".encode().ljust(_TEXT_LENGTH, b"\0") for c in COMPLAINTS for i in range(_MAX_ACTUATORS)
-    )
-    texts = ctypes.create_string_buffer(b"".join(table))
-    base = ctypes.addressof(texts)
-
-    @register_jitable
-    def fail(complaint: int, actuator: int) -> None:
-        # mju_error jumps out of the step; MuJoCo's bindings turn it into an exception
-        mju_error(base + (complaint * _MAX_ACTUATORS + min(actuator, _MAX_ACTUATORS - 1)) * _TEXT_LENGTH)
-
-    bias, dyn = (marked_only(kernel, fail) for kernel in define(fail))
-    bias_pointer, dyn_pointer = actuator_callback(bias), actuator_callback(dyn)
-    bias_pointer.texts = texts
-    return bias_pointer, dyn_pointer
+    return callbacks()
 
 
 class KernelFailure(Exception):

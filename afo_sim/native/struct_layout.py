@@ -1,6 +1,6 @@
 """Fields of mjModel and mjData inside numba, laid out as the installed MuJoCo declares them.
 
-    @actuator_callback
+    @numba.cfunc(SIGNATURE)
     def bias(m, d, i):
         return m.actuator_user[m.nuser_actuator * i] * d.actuator_length[i]
 
@@ -12,11 +12,9 @@ contains the layout, so that compiled code of another MuJoCo can never be taken 
 import ctypes
 import functools
 import hashlib
-from collections.abc import Callable
 from typing import Any
 
 import mujoco
-import numba
 import numpy as np
 from mujoco.introspect import enums, structs
 from mujoco.introspect.ast_nodes import ArrayType, PointerType, ValueType
@@ -154,16 +152,7 @@ def _lower_getattr(context: Any, builder: Any, typ: Any, value: Any, attr: str) 
     return builder.bitcast(pointer, llvm_type)
 
 
-_SIGNATURE = types.float64(StructPointer("mjModel"), StructPointer("mjData"), types.int32)
-_MJF_ACT = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
-
-
-def actuator_callback(function: Callable[[Any, Any, int], float]) -> Any:
-    """Compile f(m, d, i) into a C function pointer for mujoco.set_mjcb_act_{dyn,bias}."""
-    compiled = numba.cfunc(_SIGNATURE, nopython=True, error_model="numpy")(function)
-    pointer = _MJF_ACT(compiled.address)
-    pointer.cfunc = compiled  # type: ignore[attr-defined]  # keeps the machine code alive
-    return pointer
+SIGNATURE = types.float64(StructPointer("mjModel"), StructPointer("mjData"), types.int32)
 
 
 @functools.cache

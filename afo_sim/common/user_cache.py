@@ -1,0 +1,90 @@
+"""Files in the user's cache folder: found whole or not at all, and never needed."""
+
+import contextlib
+import hashlib
+import os
+import pathlib
+import sys
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import keeping
+
+VARIABLE = "AFO_SIM_CACHE"  # environment: the folder, or "off"
+_NEWEST = 8  # files of one kind that stay
+_DIGEST = hashlib.sha256().digest_size
+
+
+def folder() -> pathlib.Path | None:
+    """The folder, which need not exist; None where the cache is switched off or there is no home."""
+    asked = os.environ.get(VARIABLE, "")
+    if asked.strip().lower() == "off":
+        return None
+    with contextlib.suppress(RuntimeError):  # a user without a home folder
+        return pathlib.Path(asked).expanduser() if asked else _of_the_system() / "afo_sim"
+    return None
+
+
+def _of_the_system() -> pathlib.Path:
+    if sys.platform == "win32":
+        asked, usual = os.environ.get("LOCALAPPDATA", ""), ("AppData", "Local")
+    elif sys.platform == "darwin":
+        asked, usual = "", ("Library", "Caches")
+    else:
+        asked, usual = os.environ.get("XDG_CACHE_HOME", ""), (".cache",)
+    path = pathlib.Path(asked)
+    return path if path.is_absolute() else pathlib.Path.home().joinpath(*usual)
+
+
+def read(kind: str, key: str) -> bytes | None:
+    """What `write` has stored; None where it is missing, unreadable or damaged.
+
+    Parameters
+    ----------
+    kind, key : of the file
+    """
+    path = _path(kind, key)
+    try:
+        stored = path.read_bytes() if path else b""
+    except OSError:
+        return None
+    if path is None or stored[:_DIGEST] != _digest(path, stored[_DIGEST:]):
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(path)  # in use: it stays
+    return stored[_DIGEST:]
+
+
+def write(kind: str, key: str, content: bytes) -> None:
+    """Store content for later processes; without a word where that is impossible.
+
+    Parameters
+    ----------
+    kind, key : of the file; a kind keeps its eight newest files
+    content : bytes
+    """
+    path = _path(kind, key)
+    if path is None:
+        return
+    with contextlib.suppress(OSError, InputError):
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with keeping(path) as temporary:
+            temporary.write_bytes(_digest(path, content) + content)
+        for old in sorted(path.parent.glob(f"{kind}-*"), key=_age)[_NEWEST:]:
+            old.unlink(missing_ok=True)
+
+
+def _path(kind: str, key: str) -> pathlib.Path | None:
+    place = folder()
+    return place / f"{kind}-{key}" if place else None
+
+
+def _digest(path: pathlib.Path, content: bytes) -> bytes:
+    """Checksum of a content and of the name that it stands under."""
+    return hashlib.sha256(path.name.encode() + b"\n" + content).digest()
+
+
+def _age(path: pathlib.Path) -> float:
+    try:
+        return -path.stat().st_mtime
+    except FileNotFoundError:  # another process was faster
+        return 0.0

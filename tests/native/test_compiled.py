@@ -1,0 +1,191 @@
+"""Machine code in the cache: taken by a second process, for the same code alone, and the same to the bit."""
+
+import os
+import pathlib
+import pickle
+import platform
+import shutil
+import subprocess
+import sys
+
+import mujoco
+import numba
+import pytest
+from numba.core.registry import cpu_target
+from test_walls import ROOMS
+
+from afo_sim.common import user_cache
+from afo_sim.native import compiled
+from afo_sim.native.complaints import COMPLAINTS
+
+PACKAGE = pathlib.Path(compiled.__file__).parents[1]
+# How many functions numba compiled, and every force of a run, to the bit; then a complaint.
+PROGRAM = """
+import hashlib
+from numba.core.event import install_recorder
+with install_recorder("numba:compile") as compiles:
+    import mujoco
+    from rig import charged, hanging_mass
+    from afo_sim import native
+    model = hanging_mass(3.0)
+    found = hashlib.sha256()
+    with native.installed():
+        data = charged(model, 3e5)
+        for _ in range(500):
+            mujoco.mj_step(model, data)
+            found.update(data.qpos.tobytes() + data.act.tobytes() + data.actuator_force.tobytes())
+        data.act[:] = -1.0
+        try:
+            mujoco.mj_step(model, data)
+        except mujoco.FatalError as complaint:
+            print(complaint)
+print(len(compiles.buffer) // 2, found.hexdigest())
+"""
+
+
+Found = tuple[str, int, str]  # complaint, number of functions compiled, checksum of all forces
+
+
+def in_new_processes(folder: pathlib.Path, number: int = 1) -> list[Found]:
+    """What so many processes say that run at once over one cache folder."""
+    there = {user_cache.VARIABLE: str(folder), "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", PROGRAM]
+    processes = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | there)
+        for _ in range(number)
+    ]
+    said = [process.communicate(timeout=280)[0].splitlines() for process in processes]
+    assert [process.returncode for process in processes] == [0] * number
+    return [(complaint, int(numbers.split()[0]), numbers.split()[1]) for complaint, numbers in said]
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[pathlib.Path, list[Found]]:
+    """A cache that two processes have filled at once, and what they computed."""
+    folder = tmp_path_factory.mktemp("cache")
+    return folder, in_new_processes(folder, 2)
+
+
+@pytest.fixture
+def counted(
+    first: tuple[pathlib.Path, list[Found]], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> list[str | None]:
+    """The keys for which code is compiled, over a copy of the filled cache; nothing is really compiled."""
+    shutil.copytree(first[0], tmp_path / "cache")
+    monkeypatch.setenv(user_cache.VARIABLE, str(tmp_path / "cache"))
+    compiled.callbacks()
+    code = compiled._stored(compiled.fingerprint())
+    assert len(code) == 2
+    compiles: list[str | None] = []
+
+    def compile_(key: str | None) -> list[compiled.Code]:
+        compiles.append(key)
+        return code
+
+    monkeypatch.setattr(compiled, "_compile", compile_)
+    return compiles
+
+
+@pytest.mark.slow
+def test_later_process_compiles_nothing_and_computes_the_same(
+    first: tuple[pathlib.Path, list[Found]],
+) -> None:
+    folder, (one, other) = first
+    complaint, compiles, forces = one
+    assert compiles > 50
+    assert complaint.rpartition(" ")[0] in COMPLAINTS
+    assert other == one
+    assert len(list(folder.iterdir())) == 1
+    assert in_new_processes(folder) == [(complaint, 0, forces)]
+
+
+@pytest.mark.slow
+def test_without_a_folder_the_same_is_computed(first: tuple[pathlib.Path, list[Found]]) -> None:
+    folder, (one, _) = first
+    (file,) = folder.iterdir()
+    assert in_new_processes(file / "below a file") == [one]
+
+
+@pytest.mark.slow
+def test_damaged_code_is_compiled_anew(counted: list[str | None], tmp_path: pathlib.Path) -> None:
+    compiled.callbacks()
+    assert counted == []
+    (file,) = (tmp_path / "cache").iterdir()
+    file.write_bytes(file.read_bytes()[:-100])
+    compiled.callbacks()
+    assert counted == [compiled.fingerprint()]
+
+
+@pytest.mark.slow
+def test_code_that_needs_an_unknown_symbol_is_compiled_anew(counted: list[str | None]) -> None:
+    """LLVM would call address 0."""
+    key = compiled.fingerprint()
+    assert key
+    bias, dyn = compiled._stored(key)
+    assert compiled._ERROR in bias.needs
+    unknown = dyn._replace(needs=(*dyn.needs, "no_such_symbol"))
+    user_cache.write(compiled._KIND, key, pickle.dumps([tuple(bias), tuple(unknown)]))
+    compiled.callbacks()
+    assert counted == [key]
+
+
+@pytest.mark.slow
+def test_unknown_sources_are_compiled_anew(
+    counted: list[str | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiled, "_sources", lambda: None)
+    compiled.callbacks()
+    assert counted == [None]
+
+
+@pytest.mark.parametrize(
+    "file", ["physics/laws/sarosi.py", "physics/hill.py", "native/network.py", "common/units.py"]
+)
+def test_a_change_of_any_source_makes_another_key(tmp_path: pathlib.Path, file: str) -> None:
+    sources = compiled._sources.__wrapped__
+    copy = tmp_path / "afo_sim"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = sources(copy)
+    assert before == compiled._sources()
+    (copy / file).write_bytes((copy / file).read_bytes() + b"\n")
+    assert sources(copy) not in (before, None)
+
+
+def test_a_new_law_makes_another_key(tmp_path: pathlib.Path) -> None:
+    sources = compiled._sources.__wrapped__
+    copy = tmp_path / "afo_sim"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "physics" / "laws" / "new_2026.py").write_bytes(b"")
+    assert sources(copy) not in (compiled._sources(), None)
+
+
+def test_sources_that_are_not_there_have_no_key(tmp_path: pathlib.Path) -> None:
+    assert compiled._sources.__wrapped__(tmp_path) is None
+
+
+def test_key_holds_every_room_that_kernels_may_import() -> None:
+    assert set(compiled._ROOMS) == ROOMS["native"] | {"native"}
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "value"),
+    [
+        (mujoco, "__version__", "3.99.0"),
+        (numba, "__version__", "0.99.0"),
+        (compiled.llvmlite, "__version__", "0.99.0"),
+        (platform, "python_version", lambda: "3.99.0"),
+        (compiled, "SIGNATURE", "float64(mjModel*[another layout])"),
+        (type(cpu_target.target_context.codegen()), "magic_tuple", lambda self: ("another processor",)),
+    ],
+    ids=["MuJoCo", "numba", "llvmlite", "Python", "layout", "processor"],
+)
+def test_key_holds(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, value: object) -> None:
+    before = compiled.fingerprint()
+    monkeypatch.setattr(owner, name, value)
+    assert compiled.fingerprint() not in (before, None)
+
+
+def test_key_holds_settings_of_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = compiled.fingerprint()
+    monkeypatch.setenv("NUMBA_OPT", "1")
+    assert compiled.fingerprint() not in (before, None)
