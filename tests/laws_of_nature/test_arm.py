@@ -9,6 +9,7 @@ import pytest
 import rerun as rr
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import afo_sim
 from afo_sim.common.errors import InputError
@@ -78,7 +79,10 @@ def flow(p1: float, t1: float, p2: float, t2: float, conductance: float, critica
 
 
 class Arm:
-    """φ″ = ((F1 − F2) r − T_L)/J with κ = κ0 ± r φ/l0, F = F_s − R P κ̇; states φ, φ̇, and m, P of each."""
+    """φ″ = ((F1 − F2) r − T_L)/J; states φ, φ̇, and κ, m, P of each.
+
+    F = F_s − R P κ̇ is the tension of a cable between the muscle and where κ0 ± r φ/l0 would have it.
+    """
 
     def __init__(self, name: str, law: str):
         self.scenario = load("scenario", name, law_in_all(law))
@@ -99,38 +103,42 @@ class Arm:
         count, dead = self.groups[k].count, self.groups[k].type.dead_volume
         return count * (braid + dead) + self.chambers[k].tube_volume, count * slope
 
-    def contraction(self, k: int, phi: float) -> float:
+    def tension(self, k: int, phi: float, kappa: float) -> float:
+        """Of one muscle's cable, which hangs through where the muscle is longer than its path."""
         pulley = self.groups[k].pulley
-        return pulley.initial_contraction + (1, -1)[k] * pulley.radius * phi / self.length
+        path = pulley.initial_contraction + (1, -1)[k] * pulley.radius * phi / self.length
+        return self.groups[k].cable.stiffness * max(self.length * (kappa - path), 0.0)
 
-    def force(self, k: int, kappa: float, rate: float, absolute: float) -> float:
-        """Of the group: the law, in tension only, with the braid behind it below κ = 0, and the damper."""
+    def force(self, k: int, kappa: float, absolute: float) -> float:
+        """Of one muscle: the law, where it is stretched its braid and its air, without air its return force."""
         p, muscle = max(absolute - AMBIENT, 0.0), self.groups[k].type
         static = spring_force(self.law, self.values, max(kappa, 0.0), p, self.radius, self.angle)
         if p < self.lowest:  # below where the law was fitted: no more than in proportion to the pressure
             least = spring_force(self.law, self.values, max(kappa, 0.0), self.lowest, self.radius, self.angle)
             static = min(static, least * p / self.lowest)
-        stretch = max(-kappa, 0.0)  # the braid's stiffness sets in over half a per cent
-        within = min(stretch, 0.005)
-        braid = muscle.braid_stiffness * (within**2 / 0.01 + stretch - within)
-        pull = max(static, 0.0) + braid
-        if pull == 0.0:
-            return 0.0
-        damper = muscle.damping * absolute * rate
-        if damper < 0.0:  # drawn out: all of it up to half the pull, then less and less, a pull at most
-            share = -damper / pull
-            beyond = min(max(share - 0.5, 0.0), 1.0)
-            damper = -pull * (min(share, 0.5) + beyond - 0.5 * beyond**2)
-        return self.groups[k].count * max(pull - damper, 0.0)
+        if kappa < 0.0:
+            if static < 0.0:  # what pushes leaves the braid over half a per mil
+                static *= max(0.0, 1.0 + kappa / 5e-4)
+            within = min(-kappa, 0.005)  # the braid's stiffness sets in over half a per cent
+            static += muscle.braid_stiffness * (within**2 / 0.01 - kappa - within)
+            static += (
+                p * (self.volume(k, kappa)[1] - self.volume(k, 0.0)[1]) / self.groups[k].count / self.length
+            )
+        return static - muscle.return_stiffness * kappa * max(0.0, 1.0 - p / 1e5)
+
+    def resting(self, k: int, phi: float) -> float:
+        """κ of an empty muscle."""
+        return brentq(lambda x: self.force(k, x, AMBIENT) - self.tension(k, phi, x), -0.08, 0.5, xtol=1e-14)
 
     def rates(self, state: np.ndarray, opened: dict[str, bool]) -> list[float]:
         phi, speed = state[:2]
-        torque, air = 0.0, []
+        torque, own = 0.0, []
         for k, name in enumerate(GROUPS):
-            mass, absolute = state[2 + 2 * k : 4 + 2 * k]
-            radius, chamber = self.groups[k].pulley.radius, self.chambers[k]
-            kappa, rate = self.contraction(k, phi), (1, -1)[k] * radius * speed / self.length
-            torque += (1, -1)[k] * radius * self.force(k, kappa, rate, absolute)
+            kappa, mass, absolute = state[2 + 3 * k : 5 + 3 * k]
+            group, chamber = self.groups[k], self.chambers[k]
+            tension = self.tension(k, phi, kappa)
+            torque += (1, -1)[k] * group.pulley.radius * group.count * tension
+            rate = (self.force(k, kappa, absolute) - tension) / (group.type.damping * absolute)
             volume, slope = self.volume(k, kappa)
             warm = absolute * volume / (mass * GAS)
             gains = losses = 0.0
@@ -144,8 +152,8 @@ class Arm:
                     gains, losses = gains + max(into, 0.0), losses + max(-into, 0.0)
             enthalpy = GAMMA * GAS * (gains * WARM - losses * warm)
             heat = (GAMMA - 1.0) * chamber.wall_conductance * (WARM - warm)
-            air += [gains - losses, (enthalpy + heat - GAMMA * absolute * slope * rate) / volume]
-        return [speed, (torque - self.scenario.load_moment) / self.inertia, *air]
+            own += [rate, gains - losses, (enthalpy + heat - GAMMA * absolute * slope * rate) / volume]
+        return [speed, (torque - self.scenario.load_moment) / self.inertia, *own]
 
     def is_open(self, moment: float) -> dict[str, bool]:
         """Each valve opens and shuts its dead time after the timer says so."""
@@ -162,8 +170,9 @@ class Arm:
 
     def solve(self, duration: float, phi: float = 0.0) -> np.ndarray:
         """φ every millisecond [deg], from rest at `phi` with empty muscles, switch by switch."""
-        air = [self.volume(k, self.contraction(k, phi))[0] for k in range(2)]
-        rest = [x for volume in air for x in (AMBIENT * volume / (GAS * WARM), AMBIENT)]
+        contractions = [self.resting(k, phi) for k in range(2)]
+        air = [AMBIENT * self.volume(k, kappa)[0] / (GAS * WARM) for k, kappa in enumerate(contractions)]
+        rest = [x for kappa, mass in zip(contractions, air, strict=True) for x in (kappa, mass, AMBIENT)]
         state, angles = np.array([phi, 0.0, *rest]), []
         changes = {0.0, duration}
         for times in self.scenario.timer.chambers.values():
@@ -180,7 +189,7 @@ class Arm:
                 method="LSODA",
                 t_eval=np.append(points, end),
                 rtol=1e-8,
-                atol=[1e-9, 1e-8, 1e-12, 1e-2, 1e-12, 1e-2],
+                atol=[1e-9, 1e-8, 1e-9, 1e-12, 1e-2, 1e-9, 1e-12, 1e-2],
             )
             assert found.success
             angles.append(found.y[0, :-1])

@@ -40,13 +40,20 @@ def test_orthosis_moment_is_force_times_arm(recording: Recording) -> None:
     assert np.abs(total - moment).max() <= 1e-9 * np.abs(moment).max()
 
 
-def test_moment_arm_is_minus_length_by_angle(recording: Recording) -> None:
-    """Recorded length over recorded angle from row to row, against the mean arm of the two rows."""
+def step_of(recording: Recording) -> float:
+    """Its time step [s]; every step is a row."""
+    step = float(recording["time"][1] - recording["time"][0])
+    assert len(recording["time"]) == recording.timing["steps"]
+    return step
+
+
+def test_moment_arm_is_minus_path_length_by_angle(recording: Recording) -> None:
+    """Recorded path over recorded angle from row to row, against the mean arm of the two rows."""
     turn = np.diff(recording["ankle/angle"])
     moving = np.abs(turn) > 5e-5
     assert moving.sum() > 500
     for name in muscles(recording):
-        slope = np.diff(recording[f"muscle/{name}/length"])[moving] / turn[moving]
+        slope = np.diff(recording[f"muscle/{name}/path_length"])[moving] / turn[moving]
         arm = recording[f"muscle/{name}/moment_arm"]
         assert -slope == pytest.approx((0.5 * (arm[1:] + arm[:-1]))[moving], abs=2e-7)
 
@@ -63,25 +70,26 @@ def test_moments_accelerate_the_foot(recording: Recording) -> None:
 
 @pytest.mark.slow
 def test_row_is_the_state_before_its_step(recording: Recording) -> None:
-    """Velocity is the angle's forward difference one row on, and accelerations belong to their row."""
-    h = 1e-3
+    """Velocity is the angle's difference since the row before, and a muscle's that of its own length."""
+    h = step_of(recording)
     angle, velocity = recording["ankle/angle"], recording["ankle/velocity"]
     assert angle[1:] - angle[:-1] == pytest.approx(h * velocity[1:], abs=1e-14)
     for name in muscles(recording):
-        rate = -recording[f"muscle/{name}/moment_arm"] * velocity
-        assert recording[f"muscle/{name}/velocity"] == pytest.approx(rate, abs=1e-12)
+        change = np.diff(recording[f"muscle/{name}/length"])
+        assert change == pytest.approx(h * recording[f"muscle/{name}/velocity"][1:], abs=1e-14)
 
 
 def test_air_in_less_air_out_is_air_stored(recording: Recording) -> None:
+    h = step_of(recording)
     for chamber in ("dorsiflexor", "plantarflexor"):
         mass = recording[f"chamber/{chamber}/mass"]
         flow_in = recording[f"chamber/{chamber}/mass_flow_in"]
         flow_out = recording[f"chamber/{chamber}/mass_flow_out"]
         assert flow_in.min() >= 0.0
         assert flow_out.min() >= 0.0
-        moved = 1e-3 * np.sum(flow_in + flow_out)
-        stored = 1e-3 * np.cumsum(flow_in - flow_out)[:-1]
-        assert np.abs(mass[1:] - mass[0] - stored).max() <= 1e-9 * moved
+        moved = h * np.sum(flow_in + flow_out)
+        stored = h * np.cumsum(flow_in - flow_out)[:-1]
+        assert np.abs(mass[1:] - mass[0] - stored).max() <= 1e-9 * moved + 1e-12 * mass[0]
 
 
 def test_gas_law_and_volume(recording: Recording) -> None:
@@ -94,13 +102,35 @@ def test_gas_law_and_volume(recording: Recording) -> None:
         assert 230.0 < temperature.min() <= temperature.max() < 1.4 * AMBIENT_TEMPERATURE
 
 
-def test_vented_muscle_that_shortens_breathes_in(seated: Recording) -> None:
-    """One-way flow through the outlet would draw the antagonist far below ambient pressure."""
-    pressure = seated["chamber/plantarflexor/pressure"]
-    assert pressure.min() > -0.1e5
-    assert seated["valve/plantarflexor_outlet/mass_flow"].min() < 0.0
-    assert seated["chamber/plantarflexor/mass_flow_in"].max() > 0.0
-    assert seated.metrics["air_per_cycle_plantarflexor"].value == 0.0  # not drawn from the supply
+def shortened(outlet: float) -> np.ndarray:
+    """(pressure, outlet flow, air mass) of a muscle without air whose outlet is open or shut.
+
+    It hangs stretched by its load and is let go: its braid draws it back to its nominal length.
+    """
+    model = hanging_mass(0.5, damper=0.0, return_stiffness=20.0)
+    chamber, valve = model.actuator("chamber_air").id, model.actuator("valve_air_outlet").id
+    rows = []
+    with native.installed():
+        data = charged(model, 0.0, shortening=-0.0045)
+        native.write_valve(model, data.act, valve, outlet, outlet)
+        data.ctrl[valve] = outlet
+        for _ in range(500):
+            data.qpos[0], data.qvel[0] = 0.0, 0.0  # the load is gone, the cable hangs through
+            mujoco.mj_step(model, data)
+            air = native.read_air(model, data.act, data.userdata, chamber)
+            flow = native.read_flows(model, data.userdata, chamber).outlet
+            rows.append((float(air.absolute_pressure) - AMBIENT_PRESSURE, float(flow), float(air.mass)))
+    return np.array(rows)
+
+
+def test_vented_muscle_that_shortens_breathes_in() -> None:
+    """One-way flow through the outlet would draw the chamber below ambient pressure, and keep it there."""
+    open_, shut = shortened(outlet=1.0), shortened(outlet=0.0)
+    assert open_[:, 1].min() < 0.0
+    assert open_[-1, 0] == pytest.approx(0.0, abs=100.0)
+    assert open_[-1, 2] > 1.05 * open_[0, 2]
+    assert shut[-1, 0] < -0.1e5
+    assert np.ptp(shut[:, 2]) == 0.0 == np.abs(shut[:, 1]).max()
 
 
 def test_muscles_only_pull(recording: Recording) -> None:
@@ -123,16 +153,21 @@ def closed_form_contraction(load: float, gauge: float) -> float:
 def test_hung_mass_rests_at_the_closed_form(gauge: float) -> None:
     mass = 3.1
     model = hanging_mass(mass)
+    chamber = model.actuator("chamber_air").id
     with native.installed():
         data = charged(model, 0.0)
-        data.ctrl[1:3] = gauge, 1.0
+        data.ctrl[chamber : chamber + 2] = gauge, 1.0
         for _ in range(60_000):
             mujoco.mj_step(model, data)
-    air = native.read_air(model, data.act, model.actuator("chamber_air").id)
+    air = native.read_air(model, data.act, data.userdata, chamber)
     assert air.absolute_pressure == pytest.approx(gauge + AMBIENT_PRESSURE, rel=1e-9)
-    expected = closed_form_contraction(mass * 9.80665, gauge)
-    assert data.qpos[0] / BRAID.nominal_length == pytest.approx(expected, abs=1e-7)
-    assert -data.actuator_force[0] == pytest.approx(mass * 9.80665, rel=1e-6)
+    weight = mass * 9.80665
+    expected = closed_form_contraction(weight, gauge)
+    own = native.read_own(model, data.userdata, model.actuator("muscle").id)
+    assert own.contraction == pytest.approx(expected, abs=1e-7)
+    assert own.tension == pytest.approx(weight, rel=1e-6)
+    # and its cable of 1 MN/m is longer by weight/k
+    assert data.qpos[0] == pytest.approx(expected * BRAID.nominal_length - weight / 1e6, abs=2e-8)
 
 
 def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
@@ -143,11 +178,12 @@ def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
     with native.installed():
         data = charged(model, 0.0)
         native.write_valve(model, data.act, model.actuator("valve_air_inlet").id, armature=1.0, opening=1.0)
-        data.ctrl[1:3] = 4e5, 1.0
+        data.ctrl[chamber : chamber + 2] = 4e5, 1.0
         for _ in range(round(duration / timestep)):
-            air = native.read_air(model, data.act, chamber)
-            rows.append((data.time, float(air.mass), float(air.absolute_pressure)))
+            time, mass = data.time, float(data.act[model.actuator_actadr[chamber]])
             mujoco.mj_step(model, data)
+            pressure = native.read_air(model, data.act, data.userdata, chamber).absolute_pressure
+            rows.append((time, mass, float(pressure)))  # userdata is that of the step's start
     return np.array(rows)
 
 
@@ -179,12 +215,12 @@ def independent_fill(wall: float, times: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("wall", [0.0, 0.5])
 def test_rigid_chamber_fills_as_an_ode_solver_says(wall: float) -> None:
     errors = []
-    for timestep in (1e-3, 5e-4):
+    for timestep in (4e-3, 2e-3):
         rows = rigid_fill(wall, timestep, 3.0)
         exact = independent_fill(wall, rows[:, 0])
         errors.append(np.abs(rows[:, 1:] / exact[:, 1:] - 1.0).max())
-    assert errors[1] < 1e-3
-    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)  # first order in the time step
+    assert errors[1] < 1e-6
+    assert errors[0] / errors[1] > 3.5  # second order in the time step
 
 
 def test_adiabatic_and_isothermal_fill_in_closed_form() -> None:
@@ -195,27 +231,6 @@ def test_adiabatic_and_isothermal_fill_in_closed_form() -> None:
     isothermal = rigid_fill(20.0, 1e-4, 1.0)
     mass = isothermal[:, 2] * 130e-6 / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
     assert isothermal[:, 1] == pytest.approx(mass, rel=5e-3)
-
-
-def growth(timestep: float) -> float:
-    """Amplitude of a mass bouncing on one sealed, undamped muscle: fifth second over first, less one."""
-    model = hanging_mass(2.0, damper=0.0, damping=0.0, wall_conductance=0.0, timestep=timestep)
-    second = round(1.0 / timestep)
-    trace = []
-    with native.installed():
-        data = charged(model, 3e5, shortening=0.012)
-        for _ in range(5 * second):
-            mujoco.mj_step(model, data)
-            trace.append(data.qpos[0])
-    assert np.ptp(trace[:second]) > 0.02
-    return float(np.ptp(trace[-second:]) / np.ptp(trace[:second]) - 1.0)
-
-
-def test_sealed_muscle_is_a_spring_that_keeps_its_energy() -> None:
-    """Pressure integrated with the old velocity's volume rate would grow at ω² h/2: e-fold in 0.4 s."""
-    coarse, fine = growth(1e-3), growth(5e-4)
-    assert abs(coarse) < 0.05
-    assert abs(fine) < abs(coarse) / 4.0
 
 
 @pytest.mark.slow
@@ -236,7 +251,6 @@ def test_stiff_damper_slows_and_does_not_chatter() -> None:
         afo_sim.run("seated", {"duration": "4 s", **HEAVY_DAMPER}),
         afo_sim.run("seated", {"duration": "4 s"}),
     )
-    assert heavy.timing["damper_stability_number"] > 5.0
     assert heavy.metrics["rise_time"].value > light.metrics["rise_time"].value + 0.1
     force = heavy["muscle/dorsiflexor_1/force"]
     turns = np.sum(np.diff(np.sign(np.diff(force[force > 0.5]))) != 0)
