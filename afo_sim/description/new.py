@@ -34,7 +34,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     },
     "leg": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
-    "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m", "record_rate": "1 kHz"},
+    "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m", "record_rate": "500 Hz"},
 }
 # Keys under which a file names other descriptions.
 PLACES: dict[str, dict[str, tuple[str, ...]]] = {

@@ -118,18 +118,22 @@ def sweep_ankle(
     return contraction, arm, inertia
 
 
-def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
-    """Contraction ratio of a muscle without air, where that of its path is `path` [-].
+def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> float:
+    """Contraction ratio of the path [-] that stretches a muscle without air to its own `kappa` [-].
 
     The difference is what its cable, and under the pull of the whole group cuff and plate, give.
     """
-    muscle = group.type
     anchors = orthosis.anchor.values() if group.pulley is None else ()
+    pull = group.type.force(0.0, contraction=kappa)
+    gives = pull / group.cable.stiffness + sum(a.displacement(group.count * pull) for a in anchors)
+    return kappa - gives / group.type.nominal_length
+
+
+def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
+    """Contraction ratio of a muscle without air, where that of its path is `path` [-]."""
 
     def too_long(kappa: float) -> float:
-        pull = muscle.force(0.0, contraction=kappa)
-        gives = pull / group.cable.stiffness + sum(a.displacement(group.count * pull) for a in anchors)
-        return kappa - path - gives / muscle.nominal_length
+        return path_contraction(group, orthosis, kappa) - path
 
     if path >= 0.0 or too_long(path) >= 0.0:
         return path
@@ -155,7 +159,8 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
                 f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
                 f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
             )
-            raise _too_taut(problem, scenario.orthosis.name, role, group, allowed.contraction_min - least)
+            would_do = path_contraction(group, scenario.orthosis, allowed.contraction_min)
+            raise _too_taut(problem, scenario.orthosis.name, role, group, would_do - path)
         if not name.endswith("_1"):
             continue  # its neighbours say the same
         if least < allowed.contraction_min:
@@ -180,7 +185,7 @@ def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> li
 
 
 def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: float) -> InputError:
-    """With what would do: `missing` is the contraction ratio that the mounting lacks."""
+    """With what would do: `missing` is the contraction ratio of the path that the mounting lacks."""
     if group.pulley is not None:
         kappa = group.pulley.initial_contraction
         field, value = "pulley.initial_contraction", f"{kappa:g}"

@@ -81,15 +81,22 @@ def test_tendons_are_straight_lines_between_the_described_points() -> None:
 
 
 def test_too_taut_is_refused_with_the_slack_that_would_do() -> None:
+    """At its limit of −3 % the braid bears 20 kN (0.03 − 0.005/2) = 550 N: 5.5 mm of a cable of 100 kN/m."""
+    taut = {f"{FORWARD}.link_length": "5 cm", "orthosis.anchor": {}}
     with pytest.raises(InputError, match="too taut") as refused:
-        built(**{f"{FORWARD}.link_length": "10 cm"})
+        built(**taut)
     assert refused.value.field == f"{FORWARD}.slack"
     enough = refused.value.allowed.split(" mm")[0].removeprefix("at least ")
-    cured = built(**{f"{FORWARD}.link_length": "10 cm", f"{FORWARD}.slack": f"{enough} mm"})
+    cured = built(**taut, **{f"{FORWARD}.slack": f"{enough} mm"})
     contraction, _, _ = sweep_ankle(cured.model, cured.index, np.radians([-20.0]))
-    limit = cured.scenario.orthosis.muscle["dorsiflexor"].type.limits.contraction_min
+    limit = -0.03 - 5.5e-3 / 0.1631  # nominal length
     assert limit <= contraction[0, 0] < limit + 0.01
     assert not any("stretched" in warning for warning in cured.warnings)
+
+
+def test_a_cuff_that_gives_spares_the_braid() -> None:
+    """What locks on rigid anchors does not on a cuff of 4 kN/m, which follows the muscles' pull."""
+    assert built(**{f"{FORWARD}.link_length": "5 cm"}).warnings == built().warnings
 
 
 def test_muscle_too_short_for_its_arm_is_said() -> None:
@@ -221,16 +228,9 @@ def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None
         built(**parts(tmp_path, cuff))
 
 
-def test_too_stiff_braid_is_refused_with_the_step_that_would_do() -> None:
-    stiff = {f"{FORWARD}.type.braid_stiffness": "2000 kN"}
-    with pytest.raises(InputError, match="too stiff for this time step") as refused:
-        built(**stiff)
-    step = float(refused.value.allowed.removeprefix("at most ").split()[0])
-    assert built(**stiff, timestep=f"{step} ms", record_rate=f"{1 / step!r} kHz")
-
-
 def test_coarse_air_is_said() -> None:
-    coarse = built(**{"orthosis.chamber.dorsiflexor.inlet.conductance": "1.7 dm^3/(s*bar)"})
+    fast = {"orthosis.chamber.dorsiflexor.inlet.conductance": "1.7 dm^3/(s*bar)"}
+    coarse = built(**fast, timestep="1 ms")
     assert any("coarse at this time step" in warning for warning in coarse.warnings)
 
 
