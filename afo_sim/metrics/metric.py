@@ -11,7 +11,8 @@ from afo_sim.common.units import in_unit, parse_quantity
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 NEED, TORQUE, WORK = "Torque needed", "Torque of the orthosis", "Work of the orthosis"
 AIR, TIME, OTHER = "Air and pressure", "Walking", "Further"
-GROUPS = (TIME, CLEARANCE, CONTACT, ANKLE, NEED, TORQUE, WORK, AIR, OTHER)  # in the order of a report
+ENERGY = "Energy of air and muscles"
+GROUPS = (TIME, CLEARANCE, CONTACT, ANKLE, NEED, TORQUE, WORK, AIR, ENERGY, OTHER)  # in the order of a report
 
 
 class Metric(float):

@@ -114,6 +114,13 @@ def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
     return Own(contraction, tension, rate)
 
 
+def read_carried(model: mujoco.MjModel, act: np.ndarray, muscle: int) -> np.ndarray:
+    """Static force beyond the tension of a muscle [N], one step back, from `act` (…, na); 0 at a range's end."""
+    leader = int(model.actuator_user[muscle, MUSCLE_LEADER])
+    carried: np.ndarray = act[..., int(model.actuator_user[leader, MUSCLE_STATE]) + CARRIED]
+    return carried
+
+
 def read_anchor(model: mujoco.MjModel, userdata: np.ndarray, network: int, number: int) -> Yielding:
     """An anchor of a network's actuator, from `userdata` (…, nuserdata)."""
     at = int(model.actuator_user[network, NETWORK_USERDATA]) + ANCHOR_DATA * number

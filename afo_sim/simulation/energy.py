@@ -7,6 +7,7 @@ to the path. What is found nowhere is `residual`. The integrals are trapezoidal 
 further apart than the time step close less well.
 """
 
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 
@@ -19,8 +20,9 @@ from afo_sim.description.rest_curves import at_rest
 from afo_sim.model.build import Built
 from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.series import anchor_energy
+from afo_sim.physics.static_force import SLACK_BLEND
 
-STORED = 2001  # contractions between the first and the last, over which the bladder's force is integrated
+STORED = 201  # contractions of each smooth piece over which the bladder's force is integrated
 
 Columns = Mapping[str, np.ndarray]
 
@@ -36,6 +38,7 @@ class Energy:
     spring_change : rise of the energy in cables, cuff and plate
     bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
     law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
+        (but where its muscle is stretched: under pressure its bladder pushes on, without air it has let go)
     turnover : ∫ |p dV|, the air's work without its sign
     """
 
@@ -66,24 +69,27 @@ class Energy:
         return self.law_mismatch / self.turnover if self.turnover > 0.0 else float("nan")
 
 
-def balance(built: Built, columns: Columns) -> Energy:
+def balance(built: Built, columns: Columns, static: Columns | None = None) -> Energy:
     """Energy balance of a run, or of a part of it.
 
     Parameters
     ----------
     built : compiled scenario
     columns : of a recording, or rows of it in their order, all at the same time step; SI
+    static : F_static(κ, p) of each leading muscle in the same rows [N], as `static_forces` has it from the
+        run; by default the law is asked anew in every row, which takes longer than the run
 
     Returns
     -------
     Energy
     """
-    return balance_of(built.scenario.orthosis, columns)
+    return balance_of(built.scenario.orthosis, columns, static)
 
 
-def balance_of(orthosis: Orthosis, columns: Columns) -> Energy:
+def balance_of(orthosis: Orthosis, columns: Columns, static: Columns | None = None) -> Energy:
     """As `balance`, from the description of the orthosis alone."""
-    parts = [*_chambers(orthosis, columns), *_muscles(orthosis, columns), *_anchors(orthosis, columns)]
+    muscles = _muscles(orthosis, columns, static or {})
+    parts = [*_chambers(orthosis, columns), *muscles, *_anchors(orthosis, columns)]
     return Energy(*(sum(getattr(part, field.name) for part in parts) for field in fields(Energy)))
 
 
@@ -100,7 +106,7 @@ def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
         yield _part(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
 
 
-def _muscles(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[Energy]:
     for name, group in orthosis.muscle.items():
         pressure = columns[f"chamber/{group.chamber or name}/pressure"]
         alike = 1 if group.alike else group.count  # of alike muscles the first tells of all
@@ -109,18 +115,25 @@ def _muscles(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
                 column: columns[f"muscle/{name}_{k}/{column}"]
                 for column in ("force", "contraction", "path_length")
             }
-            yield _muscle(group, columns["time"], pressure, own, group.count if alike == 1 else 1)
+            static = known.get(f"{name}_{k}")
+            if static is None:
+                static = law_forces(group.type, own["contraction"], pressure)
+            own |= {"static": static, "pressure": pressure, "time": columns["time"]}
+            yield _muscle(group, own, group.count if alike == 1 else 1)
 
 
-def _muscle(group: MuscleGroup, time: np.ndarray, pressure: np.ndarray, own: Columns, count: int) -> Energy:
+def law_forces(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Signed static force of a muscle in each row [N]."""
+    law, rows = at_rest(muscle), zip(contraction.tolist(), pressure.tolist(), strict=True)
+    return np.array([law.signed(kappa, gauge) for kappa, gauge in rows])
+
+
+def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
     """Terms of `count` muscles that are alike."""
-    muscle, contraction, tension = group.type, own["contraction"], own["force"]
+    muscle, contraction, tension, static = group.type, own["contraction"], own["force"], own["static"]
     nominal = muscle.nominal_length
-    law = at_rest(muscle)
-    rows = list(zip(contraction.tolist(), pressure.tolist(), strict=True))
-    static = np.array([law.signed(kappa, gauge) for kappa, gauge in rows])
-    empty = np.array([law.signed(kappa, 0.0) for kappa, _ in rows])
-    damper = nominal * _damped(muscle, time, pressure, contraction)
+    stored = nominal * _stored(muscle, float(contraction[0]), float(contraction[-1]))
+    damper = nominal * _damped(muscle, own["time"], own["pressure"], contraction)
     rubbed = 0.0
     if muscle.friction != "none":
         rubbed = nominal * _integral(static - tension, contraction) - damper
@@ -129,8 +142,8 @@ def _muscle(group: MuscleGroup, time: np.ndarray, pressure: np.ndarray, own: Col
         damper_loss=count * damper,
         friction_loss=count * rubbed,
         spring_change=count * 0.5 * float(tension[-1] ** 2 - tension[0] ** 2) / group.cable.stiffness,
-        bladder_change=-count * nominal * _stored(muscle, float(contraction[0]), float(contraction[-1])),
-        law_mismatch=count * nominal * _integral(static - empty, contraction),
+        bladder_change=-count * stored,
+        law_mismatch=count * (nominal * _integral(static, contraction) - stored),
     )
 
 
@@ -149,8 +162,13 @@ def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction:
 
 def _stored(muscle: Muscle, first: float, last: float) -> float:
     """∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between."""
-    law, contraction = at_rest(muscle), np.linspace(first, last, STORED)
-    return _integral(np.array([law.signed(kappa, 0.0) for kappa in contraction.tolist()]), contraction)
+    low, high = min(first, last), max(first, last)
+    ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]
+    law, total = at_rest(muscle), 0.0
+    for start, end in itertools.pairwise(ends):
+        contraction = np.linspace(start, end, STORED)
+        total += _integral(np.array([law.signed(k, 0.0) for k in contraction.tolist()]), contraction)
+    return total if first < last else -total
 
 
 def _anchors(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:

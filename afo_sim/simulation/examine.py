@@ -5,14 +5,20 @@ import numpy as np
 from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.simulation.columns import columns_of
+from afo_sim.simulation.energy import balance
+from afo_sim.simulation.energy_told import told_energy, with_static_forces
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
 from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
+from afo_sim.simulation.trust import trust_warnings
+
+FEWEST = 3  # rows that have an energy balance
 
 
 def make_recording(built: Built, rollout: Rollout) -> Recording:
@@ -30,16 +36,17 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     scenario = built.scenario
     columns, found = examine(built, rollout)
     n, stride = len(columns["time"]), scenario.record_stride
+    energy, doubts = _energy(built, rollout, columns)
     return Recording(
         # copies: the recording is its user's, while the recorded walking is shared by later runs
         columns={name: np.array(values[::stride]) for name, values in columns.items()},
-        metrics=found.totals,
+        metrics=found.totals | energy,
         strides=found.strides,
         scenario=scenario.resolved(),
         model_xml=labelled(built.xml),
         model_binary=to_binary(built.model),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=(*built.warnings, *(limit_warnings(built, columns) if n else ()), *found.warnings),
+        warnings=(*built.warnings, *doubts, *(limit_warnings(built, columns) if n else ()), *found.warnings),
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
@@ -57,6 +64,19 @@ def examine(
     """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
     columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
     return columns, _metrics(built, columns, transient) if len(columns["time"]) else WalkMetrics({}, {}, ())
+
+
+def _energy(
+    built: Built, rollout: Rollout, columns: dict[str, np.ndarray]
+) -> tuple[dict[str, Metric], list[str]]:
+    """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
+    ended = bool(rollout.final)  # a stretch that somebody watches has no end
+    if not ended or len(columns["time"]) < FEWEST or not built.scenario.orthosis.muscle:
+        return {}, []
+    rows, static = with_static_forces(built, rollout, columns)
+    whole = balance(built, rows, static)
+    told = told_energy(built, rows, static, whole, _period(built.scenario))
+    return told, list(trust_warnings(built, rows, static, whole))
 
 
 def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:
