@@ -54,7 +54,8 @@ def motor_controls(built: Built, recording: Recording, model: mujoco.MjModel) ->
     control = np.zeros((len(recording["time"]), model.nu))
     for name in muscle_names(built.scenario.orthosis):
         control[:, model.actuator(name).id] = -recording[f"muscle/{name}/force"]
-    damping = built.scenario.leg.damping * recording["ankle/velocity"]
+    # the joint's own half of the damping acts in the motors' model too
+    damping = 0.5 * built.scenario.leg.damping * recording["ankle/velocity"]
     control[:, model.actuator(PASSIVE).id] = recording["ankle/moment/passive"] + damping
     return control
 
@@ -104,12 +105,12 @@ def measure(simulations: int, steps: int, repeats: int) -> dict[str, Any]:
     built = build(load("scenario", "seated"))
     control = schedule.controls(built, steps)
     motors = motor_model(built)
-    replay = motor_controls(built, run("seated", {"duration": f"{steps} ms"}), motors)
+    replay = motor_controls(built, run("seated", {"duration": f"{2 * steps} ms"}), motors)
     with native.installed():
         state = equilibrium(built, control[0])
     motor_state = np.zeros(mujoco.mj_stateSize(motors, mujoco.mjtState.mjSTATE_INTEGRATION))
     data = mujoco.MjData(motors)
-    data.qpos[built.index.ankle_qpos] = run("seated", {"duration": "1 ms"})["ankle/angle"][0]
+    data.qpos[built.index.ankle_qpos] = run("seated", {"duration": "2 ms"})["ankle/angle"][0]
     mujoco.mj_getState(motors, data, motor_state, mujoco.mjtState.mjSTATE_INTEGRATION)
     runs = {
         "native_1_thread": batch_rate(built.model, control, state, simulations, 1),
@@ -138,6 +139,9 @@ def measure(simulations: int, steps: int, repeats: int) -> dict[str, Any]:
         "simulations": simulations,
         "steps": steps,
         "steps_per_second": {name: round(rate) for name, rate in middle.items()},
+        "callback_microseconds_per_step": round(
+            1e6 / middle["native_1_thread"] - 1e6 / middle["motors_1_thread"], 3
+        ),
         "native_to_motors_1_thread": ratio("native_1_thread", "motors_1_thread"),
         "native_to_motors_2_threads": ratio("native_2_threads", "motors_2_threads"),
         "native_to_python": round(middle["native_1_thread"] / middle["python_1_thread"], 1),
