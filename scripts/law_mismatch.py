@@ -27,12 +27,16 @@ def cycle_of(law: str) -> Energy:
 
 def main() -> None:
     """Print the table."""
-    print("| law | air's work without its sign [J] | made by the law [J] | of the air's work [%] | found nowhere [%] |")
+    print(
+        "| law | air's work without its sign [J] | made by the law [J] | of the air's work [%] | found nowhere [%] |"
+    )
     print("|---|---|---|---|---|")
     for law in load("muscle", MUSCLE).laws:
         found = cycle_of(law)
         numbers = f"{found.turnover:.1f} | {found.law_mismatch:+.2f} | {100.0 * found.mismatch:+.1f}"
-        print(f"| `{law}` | {numbers} | {100.0 * found.error:.1g} |".replace("-", "−").replace("|−−−", "|---"))
+        print(
+            f"| `{law}` | {numbers} | {100.0 * found.error:.1g} |".replace("-", "−").replace("|−−−", "|---")
+        )
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     scenario = built.scenario
     columns, found = examine(built, rollout)
     n, stride = len(columns["time"]), scenario.record_stride
-    energy, doubts = _energy(built, rollout, columns)
+    energy, doubts, static = _energy(built, rollout, columns)
     return Recording(
         # copies: the recording is its user's, while the recorded walking is shared by later runs
         columns={name: np.array(values[::stride]) for name, values in columns.items()},
@@ -46,7 +46,12 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
         model_xml=labelled(built.xml),
         model_binary=to_binary(built.model),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=(*built.warnings, *doubts, *(limit_warnings(built, columns) if n else ()), *found.warnings),
+        warnings=(
+            *built.warnings,
+            *doubts,
+            *(limit_warnings(built, columns, static) if n else ()),
+            *found.warnings,
+        ),
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
@@ -68,15 +73,15 @@ def examine(
 
 def _energy(
     built: Built, rollout: Rollout, columns: dict[str, np.ndarray]
-) -> tuple[dict[str, Metric], list[str]]:
-    """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
+) -> tuple[dict[str, Metric], list[str], dict[str, np.ndarray]]:
+    """Energy balance of a run's every step: metrics, doubts, static forces of the leading muscles [N]."""
     ended = bool(rollout.final)  # a stretch that somebody watches has no end
     if not ended or len(columns["time"]) < FEWEST or not built.scenario.orthosis.muscle:
-        return {}, []
+        return {}, [], {}
     rows, static = with_static_forces(built, rollout, columns)
     whole = balance(built, rows, static)
     told = told_energy(built, rows, static, whole, _period(built.scenario))
-    return told, list(trust_warnings(built, rows, static, whole))
+    return told, list(trust_warnings(built, rows, static, whole)), dict(static)
 
 
 def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:

@@ -1,6 +1,6 @@
 """Warnings of a run: limits that a muscle left, laws asked beyond their range, muscles that never pull."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -12,10 +12,20 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
-def limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[str]:
-    """Warnings of muscles beyond their stated limits of pressure, force or contraction."""
+def limit_warnings(
+    built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
+) -> Iterator[str]:
+    """Warnings of muscles beyond their stated limits of pressure, force or contraction.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    columns : of every step
+    static : static force of each leading muscle in these rows [N]; its tension by default
+    """
     time = columns["time"]
     groups = muscle_names(built.scenario.orthosis)
     for name, group in groups.items():
@@ -24,12 +34,10 @@ def limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[str
         pressure = columns[f"chamber/{chamber}/pressure"]
         force = columns[f"muscle/{name}/force"]
         contraction = columns[f"muscle/{name}/contraction"]
-        # a slack muscle is shorter on paper only: its cable hangs through
-        pulling = np.where(force > 0.0, contraction, np.minimum(contraction, limits.contraction_max))
         for word, values, limit, unit in (
             ("gauge pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
             ("force", force, limits.force, " N"),
-            ("contraction", pulling, limits.contraction_max, ""),
+            ("contraction", contraction, limits.contraction_max, ""),
             ("stretch", -contraction, -limits.contraction_min, ""),
         ):
             worst = int(np.argmax(values))
@@ -39,16 +47,21 @@ def limit_warnings(built: Built, columns: dict[str, np.ndarray]) -> Iterator[str
                     f"beyond its limit of {limit:.3g}{unit}"
                 )
         if name.endswith("_1"):  # its neighbours say the same
-            yield from _law_warnings(name, group.type, time, pressure, contraction, force)
+            given = (static or {}).get(name, force)
+            n = len(given)
+            yield from _law_warnings(name, group.type, time[:n], pressure[:n], contraction[:n], given)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
             strongest = static_force(
                 LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
             )
+            gives = group.cable.stiffness * 0.1 < strongest
             reason = (
-                "its cable hangs through; shorten link_length or slack"
-                if strongest > 1.0
-                else f"its law, {group.type.law}, gives no force at that pressure"
+                f"its law, {group.type.law}, gives no force at that pressure"
+                if strongest <= 1.0
+                else "its cable gives way; raise cable.stiffness"
+                if gives
+                else "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
             )
             yield f"{name} never pulls, although its chamber reaches {filled * 1e-5:.2g} bar: {reason}"
     lower, upper = built.model.joint(ANKLE).range
@@ -65,7 +78,7 @@ def _law_warnings(
     contraction: np.ndarray,
     force: np.ndarray,
 ) -> Iterator[str]:
-    """Warnings of a pulling muscle whose law was used outside its range of validity."""
+    """Warnings of a muscle whose law gave a force outside its range of validity."""
     law = muscle.law_set
     # stretched, the braid carries; the law is asked at zero contraction
     braid = np.zeros_like(force)
@@ -78,7 +91,7 @@ def _law_warnings(
     ):
         beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
         worst = int(np.argmax(beyond))
-        if beyond[worst] > 1e-9:
+        if beyond[worst] > SLIGHTLY * upper:
             yield (
                 f"{name.rsplit('_', 1)[0]}: the law {muscle.law} was asked at a {word} of "
                 f"{values[worst]:.3g}{unit} at {time[worst]:.3f} s, outside its range of "
