@@ -495,6 +495,14 @@ def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
         highest_pressure(m, d, chamber)
         if volume_of(m, d, q) <= 0.0:
             return NO_VOLUME, chamber
+        gauge = d.act[m.actuator_actadr[chamber] + LAST_PRESSURE] - AMBIENT_PRESSURE
+        leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+        while leader >= 0:
+            k = m.nuser_actuator * leader
+            force = law_force(u, k, 0.0, gauge)
+            if force != force:
+                return NO_NUMBER, leader
+            leader = int(u[k + MUSCLE_NEXT])
         chamber = int(u[q + CHAMBER_NEXT])
     return NO_LENGTH, i
 
