@@ -119,8 +119,8 @@ def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, r
 def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: float) -> None:
     """What the gains of a chamber's leaders carry; their velocity to zero, so that they add no force.
 
-    With K = n dT/dx, S = 1/softness of the anchors and Σ over all leaders on them, the slopes of the tensions by
-    the paths are K_i δ_ij − K_i K_j/(S + ΣK). They are bounded by the diagonal
+    With K = n dT/dx, S = 1/softness of the anchors and Σ over all leaders on them, the slopes of the
+    tensions by the paths are K_i δ_ij − K_i K_j/(S + ΣK). They are bounded by the diagonal
     K_i (S + 2 (ΣK − K_i))/(S + ΣK), which puts a neighbour's share on either side.
     """
     u, leader = m.actuator_user, int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
