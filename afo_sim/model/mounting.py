@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
