@@ -27,9 +27,7 @@ def cycle_of(law: str) -> Energy:
 
 def main() -> None:
     """Print the table."""
-    print(
-        "| law | net work of the air [J] | lost in dampers [J] | given by the law alone [J] | of the turnover |"
-    )
+    print("| law | net work of the air | lost in dampers | made by the law | of the turnover |")
     print("|---|---|---|---|---|")
     for law in load("muscle", MUSCLE).laws:
         found = cycle_of(law)
