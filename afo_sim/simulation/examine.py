@@ -36,17 +36,16 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     scenario = built.scenario
     columns, found = examine(built, rollout)
     n, stride = len(columns["time"]), scenario.record_stride
-    energy, doubts = _energy(built, rollout, columns)
     return Recording(
         # copies: the recording is its user's, while the recorded walking is shared by later runs
         columns={name: np.array(values[::stride]) for name, values in columns.items()},
-        metrics=found.totals | energy,
+        metrics=found.totals,
         strides=found.strides,
         scenario=scenario.resolved(),
         model_xml=labelled(built.xml),
         model_binary=to_binary(built.model),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=(*built.warnings, *doubts, *(limit_warnings(built, columns) if n else ()), *found.warnings),
+        warnings=(*built.warnings, *(limit_warnings(built, columns) if n else ()), *found.warnings),
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
@@ -63,7 +62,11 @@ def examine(
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
     """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
     columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
-    return columns, _metrics(built, columns, transient) if len(columns["time"]) else WalkMetrics({}, {}, ())
+    if not len(columns["time"]):
+        return columns, WalkMetrics({}, {}, ())
+    found = _metrics(built, columns, transient)
+    energy, doubts = _energy(built, rollout, columns)
+    return columns, WalkMetrics(found.totals | energy, found.strides, (*doubts, *found.warnings))
 
 
 def _energy(

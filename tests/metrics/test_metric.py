@@ -4,6 +4,7 @@ import copy
 import json
 import math
 import pickle
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.energy import energy_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, tells
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
+from afo_sim.simulation.energy import Energy
 
 clearance = Metric(12.5, "mm")
 
@@ -86,10 +89,11 @@ def test_matplotlib_draws_metrics() -> None:
 
 
 def told() -> dict[str, Metric]:
-    """Everything that walking and a fixed shank tell."""
+    """Everything that walking, a fixed shank and a balance of energy tell."""
     plain = walk_columns(4.2)
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
-    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0)}
+    energy = energy_metrics({field.name: 1.0 for field in fields(Energy) if field.name != "turnover"}, 1, 0.0)
+    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0), **energy}
 
 
 def test_every_registered_metric_is_told_by_its_function() -> None:
