@@ -89,7 +89,7 @@ def test_matplotlib_draws_metrics() -> None:
 
 
 def told() -> dict[str, Metric]:
-    """Everything that walking and a fixed shank tell."""
+    """Everything that walking, a fixed shank and a balance of energy tell."""
     plain = walk_columns(4.2)
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
