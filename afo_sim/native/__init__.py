@@ -10,6 +10,8 @@ from afo_sim.native.circuit import (
     add_chambers,
     add_circuit,
     add_muscles,
+)
+from afo_sim.native.filling import (
     assert_muscles_pull,
     fill_chambers,
     fill_circuit,

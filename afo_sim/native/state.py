@@ -115,7 +115,7 @@ def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
 
 
 def read_carried(model: mujoco.MjModel, act: np.ndarray, muscle: int) -> np.ndarray:
-    """Static force beyond the tension of a muscle [N], one step back, from `act` (…, na); 0 at a range's end."""
+    """Static force of a muscle beyond its tension, one step back [N], from `act`; 0 at a range's end."""
     leader = int(model.actuator_user[muscle, MUSCLE_LEADER])
     carried: np.ndarray = act[..., int(model.actuator_user[leader, MUSCLE_STATE]) + CARRIED]
     return carried

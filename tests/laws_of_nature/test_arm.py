@@ -110,7 +110,7 @@ class Arm:
         return self.groups[k].cable.stiffness * max(self.length * (kappa - path), 0.0)
 
     def force(self, k: int, kappa: float, absolute: float) -> float:
-        """Of one muscle: the law, where it is stretched its braid and its air, without air its return force."""
+        """Of one muscle: the law, stretched its braid and air, without air its return force."""
         p, muscle = max(absolute - AMBIENT, 0.0), self.groups[k].type
         static = spring_force(self.law, self.values, max(kappa, 0.0), p, self.radius, self.angle)
         if p < self.lowest:  # below where the law was fitted: no more than in proportion to the pressure

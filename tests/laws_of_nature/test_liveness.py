@@ -26,10 +26,15 @@ STRETCHED = {
     "orthosis.muscle.plantarflexor.link_length": "8 cm",
 }
 
+LONG = {"duration": "10 s"}  # the plantarflexor vents from 8 s on, and its outlet is choked for a while
+RUNS = {"plain": SHORT, "stretched": SHORT | STRETCHED, "long": LONG}
+
 # Which recorded column must move, by the parameter's key; the first pattern that fits counts.
 OUTPUTS = {
     "*_delay": "valve/{role}_{side}/opening",
     "orthosis.chamber.*": "chamber/{role}/pressure",
+    "orthosis.anchor.*": "cuff/{anchor}/displacement",
+    "*.cable.*": "muscle/{role}_1/force",
     "*.type.mass": "ankle/moment/gravity",
     "*.type.dead_volume": "chamber/{role}/volume",
     "*.type.damping": "muscle/{role}_1/force",
@@ -93,15 +98,20 @@ def leaves(node: Any, path: str = "") -> dict[str, Any]:
 def parameters() -> dict[str, Any]:
     """Every number of the scenario by its dotted key; lists of coordinates and events stay whole."""
     found = leaves(load("scenario", SCENARIO, SHORT).resolved())
-    return {k: v for k, v in found.items() if not any(fnmatch.fnmatch(k, p) for p in NOT_PHYSICAL)}
+    given = {k: v for k, v in found.items() if v is not None}
+    return {k: v for k, v in given.items() if not any(fnmatch.fnmatch(k, p) for p in NOT_PHYSICAL)}
 
 
 def role_of(key: str) -> str:
     return "plantarflexor" if "plantarflexor" in key else "dorsiflexor"
 
 
+def anchor_of(key: str) -> str:
+    return "foot" if ".foot." in key else "shank"
+
+
 def nudged(value: Any, share: float = 0.05) -> Any:
-    """5 % more; a stated amount where it is zero: 5 mm, 2 deg, 0.1 N·m, 2 g·m², 0.05."""
+    """5 % more; a stated amount where it is zero: 5 mm, 2 deg, 0.1 N·m, 2 g·m², 20 N, 20 N·s/m, 0.05."""
     if isinstance(value, int):
         return value - 1
     if isinstance(value, float):
@@ -110,14 +120,14 @@ def nudged(value: Any, share: float = 0.05) -> Any:
     amount = (
         float(number) * (1.0 + share)
         if float(number)
-        else {"m": 0.005, "rad": 0.035, "N*m": 0.1, "kg*m^2": 0.002}[unit]
+        else {"m": 0.005, "rad": 0.035, "N*m": 0.1, "kg*m^2": 0.002, "N": 20.0, "N*s/m": 20.0}[unit]
     )
     return f"{amount!r} {unit}"
 
 
 @pytest.fixture(scope="module")
 def base() -> dict[str, Recording]:
-    return {"plain": afo_sim.run(SCENARIO, SHORT), "stretched": afo_sim.run(SCENARIO, SHORT | STRETCHED)}
+    return {name: afo_sim.run(SCENARIO, sets) for name, sets in RUNS.items()}
 
 
 def cases() -> list[tuple[str, Any]]:
@@ -142,11 +152,11 @@ def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Reco
     pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
     assert pattern is not None, f"{key} has no declared output"
     side = "outlet" if "outlet" in key else "inlet"
-    column = OUTPUTS[pattern].format(role=role_of(key), side=side)
-    stretched = key.endswith("braid_stiffness")
-    sets = SHORT | (STRETCHED if stretched else {})
-    before = base["stretched" if stretched else "plain"][column]
-    after = afo_sim.run(SCENARIO, sets | {key: changed})[column]
+    column = OUTPUTS[pattern].format(role=role_of(key), side=side, anchor=anchor_of(key))
+    run = "stretched" if key.endswith("braid_stiffness") else "plain"
+    run = "long" if key.endswith("outlet.critical_ratio") else run
+    before = base[run][column]
+    after = afo_sim.run(SCENARIO, RUNS[run] | {key: changed})[column]
     moved = np.abs(after - before).max()
     assert moved > 1e-7 * max(np.abs(before).max(), 1e-12), f"{key} does not move {column}"
 
@@ -194,6 +204,17 @@ def test_three_element_damper_acts(key: str) -> None:
             changed = nudged(value, 0.5)
         after = afo_sim.run("seated", {"duration": "6 s", damper: DAMPER | {key: changed}})[force]
         assert np.abs(after - before).max() > 1e-3, (key, k)
+
+
+@pytest.mark.parametrize("key", ["force", "length"])
+def test_stiffening_cuff_acts(key: str) -> None:
+    cuff, column = "orthosis.anchor.shank", "cuff/shank/displacement"
+    without = {"duration": "6 s", f"{cuff}.stiffness": None}
+    table = {"force": "33 N", "length": "17 mm"}
+    before = afo_sim.run("seated", without | {f"{cuff}.stiffening": table})[column]
+    changed = table | {key: nudged(table[key], 0.3)}
+    after = afo_sim.run("seated", without | {f"{cuff}.stiffening": changed})[column]
+    assert np.abs(after - before).max() > 1e-4
 
 
 def test_every_parameter_is_found() -> None:

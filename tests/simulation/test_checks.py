@@ -729,7 +729,7 @@ def test_the_plugin_runs_once_and_keeps_what_failed(tmp_path: pathlib.Path) -> N
     assert "3 failed" in done.stdout
     assert "3 errors" in done.stdout
     assert "ankle/angle: -5" in done.stdout
-    assert "above the limit of -20 deg (below -20 deg, after 0.1 s); 100 of 100 samples fail" in done.stdout
+    assert "above the limit of -20 deg (below -20 deg, after 0.1 s); 50 of 50 samples fail" in done.stdout
     assert "test_unmarked: afo_run needs a scenario, such as @pytest.mark.afo_scenario(" in done.stdout
     assert "test_misread: the marker takes a scenario and values by key" in done.stdout
     assert "there is no such scenario" in done.stdout
@@ -741,7 +741,7 @@ def test_the_plugin_runs_once_and_keeps_what_failed(tmp_path: pathlib.Path) -> N
     for folder in folders:
         assert f"recording and figure (figure.png) are in {kept / folder}" in done.stdout
         assert (kept / folder / "figure.png").read_bytes().startswith(b"\x89PNG")
-        assert len(afo_sim.read_recording(kept / folder)[ANGLE]) == 200
+        assert len(afo_sim.read_recording(kept / folder)[ANGLE]) == 100
 
 
 def test_a_recording_that_cannot_be_kept_does_not_hide_the_failure(tmp_path: pathlib.Path) -> None:

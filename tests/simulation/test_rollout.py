@@ -25,7 +25,7 @@ SUPPLIES = (2e5, 3e5, 4e5)
 
 @pytest.fixture(scope="module")
 def built() -> Built:
-    return build(load("scenario", "seated", {"duration": "1.2 s"}))
+    return build(load("scenario", "seated", {"duration": "1.2 s", "timestep": "1 ms"}))
 
 
 @pytest.fixture(scope="module")
@@ -96,8 +96,9 @@ def test_bang_bang_policy_holds_a_pressure() -> None:
     chamber = index.chambers["dorsiflexor"]
 
     def choose(moment: Moment) -> np.ndarray:
-        air = native.read_air(built.model, moment.now["act"], chamber)
-        low = air.absolute_pressure - AMBIENT_PRESSURE < wanted
+        last = moment.last  # none at first, when the muscles are empty
+        air = native.read_air(built.model, last["act"], last["userdata"], chamber)
+        low = not len(last["act"]) or air.absolute_pressure[-1] - AMBIENT_PRESSURE < wanted
         inputs = np.tile(base, (len(moment.steps), 1))
         inputs[:, index.valves["dorsiflexor_inlet" if low else "dorsiflexor_outlet"]] = 1.0
         return inputs
@@ -116,7 +117,7 @@ def test_bang_bang_policy_holds_a_pressure() -> None:
 
 
 def test_python_mode_takes_the_same_policy(built: Built, control: np.ndarray, alone: Rollout) -> None:
-    plain = build(load("scenario", "seated", {"duration": "1.2 s", "callback": "python"}))
+    plain = build(load("scenario", "seated", {"duration": "1.2 s", "timestep": "1 ms", "callback": "python"}))
     again = simulate(plain, replay(control, 70), n_step=200)
     assert np.array_equal(again.control, control[:200])
     assert again.rows["act"] == pytest.approx(alone.rows["act"][:200], rel=1e-9)

@@ -17,16 +17,28 @@ from afo_sim.simulation.simulate import simulate
 def test_seated_foot_rises_and_returns_twice(seated: Recording) -> None:
     angle, time = np.degrees(seated["ankle/angle"]), seated["time"]
     assert seated.ok
-    assert len(time) == 16_000
+    assert len(time) == 8000
     for start in (0.0, 8.0):
         cycle = angle[(time >= start) & (time < start + 8.0)]
         rest, top = cycle[0], cycle.max()
-        assert 15.0 < top - rest < 45.0
+        assert 10.0 < top - rest < 45.0
         assert abs(cycle[-1] - rest) < 0.5
-        assert cycle[3900] > rest + 0.95 * (top - rest)
+        assert cycle[1950] > rest + 0.95 * (top - rest)
     assert -50.0 < angle.min() < angle.max() < 30.0
-    assert seated.metrics["peak_dorsiflexion_torque"].value >= 4.0
     assert 0.15 < seated.metrics["air_per_cycle_dorsiflexor"].value / 3.0 < 0.4
+
+
+def test_what_holds_the_foot_up_is_in_balance(seated: Recording) -> None:
+    """Just before the valves turn: three muscles hold weight and tissue, and the cuff of 4 kN/m gives way."""
+    row = 1999
+    at = {name: values[row] for name, values in seated.columns.items()}
+    pulls = [at[f"muscle/dorsiflexor_{k}/force"] for k in (1, 2, 3)]
+    held = at["ankle/moment/gravity"] + at["ankle/moment/passive"]
+    assert held < seated["ankle/moment/gravity"].max() < 0.0
+    assert sum(pulls) * at["muscle/dorsiflexor_1/moment_arm"] == pytest.approx(-held, rel=0.01)
+    assert at["cuff/shank/force"] == pytest.approx(sum(pulls), rel=1e-9)
+    assert at["cuff/shank/displacement"] == pytest.approx(sum(pulls) / 4e3, rel=1e-9)
+    assert at["cuff/foot/displacement"] == pytest.approx(sum(pulls) / 50e3, rel=1e-9)
 
 
 def test_it_starts_at_rest(seated: Recording) -> None:
@@ -38,19 +50,23 @@ def test_it_starts_at_rest(seated: Recording) -> None:
 def test_antagonist_pulls_below_rest(seated: Recording, antagonist: Recording) -> None:
     rest = np.degrees(seated["ankle/angle"][0])
     assert antagonist.metrics["peak_plantarflexion_angle"].value < rest - 1.0
-    assert antagonist["muscle/plantarflexor_1/force"].max() > 20.0
-    assert antagonist.metrics["peak_plantarflexion_torque"].value > 0.1
+    last = {name: values[-1] for name, values in antagonist.columns.items()}
+    pulls = last["muscle/plantarflexor_1/force"] + last["muscle/plantarflexor_2/force"]
+    lacking = last["ankle/moment/gravity"] + last["ankle/moment/passive"]  # of a foot below its rest
+    assert lacking > 0.1
+    assert pulls * last["muscle/plantarflexor_1/moment_arm"] == pytest.approx(-lacking, rel=0.01)
+    assert antagonist.metrics["peak_plantarflexion_torque"].value >= lacking
 
 
 def test_metrics_are_of_the_columns(seated: Recording) -> None:
     angle = np.degrees(seated["ankle/angle"])
     assert seated.metrics["range_of_motion"].value == np.ptp(angle)
-    first = angle[:8000]
+    first = angle[:4000]
     height = first.max() - first[0]
-    t10, t90 = (np.argmax(first >= first[0] + share * height) * 1e-3 for share in (0.1, 0.9))
+    t10, t90 = (np.argmax(first >= first[0] + share * height) * 2e-3 for share in (0.1, 0.9))
     assert seated.metrics["rise_time"].value == pytest.approx(t90 - t10, abs=2e-3)
     inflow = np.maximum(seated["valve/dorsiflexor_inlet/mass_flow"], 0.0)
-    assert seated.metrics["air_per_cycle"].value == pytest.approx(inflow.sum() * 1e-3 * 1e3 / 2.0, rel=1e-12)
+    assert seated.metrics["air_per_cycle"].value == pytest.approx(inflow.sum() * 2e-3 * 1e3 / 2.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("supply", ["2 bar", "3 bar", "4 bar", "5 bar"])
@@ -82,15 +98,15 @@ def test_leaving_a_limit_is_said() -> None:
 def test_valve_answers_after_its_delay(seated: Recording) -> None:
     coil, opening = (seated[f"valve/dorsiflexor_inlet/{x}"] for x in ("coil", "opening"))
     assert coil[0] == 1.0
-    assert opening[:5].tolist() == [0.0, 0.0, 0.0, 0.0, 1.0]
+    assert opening[:3].tolist() == [0.0, 0.0, 1.0]  # 4 ms of a row every 2 ms
     off = int(np.argmax(coil == 0.0))
-    assert off == 4000
-    assert opening[off : off + 5].tolist() == [1.0, 1.0, 1.0, 1.0, 0.0]
+    assert off == 2000
+    assert opening[off : off + 3].tolist() == [1.0, 1.0, 0.0]
 
 
 def test_record_rate_thins_rows_not_metrics(seated: Recording) -> None:
     thin = afo_sim.run("seated", {"record_rate": "100 Hz"})
-    assert np.array_equal(thin["ankle/angle"], seated["ankle/angle"][::10])
+    assert np.array_equal(thin["ankle/angle"], seated["ankle/angle"][::5])
     assert thin.metrics == seated.metrics
 
 
@@ -103,7 +119,7 @@ def broken(mode: str) -> Recording:
     """The supply's pressure is lost from the inputs at 1.5 s."""
     built = build(load("scenario", "seated", {"duration": "3 s", "callback": mode}))
     control = schedule.controls(built)
-    control[1500:, built.index.chambers["dorsiflexor"]] = np.nan
+    control[750:, built.index.chambers["dorsiflexor"]] = np.nan
     return make_recording(built, simulate(built, control))
 
 
@@ -115,25 +131,25 @@ def test_failed_run_keeps_its_rows_and_says_why(mode: str) -> None:
     assert not run.ok
     assert "simulation 0" in run.status
     n = len(run["time"])
-    assert 1500 <= n <= 1503
-    assert np.array_equal(run["ankle/angle"][:1500], sound["ankle/angle"][:1500]) or mode == "python"
+    assert 750 <= n <= 752
+    assert np.array_equal(run["ankle/angle"][:750], sound["ankle/angle"][:750]) or mode == "python"
     assert np.isfinite(run["ankle/angle"]).all()
 
 
 @pytest.mark.parametrize("mode", ["native", "python"])
 def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> None:
     built = build(load("scenario", "seated", {"duration": "1 s", "callback": mode}))
-    muscle = built.index.muscles["plantarflexor_2"]
+    muscle = built.index.muscles["plantarflexor_1"]  # alike muscles are solved as their first
     built.model.actuator_user[muscle, slots.MUSCLE_COEFFICIENTS] = np.nan
     run = make_recording(built, simulate(built, schedule.controls(built)))
-    assert "the force is not a number in 'plantarflexor_2'" in run.status
+    assert "the force is not a number in 'plantarflexor_1'" in run.status
     assert len(run["time"]) == 0
 
 
 def test_run_takes_a_dict_and_checks_sets_on_a_finished_scenario() -> None:
-    description = load("scenario", "seated", {"duration": "1 ms"})
+    description = load("scenario", "seated", {"duration": "2 ms"})
     assert afo_sim.run(description.resolved()).ok
-    assert len(afo_sim.run(description, {"duration": "3 ms"})["time"]) == 3
+    assert len(afo_sim.run(description, {"duration": "6 ms"})["time"]) == 3
     with pytest.raises(InputError, match="out of range"):
         afo_sim.run(description, {"duration": "-2 s"})
 
@@ -148,19 +164,19 @@ def test_air_is_counted_per_cycle_begun(seated: Recording) -> None:
 def test_supply_without_pressure_is_a_failure() -> None:
     built = build(load("scenario", "seated", {"duration": "1 s"}))
     control = schedule.controls(built)
-    control[500:, built.index.chambers["dorsiflexor"]] = -2e5
+    control[250:, built.index.chambers["dorsiflexor"]] = -2e5
     run = make_recording(built, simulate(built, control))
     assert "supply's absolute pressure is not positive in 'chamber_dorsiflexor'" in run.status
-    assert len(run["time"]) == 500
+    assert len(run["time"]) == 250
 
 
 def test_step_that_warns_is_not_kept() -> None:
     built = build(load("scenario", "seated", {"duration": "1 s"}))
     control = schedule.controls(built)
-    control[500:, built.index.passive] = np.nan
+    control[250:, built.index.passive] = np.nan
     run = make_recording(built, simulate(built, control))
     assert not run.ok
-    assert len(run["time"]) == 500
+    assert len(run["time"]) == 250
     assert all(np.isfinite(values).all() for values in run.columns.values())
 
 
@@ -179,7 +195,7 @@ def test_an_ankle_through_its_stops_is_a_failure(monkeypatch: pytest.MonkeyPatch
     run = afo_sim.run("seated", {"duration": "4 s"})
     assert not run.ok
     assert "gone through its stops" in run.status
-    assert 0 < len(run["time"]) < 4000
+    assert 0 < len(run["time"]) < 2000
 
 
 @pytest.mark.slow

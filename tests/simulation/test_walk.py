@@ -21,7 +21,7 @@ from afo_sim.model.walk import phase_at
 from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.simulation.recording import Recording
 
-HALF_STEP = {"timestep": "0.125 ms"}  # of the shipped scenario's
+HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's
 TEN_STRIDES = {"duration": "12.2 s"}
 SWING = (0.68, 0.97)
 
@@ -38,7 +38,7 @@ def drop_foot() -> Recording:
 
 @pytest.fixture(scope="module")
 def lifted() -> Recording:
-    return afo_sim.run("walk-dropfoot-afo", TEN_STRIDES)
+    return afo_sim.run("walk-dropfoot-afo-short", TEN_STRIDES)
 
 
 def settled(run: Recording) -> np.ndarray:
@@ -98,7 +98,7 @@ def test_inverse_dynamics_returns_the_toolkits_moment(stride: str) -> None:
 
 def test_all_moments_sum_to_the_ankles_acceleration(lifted: Recording) -> None:
     total = sum(lifted[name] for name in lifted.columns if name.startswith("ankle/moment/"))
-    built = walk_built("walk-dropfoot-afo")
+    built = walk_built("walk-dropfoot-afo-short")
     assert built.foot is not None
     assert np.abs(total - built.foot.inertia * lifted["ankle/acceleration"]).max() < 1e-9
 
@@ -214,7 +214,7 @@ def test_heights_are_those_of_the_model(lifted: Recording) -> None:
     """Sole points from pose and angle, against MuJoCo's own kinematics."""
     import mujoco
 
-    built = walk_built("walk-dropfoot-afo")
+    built = walk_built("walk-dropfoot-afo-short")
     data = mujoco.MjData(built.model)
     for row in range(0, len(lifted["time"]), 1777):
         for name in ("shank_x", "shank_z", "shank_angle", "ankle"):

@@ -1,0 +1,112 @@
+"""Bisection of a network: slow, and always ends. It takes over where Newton's method does not settle."""
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
+from afo_sim.native.muscle import cable, stretch
+from afo_sim.native.newton import SETTLED_PULL
+from afo_sim.native.slots import (
+    CHAMBER_FIRST_MUSCLE,
+    CHAMBER_NEXT,
+    MUSCLE_COUNT,
+    MUSCLE_NEXT,
+    MUSCLE_USERDATA,
+    NETWORK_FIRST_CHAMBER,
+)
+from afo_sim.native.state import OWN_CONTRACTION
+
+HALVINGS = 55  # of a bracket of κ or p
+
+
+@register_jitable
+def bisect_leader(
+    m: Any, d: Any, leader: int, chamber: int, absolute: float, moved: float, rest: bool
+) -> None:
+    """The contraction of a leader at a pressure and a displacement of its anchors, into `userdata`."""
+    k = m.nuser_actuator * leader
+    low, high = within(m.actuator_user, k, -1.0), SHORTEST
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        left = lacking(m, d, leader, chamber, middle, absolute, moved, rest)[0]
+        if left > 0.0:
+            low = middle
+        elif left <= 0.0:
+            high = middle
+        else:  # a NaN has no side
+            low = high = left
+            break
+    d.userdata[int(m.actuator_user[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = 0.5 * (low + high)
+
+
+@register_jitable
+def leaders_at(m: Any, d: Any, chamber: int, absolute: float, moved: float, rest: bool) -> None:
+    """The contractions of a chamber's leaders at a pressure and a displacement, into `userdata`."""
+    u = m.actuator_user
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+    while leader >= 0:
+        bisect_leader(m, d, leader, chamber, absolute, moved, rest)
+        leader = int(u[m.nuser_actuator * leader + MUSCLE_NEXT])
+
+
+@register_jitable
+def highest_pressure(m: Any, d: Any, chamber: int) -> float:
+    """Absolute pressure of a chamber whose muscles are stretched to their locks [Pa]."""
+    u, q = m.actuator_user, m.nuser_actuator * chamber
+    leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        d.userdata[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = within(u, k, -1.0)
+        leader = int(u[k + MUSCLE_NEXT])
+    return pressure_of(m, d, chamber, volume_of(m, d, q), False)[0]
+
+
+@register_jitable
+def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
+    """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
+    u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
+    if rest:
+        leaders_at(m, d, chamber, pressure_of(m, d, chamber, 1.0, rest)[0], moved, rest)
+    else:
+        # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
+        low, high = 0.0, highest_pressure(m, d, chamber)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            leaders_at(m, d, chamber, middle, moved, rest)
+            if middle < pressure_of(m, d, chamber, volume_of(m, d, q), rest)[0]:
+                low = middle
+            else:
+                high = middle
+    pull, leader = 0.0, int(u[q + CHAMBER_FIRST_MUSCLE])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        own = data[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION]
+        pull += u[k + MUSCLE_COUNT] * cable(u, k, stretch(m, d, leader, k, own, moved))[0]
+        leader = int(u[k + MUSCLE_NEXT])
+    return pull
+
+
+@register_jitable
+def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
+    """Solve a network by bisection, into `userdata`: its pull [N]."""
+    u = m.actuator_user
+    low, high = 0.0, 0.0
+    for halving in range(HALVINGS + 1):
+        pull = 0.5 * (low + high)
+        moved, _ = shift(m, d, j, pull, rest)
+        pulled, chamber = 0.0, int(u[j + NETWORK_FIRST_CHAMBER])
+        while chamber >= 0:
+            pulled += bisect_chamber(m, d, chamber, moved, rest)
+            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+        if pulled != pulled:
+            return pulled
+        if halving == 0:  # without displacement they pull the most
+            high = pulled
+        elif pulled > pull:
+            low = pull
+        else:
+            high = pull
+        if high - low < SETTLED_PULL:
+            break
+    return 0.5 * (low + high)

@@ -1,0 +1,193 @@
+"""Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
+
+from collections.abc import Iterator, Mapping
+
+import mujoco
+import numpy as np
+
+from afo_sim.native.circuit import Circuit, CircuitChamber, CircuitIds, CircuitMuscle, circuit_ids
+from afo_sim.native.install import assert_live, assert_rows
+from afo_sim.native.slots import (
+    KIND_CHAMBER,
+    KIND_MUSCLE,
+    KIND_NETWORK,
+    MUSCLE_INVERSE_MASS,
+    chamber_row,
+    friction_row,
+    muscle_row,
+    network_row,
+    valve_row,
+)
+from afo_sim.native.state import (
+    ANCHOR_DATA,
+    CHAMBER_DATA,
+    LAST_VOLUME,
+    LEADER_DATA,
+    LEADER_STATES,
+    air_at,
+    read_flows,
+    write_air,
+    write_rest,
+)
+
+LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
+
+
+def fill_circuit(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
+    """Write the exact parameters of a circuit into a compiled model."""
+    ids, user = circuit_ids(model, circuit), model.actuator_user
+    chambers = {chamber.name: chamber for chamber in circuit.chambers}
+    anchors = {anchor.name: anchor for anchor in circuit.anchors}
+    data = 0
+    for network in circuit.networks():
+        actuator = ids.networks[network.name]
+        state = int(model.actuator_actadr[actuator])
+        following = [*(ids.chambers[name] for name in network.chambers[1:]), -1]
+        for name, next_chamber in zip(network.chambers, following, strict=True):
+            leaders = [ids.muscles[muscle.tendons[0]] for muscle in circuit.muscles_of(name)]
+            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data)
+            data += CHAMBER_DATA
+            chain = zip(circuit.muscles_of(name), [*leaders[1:], -1], strict=False)
+            for muscle, next_muscle in chain:
+                _fill_muscle(model, ids, muscle, next_muscle, state, data)
+                state, data = state + LEADER_STATES, data + LEADER_DATA
+        numbers = [
+            (a.stiffness, a.force, a.length, a.damping) for a in (anchors[name] for name in network.anchors)
+        ]
+        user[actuator] = network_row(
+            first_chamber=ids.chambers[network.chambers[0]], state=state, userdata=data, anchors=numbers
+        )
+        data += ANCHOR_DATA * len(numbers)
+    for muscle in circuit.muscles:
+        if muscle.name in ids.frictions:
+            user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
+    fill_inverse_masses(model)
+    return ids
+
+
+def fill_inverse_masses(model: mujoco.MjModel) -> None:
+    """Write J M⁻¹ Jᵀ [1/kg] of every muscle's path, at the model's own posture, into its row.
+
+    To be called again where masses change: it tells how stiff a taut muscle is beside what it moves.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((1, model.nv))
+    mujoco.mju_sparse2dense(
+        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+    )
+    for muscle in _of_kind(model, KIND_MUSCLE):
+        mujoco.mj_solveM(model, data, moved, jacobian[muscle : muscle + 1])
+        model.actuator_user[muscle, MUSCLE_INVERSE_MASS] = float(moved[0] @ jacobian[muscle])
+
+
+def _fill_chamber(
+    model: mujoco.MjModel,
+    ids: CircuitIds,
+    chamber: CircuitChamber,
+    first_muscle: int,
+    next_chamber: int,
+    data: int,
+) -> None:
+    """The rows of a chamber and its valves."""
+    user = model.actuator_user
+    user[ids.chambers[chamber.name]] = chamber_row(
+        first_muscle=first_muscle,
+        next_chamber=next_chamber,
+        inlet=ids.valves[f"{chamber.name}_inlet"],
+        outlet=ids.valves[f"{chamber.name}_outlet"],
+        tube_volume=chamber.tube_volume,
+        wall_conductance=chamber.wall_conductance,
+        userdata=data,
+    )
+    for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
+        user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
+
+
+def _fill_muscle(
+    model: mujoco.MjModel, ids: CircuitIds, muscle: CircuitMuscle, next_muscle: int, state: int, data: int
+) -> None:
+    """The rows of alike muscles; the first of them leads."""
+    for tendon in muscle.tendons:
+        model.actuator_user[ids.muscles[tendon]] = muscle_row(
+            **muscle.row,
+            series_length=muscle.series_length,
+            cable_stiffness=muscle.cable_stiffness,
+            leader=ids.muscles[muscle.tendons[0]],
+            count=len(muscle.tendons),
+            chamber=ids.chambers[muscle.chamber],
+            next_muscle=next_muscle,
+            state=state,
+            userdata=data,
+            friction_states=ids.frictions.get(muscle.name, -1),
+        )
+
+
+def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
+    """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them.
+
+    The callbacks must be installed: they solve the muscles' own lengths at the present posture.
+
+    Parameters
+    ----------
+    model, data : with this project's actuators
+    pressure : of all chambers, or by actuator id, the others at ambient pressure [Pa]
+    """
+    chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
+    gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
+    inputs = data.ctrl.copy()
+    for chamber in chambers:
+        write_air(model, data.act, chamber, air_at(gauge[chamber], 1e-3))  # of any volume
+    data.ctrl[networks] = 1.0
+    mujoco.mj_forward(model, data)
+    data.ctrl[:] = inputs
+    for chamber in chambers:
+        volume = float(read_flows(model, data.userdata, chamber).volume)
+        write_air(model, data.act, chamber, air_at(gauge[chamber], volume))
+    for network in networks:
+        write_rest(model, data, network)
+
+
+def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion.
+
+    Without it they would be taken to have stood still, and the first steps would be of first order.
+    """
+    here = data.qpos.copy()
+    inputs = data.ctrl.copy()
+    networks = list(_of_kind(model, KIND_NETWORK))
+    mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
+    data.ctrl[networks] = 1.0
+    mujoco.mj_forward(model, data)
+    data.qpos[:], data.ctrl[:] = here, inputs
+    for chamber in _of_kind(model, KIND_CHAMBER):
+        last = float(read_flows(model, data.userdata, chamber).volume)
+        data.act[model.actuator_actadr[chamber] + LAST_VOLUME] = last
+    for network in networks:
+        write_rest(model, data, network)
+
+
+def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
+    """Refuse limp muscles: with 3 bar in every chamber each must carry its law's force.
+
+    Parameters
+    ----------
+    model : with this project's actuators
+    state : mjSTATE_INTEGRATION row of the posture
+
+    Raises
+    ------
+    CallbackError
+        An actuator has lost its parameters, or a muscle carries another force than its law's.
+    """
+    assert_rows(model)
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    fill_chambers(model, data, LIVE_PRESSURE)
+    mujoco.mj_forward(model, data)
+    assert_live(model, data, list(_of_kind(model, KIND_MUSCLE)))
+
+
+def _of_kind(model: mujoco.MjModel, kind: float) -> Iterator[int]:
+    """Ids of the actuators of one kind."""
+    return (i for i in range(model.nu) if model.actuator_user[i, 1] == kind)
