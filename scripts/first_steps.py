@@ -57,7 +57,7 @@ print("least height of the toe in swing:", bare.metrics["toe_clearance"])
 # The same walk with an orthosis. `set` changes any number by its dotted key, and checks it.
 
 # %%
-walk = afo.load("scenario", "walk-dropfoot-afo").set({"duration": "4.9 s"})
+walk = afo.load("scenario", "walk-dropfoot-afo-short").set({"duration": "4.9 s"})
 try:
     walk.set({"supply.presure": "3 bar"})
 except afo.InputError as error:

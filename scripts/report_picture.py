@@ -1,4 +1,4 @@
-"""The report's picture in the README: a healthy walker, a drop foot, and the same foot with S1's orthosis.
+"""The report's picture in the README: a healthy walker, a drop foot, and that foot with two orthoses.
 
 Ankle angle, ankle moment and clearance as `afo-sim report` draws them.
 
@@ -21,7 +21,8 @@ from afo_sim.show.style import STYLE
 RUNS = {
     "walk-healthy": "healthy",
     "walk-dropfoot": "drop foot",
-    "walk-dropfoot-afo": "drop foot with orthosis",
+    "walk-dropfoot-afo": "with S1's orthosis",
+    "walk-dropfoot-afo-short": "on shorter links",
 }
 SIZE, DPI = (report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
 

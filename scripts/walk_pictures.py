@@ -1,4 +1,4 @@
-"""The README's pictures of walking: a drop foot without and with S1's orthosis, as the viewer shows them.
+"""Pictures of walking in the viewer: a drop foot without orthosis, with S1's, and with it on shorter links.
 
     python scripts/walk_pictures.py [--out models/scenarios/pictures]
 
@@ -14,9 +14,10 @@ from PIL import Image
 import afo_sim
 from afo_sim.show.rerun import screenshot, write_comparison
 
-SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo")
+SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo", "walk-dropfoot-afo-short")
 STRIDE_TIME = 1.2033  # of the recorded stride [s]
-PHASES = (0.01, 0.24, 0.50, 0.82)  # of the sixth stride
+STRIDE = 9.0  # strides walked before the one that is shown
+PHASES = (0.01, 0.24, 0.50, 0.82)  # of that stride
 SCENE = (0, 66, 800, 584)  # of the viewer's picture: left, top, right, bottom [pixel]
 GAP = 6  # between pictures [pixel]
 
@@ -29,7 +30,7 @@ def moments(folders: list[pathlib.Path], scratch: pathlib.Path) -> Image.Image:
     for row, folder in enumerate(folders):
         for column, phase in enumerate(PHASES):
             taken = scratch / "moment.png"
-            screenshot(folder / "recording.rrd", taken, (5.0 + phase) * STRIDE_TIME)
+            screenshot(folder / "recording.rrd", taken, (STRIDE + phase) * STRIDE_TIME)
             scene = (
                 Image.open(taken).convert("RGB").crop(SCENE).resize((wide, high), Image.Resampling.LANCZOS)
             )
@@ -44,11 +45,13 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         scratch = pathlib.Path(name)
-        folders = [afo_sim.run(scenario).save(scratch / scenario) for scenario in SCENARIOS]
+        folders = [
+            afo_sim.run(scenario, {"duration": "14.4 s"}).save(scratch / scenario) for scenario in SCENARIOS
+        ]
         drawn = moments(folders, scratch)
         both = scratch / "both.rrd"
-        write_comparison(folders[::-1], both)
-        screenshot(both, scratch / "both.png", (5.0 + 0.80) * STRIDE_TIME)
+        write_comparison([folders[-1], folders[0]], both)
+        screenshot(both, scratch / "both.png", (STRIDE + 0.80) * STRIDE_TIME)
         compared = (
             Image.open(scratch / "both.png").convert("RGB").resize((1280, 720), Image.Resampling.LANCZOS)
         )
