@@ -174,6 +174,8 @@ def linearise(
             m, d, leader, chamber, data[own + OWN_CONTRACTION], absolute, moved, rest
         )
         data[own + TENSION], data[own + CABLE_SLOPE] = tension, slope
+        if held(u, k, data[own + OWN_CONTRACTION], left):
+            left, by_pressure, theta = 0.0, 0.0, 0.0
         data[own + WORK_STEP] = left / stiffness
         data[own + WORK_BY_PRESSURE] = by_pressure / stiffness
         data[own + WORK_BY_PULL] = theta * slope * moved_by_pull / stiffness
@@ -212,6 +214,14 @@ def within(u: Any, k: int, contraction: float) -> float:
     if contraction > SHORTEST:
         return SHORTEST
     return contraction + 0.0 * least  # a NaN stays one
+
+
+@register_jitable
+def held(u: Any, k: int, contraction: float, left: float) -> bool:
+    """Whether the muscle whose row starts at k is pushed against an end of its range."""
+    if left > 0.0:
+        return contraction >= SHORTEST
+    return left < 0.0 and contraction <= LONGEST * u[k + MUSCLE_LOCK]
 
 
 @register_jitable
@@ -328,7 +338,7 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
         while chamber >= 0:
             pulled += bisect_chamber(m, d, chamber, moved, rest)
             chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-        if pulled != pulled:
+        if pulled != pulled or u[j + NETWORK_ANCHORS] == 0.0:  # nothing moves under the pull
             return pulled
         if halving == 0:  # without displacement they pull the most
             high = pulled
