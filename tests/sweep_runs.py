@@ -12,7 +12,7 @@ from afo_sim.study.design import cases_of
 from afo_sim.study.engine import Outcome
 from afo_sim.study.store import Store
 
-# Two numbers, cases of three layouts, words, strides that differ with the case's seed. At a load of 1 kN·m the
+# Two numbers, cases of three layouts, words, strides that differ with the case's seed. At 1 kN·m the
 # ankle goes through its stops. Without a link, on a cuff and a plate that give little, the braid locks.
 SWEEP = """
 scenario = "walk-dropfoot-afo"
