@@ -12,8 +12,8 @@ from afo_sim.study.design import cases_of
 from afo_sim.study.engine import Outcome
 from afo_sim.study.store import Store
 
-# Two numbers, cases of three layouts, words, strides that differ with the case's seed; at a load of 1 kN·m
-# the ankle goes through its stops, and without a link the braid locks.
+# Two numbers, cases of three layouts, words, strides that differ with the case's seed. At 1 kN·m the
+# ankle goes through its stops. Without a link, on a cuff and a plate that give little, the braid locks.
 SWEEP = """
 scenario = "walk-dropfoot-afo"
 design = "random"
@@ -24,6 +24,8 @@ seed = 5
 duration = "2.6 s"
 timestep = "1 ms"
 gait.variability = 0.05
+orthosis.anchor.shank.stiffness = "400 kN/m"
+orthosis.anchor.foot.stiffness = "400 kN/m"
 [parameters.pressure]
 key = "supply.pressure"
 from = "2 bar"

@@ -58,7 +58,8 @@ def settled(hung: Sequence[Hung]) -> np.ndarray:
         (rollout,) = roll_out([case], n_step, Recipe(fields=(), stride=n_step))
     if rollout.failure is not None:
         raise rollout.failure
-    return rollout.final["qpos"]
+    weights = np.array([h.mass for h in hung]) * GRAVITY
+    return rollout.final["qpos"] + weights / HANGER  # what a mass has sunk by its hanger is not the muscle's
 
 
 def _spec(hung: Sequence[Hung]) -> mujoco.MjSpec:

@@ -20,7 +20,8 @@ HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
 FEWEST = 10  # samples
 ANKLE = ("angle", "velocity", "acceleration", "moment/orthosis", "moment/passive", "moment/gravity")
 LOAD = "moment/load"  # where the scenario has one
-MUSCLE = ("force", "length", "velocity", "contraction", "moment_arm")
+MUSCLE = ("force", "length", "velocity", "contraction", "path_length", "moment_arm")
+CUFF = ("force", "displacement")
 CHAMBER = ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
 VALVE = ("coil", "opening", "mass_flow")
 
@@ -165,6 +166,7 @@ def recorded_columns(scenario: Scenario) -> list[str]:
     orthosis = scenario.orthosis
     paths = [f"ankle/{part}" for part in (*ANKLE, *([LOAD] if scenario.load_moment else []))]
     paths += [f"muscle/{name}/{part}" for name in muscle_names(orthosis) for part in MUSCLE]
+    paths += [f"cuff/{name}/{part}" for name in orthosis.anchor for part in CUFF]
     paths += [f"chamber/{name}/{part}" for name in orthosis.chamber for part in CHAMBER]
     paths += [f"valve/{name}/{part}" for name in valve_names(orthosis) for part in VALVE]
     return [*paths, "supply/pressure"]

@@ -8,6 +8,8 @@ import numpy as np
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
 
+ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
+
 
 def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak.
@@ -23,7 +25,7 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     """
     top = int(np.argmax(signal))
     start, height = signal[0], signal[top] - signal[0]
-    if height <= 0.0:
+    if height <= ROUND_OFF * np.abs(signal).max():
         return float("nan")
     rising = (signal[: top + 1] - start) / height
     low, high = (_crossing(time, rising, level) for level in (0.1, 0.9))

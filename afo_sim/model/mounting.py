@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
@@ -137,6 +136,8 @@ def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> floa
 
     if path >= 0.0 or too_long(path) >= 0.0:
         return path
+    from scipy.optimize import brentq  # large, and seldom needed
+
     return float(brentq(too_long, path, 0.0)) if too_long(0.0) > 0.0 else 0.0
 
 

@@ -53,6 +53,14 @@ def within(u: Any, k: int, contraction: float) -> float:
 
 
 @register_jitable
+def held(u: Any, k: int, contraction: float, left: float) -> bool:
+    """Whether the muscle whose row starts at k is pushed against an end of its range."""
+    if left > 0.0:
+        return contraction >= SHORTEST
+    return left < 0.0 and contraction <= LONGEST * u[k + MUSCLE_LOCK]
+
+
+@register_jitable
 def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float]:
     """Displacement of all anchors of the network whose row starts at j under a pull [m], and its slope."""
     u, act = m.actuator_user, d.act

@@ -13,6 +13,7 @@ from afo_sim.native.slots import (
     MUSCLE_COUNT,
     MUSCLE_NEXT,
     MUSCLE_USERDATA,
+    NETWORK_ANCHORS,
     NETWORK_FIRST_CHAMBER,
 )
 from afo_sim.native.state import OWN_CONTRACTION
@@ -99,7 +100,7 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
         while chamber >= 0:
             pulled += bisect_chamber(m, d, chamber, moved, rest)
             chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-        if pulled != pulled:
+        if pulled != pulled or u[j + NETWORK_ANCHORS] == 0.0:  # nothing moves under the pull
             return pulled
         if halving == 0:  # without displacement they pull the most
             high = pulled

@@ -4,7 +4,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from afo_sim.native.balance import lacking, pressure_of, shift, volume_of, within
+from afo_sim.native.balance import held, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.slots import (
     ANCHOR_FORCE,
     ANCHOR_LENGTH,
@@ -83,6 +83,8 @@ def linearise(
             m, d, leader, chamber, data[own + OWN_CONTRACTION], absolute, moved, rest
         )
         data[own + TENSION], data[own + CABLE_SLOPE] = tension, slope
+        if held(u, k, data[own + OWN_CONTRACTION], left):
+            left, by_pressure, theta = 0.0, 0.0, 0.0
         data[own + WORK_STEP] = left / stiffness
         data[own + WORK_BY_PRESSURE] = by_pressure / stiffness
         data[own + WORK_BY_PULL] = theta * slope * moved_by_pull / stiffness

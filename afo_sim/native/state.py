@@ -3,7 +3,7 @@
     actuator   act                                              userdata
     network    of each leader: contraction, carried force;      of each anchor: force, displacement
                of each anchor: displacement, damper's force
-    chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure, …
+    chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
     valve      armature, opening                                –
     friction   states of the muscle's friction                  –
@@ -36,7 +36,7 @@ AIR_MASS, SIGMA, LAST_VOLUME, LAST_PRESSURE = range(4)
 ARMATURE, OPENING = range(2)
 CONTRACTION, CARRIED = range(2)  # of a leader in the act of its network
 ANCHOR_DISPLACEMENT, ANCHOR_LOSS = range(2)  # of an anchor there
-INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE, WORK_PRESSURE_SLOPE, WORK_SHIFT, WORK_SHIFT_BY_PULL = range(7)
+INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE = range(4)
 (
     OWN_CONTRACTION,
     TENSION,
@@ -50,7 +50,7 @@ INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE, WORK_PRESSURE_SLOPE, WORK_SHIFT, WORK
 ) = range(9)
 PULL, DISPLACEMENT = range(2)
 CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES = 4, 2, 2, 2
-CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA = 7, 9, 2
+CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA = 4, 9, 2
 
 
 class Air(NamedTuple):

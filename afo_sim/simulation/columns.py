@@ -149,7 +149,6 @@ COLUMNS = (
         "m",
         "from anchor to anchor: muscle, ends, link, and what cable, cuff and plate give",
         lambda f, i: f.rows["actuator_length"][:, i],
-        whole=True,
     ),
     Column(
         "muscle/*/moment_arm",

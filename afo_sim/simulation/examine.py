@@ -1,5 +1,7 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from afo_sim.common.versions import versions
@@ -36,22 +38,16 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     scenario = built.scenario
     columns, found = examine(built, rollout)
     n, stride = len(columns["time"]), scenario.record_stride
-    energy, doubts, static = _energy(built, rollout, columns)
     return Recording(
         # copies: the recording is its user's, while the recorded walking is shared by later runs
         columns={name: np.array(values[::stride]) for name, values in columns.items()},
-        metrics=found.totals | energy,
+        metrics=found.totals,
         strides=found.strides,
         scenario=scenario.resolved(),
         model_xml=labelled(built.xml),
         model_binary=to_binary(built.model),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=(
-            *built.warnings,
-            *doubts,
-            *(limit_warnings(built, columns, static) if n else ()),
-            *found.warnings,
-        ),
+        warnings=(*built.warnings, *(_limits(built, rollout, columns) if n else ()), *found.warnings),
         timing={
             "wall_seconds": rollout.wall_seconds,
             "steps": n,
@@ -68,20 +64,35 @@ def examine(
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
     """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
     columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
-    return columns, _metrics(built, columns, transient) if len(columns["time"]) else WalkMetrics({}, {}, ())
+    if not len(columns["time"]):
+        return columns, WalkMetrics({}, {}, ())
+    found = _metrics(built, columns, transient)
+    energy, doubts = _energy(built, rollout, columns)
+    return columns, WalkMetrics(found.totals | energy, found.strides, (*doubts, *found.warnings))
 
 
 def _energy(
     built: Built, rollout: Rollout, columns: dict[str, np.ndarray]
-) -> tuple[dict[str, Metric], list[str], dict[str, np.ndarray]]:
-    """Energy balance of a run's every step: metrics, doubts, static forces of the leading muscles [N]."""
-    ended = bool(rollout.final)  # a stretch that somebody watches has no end
-    if not ended or len(columns["time"]) < FEWEST or not built.scenario.orthosis.muscle:
-        return {}, [], {}
+) -> tuple[dict[str, Metric], list[str]]:
+    """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
+    if not _balanced(built, rollout, columns):
+        return {}, []
     rows, static = with_static_forces(built, rollout, columns)
     whole = balance(built, rows, static)
     told = told_energy(built, rows, static, whole, _period(built.scenario))
-    return told, list(trust_warnings(built, rows, static, whole)), dict(static)
+    return told, list(trust_warnings(built, rows, static, whole))
+
+
+def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[str]:
+    """Warnings of muscles beyond their limits; a law counts as asked by the static force that it gave."""
+    static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
+    return limit_warnings(built, columns, static)
+
+
+def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> bool:
+    """Whether a roll-out has an energy balance; a stretch that somebody watches has no end."""
+    enough = len(columns["time"]) >= FEWEST
+    return bool(rollout.final) and enough and bool(built.scenario.orthosis.muscle)
 
 
 def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:

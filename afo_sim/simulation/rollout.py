@@ -19,11 +19,10 @@ from afo_sim.simulation.policy import Policy, Rows
 from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Stepper, Stop
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
-METRIC_FIELDS = ("actuator_force", "qfrc_actuator", "userdata")  # all that metrics need beside the state
+METRIC_FIELDS = ("actuator_force", "actuator_length", "qfrc_actuator", "userdata")  # for metrics
 FIELDS = (
     *METRIC_FIELDS,
     "qacc",
-    "actuator_length",
     "qfrc_bias",
     "qfrc_passive",
     "qfrc_constraint",

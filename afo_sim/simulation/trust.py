@@ -1,12 +1,13 @@
-"""Warnings of a run whose time step was too long for it: air, motion and energy that are not to be believed."""
+"""Warnings of a run whose time step was too long: air, motion and energy that are not to be believed."""
 
+import itertools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import chamber_of, muscle_names
+from afo_sim.model.mounting import muscle_names
 from afo_sim.simulation.energy import Columns, Energy, balance
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
@@ -34,20 +35,20 @@ def trust_warnings(built: Built, columns: Columns, static: Columns, energy: Ener
     if done < NOTHING:
         return
     for found, problem in (
-        (abs(energy.residual), "{share:.1f} % of the work is found nowhere"),
-        (-energy.friction_loss, "friction gives {share:.1f} % of the work instead of taking some"),
+        (abs(energy.residual), "of the work is found nowhere"),
+        (-energy.friction_loss, "of the work comes from friction, which should take some"),
     ):
         if not found <= UNBALANCED * done:
             muscle, time = _least_closed(built, columns, static)
             yield (
-                f"the energy balance does not close: {problem.format(share=100.0 * found / done)}, most of it "
-                f"near {time:.2f} s, where {muscle} moves; {_shorter(step, FINER)} would tell more"
+                f"the energy balance does not close: {100.0 * found / done:.1f} % {problem}, most of it near "
+                f"{time:.2f} s, where {muscle} moves; {_shorter(step, FINER)} would tell more"
             )
 
 
 def _air(built: Built, columns: Columns) -> Iterator[str]:
     """Warnings of air hotter or colder than filling and venting make it."""
-    orthosis = built.scenario.orthosis
+    orthosis, step = built.scenario.orthosis, built.scenario.timestep
     for chamber in orthosis.chamber:
         temperature = columns[f"chamber/{chamber}/temperature"]
         beyond = np.maximum(COLDEST - temperature, temperature - HOTTEST)
@@ -56,7 +57,7 @@ def _air(built: Built, columns: Columns) -> Iterator[str]:
             muscles = " and ".join(orthosis.muscles_of(chamber))
             yield (
                 f"{muscles}: the air is at {temperature[worst]:.0f} K at {columns['time'][worst]:.3f} s, "
-                f"outside {COLDEST:.0f} to {HOTTEST:.0f} K; {_shorter(built.scenario.timestep, FINER)} would "
+                f"outside {COLDEST:.0f} to {HOTTEST:.0f} K; {_shorter(step, FINER)} would "
                 "tell more"
             )
 
@@ -79,8 +80,8 @@ def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str,
     """The muscle and the time at which a run's balance closes least."""
     cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, PARTS + 1).astype(int))
     found = []
-    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
-        rows = slice(int(first), int(last) + 1)
+    for first, last in itertools.pairwise(cuts.tolist()):
+        rows = slice(first, last + 1)
         part, forces = ({k: v[rows] for k, v in each.items()} for each in (columns, static))
         energy = balance(built, part, forces)
         found.append((abs(energy.residual) + max(-energy.friction_loss, 0.0), part))

@@ -1,4 +1,4 @@
-"""First law on every shipped scenario: what the air does is found in skeleton, dampers, springs and bladders."""
+"""First law on every shipped scenario: the work of the air is found again."""
 
 import functools
 import itertools

@@ -1,6 +1,7 @@
 """A metric is a number with a unit, and each one is registered once, beside the function that tells it."""
 
 import copy
+import dataclasses
 import json
 import math
 import pickle
@@ -12,9 +13,11 @@ from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.energy import energy_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, tells
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
+from afo_sim.simulation.energy import Energy
 
 clearance = Metric(12.5, "mm")
 
@@ -86,10 +89,12 @@ def test_matplotlib_draws_metrics() -> None:
 
 
 def told() -> dict[str, Metric]:
-    """Everything that walking and a fixed shank tell."""
+    """Everything that walking, a fixed shank and a balance of energy tell."""
     plain = walk_columns(4.2)
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
-    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0)}
+    terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
+    balance = energy_metrics(terms, 2, 1e-4)
+    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0), **balance}
 
 
 def test_every_registered_metric_is_told_by_its_function() -> None:

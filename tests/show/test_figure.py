@@ -14,6 +14,7 @@ from figures import lines, opengl_missing, panel
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from yielding import rigid_run
 
 import afo_sim
 from afo_sim.common.errors import InputError
@@ -210,11 +211,13 @@ def test_video_has_a_picture_for_every_time(tmp_path: pathlib.Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_pictures_follow_the_ankle_and_the_force(seated: Recording) -> None:
+def test_pictures_follow_the_ankle_and_the_force() -> None:
     if reason := opengl_missing():
         pytest.skip(reason)
-    with video_painter.Painter(seated, 320, 240) as painter:
-        rest, again, up = (painter.picture(row).astype(int) for row in (0, 1, 3900))
+    run = rigid_run("4 s")
+    with video_painter.Painter(run, 320, 240) as painter:
+        high = int(np.searchsorted(run["time"], 3.9))
+        rest, again, up = (painter.picture(row).astype(int) for row in (0, 1, high))
     leg = np.s_[100:]  # below the caption
 
     def red(picture: np.ndarray) -> int:

@@ -66,21 +66,22 @@ def test_poses_are_the_models_to_float32(file: pathlib.Path, seated: Recording) 
     model = mujoco.MjModel.from_xml_string(seated.model_xml)
     data = mujoco.MjData(model)
     time, turned = read(file, "/world/bodies/foot", "Transform3D:quaternion")
-    _, moved = read(file, "/world/bodies/plate_plate", "Transform3D:translation")
+    _, moved = read(file, "/world/bodies/shank", "Transform3D:translation")
+    rows = np.searchsorted(seated["time"], time * 1e-9 - 1e-6)
     assert len(time) == 1600
     for k in range(0, 1600, 100):
-        data.qpos[0] = seated["ankle/angle"][10 * k]
+        data.qpos[0] = seated["ankle/angle"][rows[k]]
         mujoco.mj_kinematics(model, data)
         assert time[k] == 10_000_000 * k
         assert turned[k] == pytest.approx(data.body("foot").xquat[[1, 2, 3, 0]], abs=1e-7)
-        assert moved[k] == pytest.approx(data.body("plate_plate").xpos, abs=1e-7)
+        assert moved[k] == pytest.approx(data.body("shank").xpos, abs=1e-7)
 
 
 def test_tubes_are_as_long_and_thick_as_the_muscles(file: pathlib.Path, seated: Recording) -> None:
     group = load("scenario", seated.scenario).orthosis.muscle["dorsiflexor"]
     time, radius = read(file, "/world/muscles/dorsiflexor_1", "Capsules3D:radii")
     _, length = read(file, "/world/muscles/dorsiflexor_1", "Capsules3D:lengths")
-    rows = np.round(time * 1e-6).astype(int)
+    rows = np.searchsorted(seated["time"], time * 1e-9 - 1e-6)
     tube = seated["muscle/dorsiflexor_1/length"][rows] + group.type.end_length
     assert length[:, 0] + 2.0 * radius[:, 0] == pytest.approx(tube, abs=1e-6)
     assert radius.max() > 1.3 * radius.min()
@@ -97,14 +98,15 @@ def test_tube_encloses_the_braids_volume() -> None:
         assert np.pi * radius**2 * muscle.nominal_length * x == pytest.approx(volume, rel=1e-12)
 
 
-def test_valve_lanes_and_events(file: pathlib.Path) -> None:
+def test_valve_lanes_and_events(file: pathlib.Path, seated: Recording) -> None:
     time, _ = read(file, "/valves/dorsiflexor_inlet", "StateChange:state")
     assert (time // 1_000_000).tolist() == [0, 4, 4004, 8004, 12004]  # ms
     chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
     batches = [c.to_record_batch() for c in chunks]
     texts = [t for b in batches for row in b.column("TextLog:text").to_pylist() for t in row]
     assert any("dorsiflexor inlet opens" in t for t in texts)
-    assert any("greatest dorsiflexion: 13.8" in t for t in texts)
+    highest = np.degrees(seated["ankle/angle"].max())
+    assert any(f"greatest dorsiflexion: {highest:.1f}" in t for t in texts)
     assert any("extrapolated" in t for t in texts)
 
 
@@ -128,7 +130,8 @@ def test_rate_thins_signals_and_poses(
 ) -> None:
     write_rrd(folders[0], tmp_path / "thin.rrd", rate=50.0)
     time, angle = read(tmp_path / "thin.rrd", "/angle/ankle", "Scalars:scalars")
-    assert np.array_equal(angle[:, 0], np.degrees(seated["ankle/angle"][::20]))
+    every = round(0.02 / seated["time"][1])
+    assert np.array_equal(angle[:, 0], np.degrees(seated["ankle/angle"][::every]))
     assert np.array_equal(time, np.arange(800) * 20_000_000)
     poses, _ = read(tmp_path / "thin.rrd", "/world/bodies/foot", "Transform3D:translation")
     assert np.array_equal(poses, time)
@@ -147,10 +150,13 @@ def test_comparison_holds_every_run(
 
 
 @pytest.mark.slow
-def test_same_names_are_told_apart(folders: list[pathlib.Path], tmp_path: pathlib.Path) -> None:
+def test_same_names_are_told_apart(
+    folders: list[pathlib.Path], tmp_path: pathlib.Path, seated: Recording
+) -> None:
     write_comparison([folders[0], folders[0]], tmp_path / "twice.rrd")
     for label in ("seated_1", "seated_2"):
-        assert len(read(tmp_path / "twice.rrd", f"/angle/{label}", "Scalars:scalars")[0]) == 16_000
+        time, _ = read(tmp_path / "twice.rrd", f"/angle/{label}", "Scalars:scalars")
+        assert len(time) == len(seated["time"])
 
 
 def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
@@ -162,7 +168,8 @@ def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) 
 @pytest.fixture(scope="module")
 def ten_minutes(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     """600 000 rows: the seated run over and over."""
-    columns = {name: np.tile(values, 38)[:600_000] for name, values in seated.columns.items()}
+    repeats = -(-600_000 // len(seated["time"]))
+    columns = {name: np.tile(values, repeats)[:600_000] for name, values in seated.columns.items()}
     columns["time"] = np.arange(600_000) * 1e-3
     folder = tmp_path_factory.mktemp("long")
     write_parquet(dataclasses.replace(seated, columns=columns), folder / "recording.parquet")
@@ -257,7 +264,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
             watch(stretch)
 
         whole = run_built(build(load("scenario", "seated", {"duration": "1.1 s"})), watch=both)
-    assert len(seen) == 5
+    assert len(seen) > 2
     for name in whole.columns:
         assert np.array_equal(np.concatenate([s[name] for s in seen]), whole[name])
 
@@ -268,4 +275,5 @@ def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
     for name, values in watched.columns.items():
-        assert np.array_equal(values, seated[name][:9000])
+        assert np.array_equal(values, seated[name][: len(values)])
+    assert watched["time"][-1] == pytest.approx(9.0, abs=0.003)

@@ -1,0 +1,260 @@
+"""A network's solution: found from anywhere, by two ways; a function of its state; the same in any mode."""
+
+import itertools
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from ankle_rig import STIFFENING, Ankle, pulses
+from mujoco.batch import Batch
+
+from afo_sim import native
+from afo_sim.native import balance, bracket, newton, slots, state
+from afo_sim.native.install import _flat
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.law import Braid
+
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+CUFF, PLATE = (4e3, 0.0, 0.0, 0.0), (5e4, 0.0, 0.0, 0.0)
+
+
+def rubbing(name: str, braid: Braid) -> tuple[int, tuple[float, ...]]:
+    """A friction with its typical values."""
+    friction = FRICTIONS[name]
+    return friction.native_id, friction.coefficients(braid, {p.name: p.typical for p in friction.parameters})
+
+
+BRAID = Ankle().braid
+FULL = Ankle(  # two groups, anchors of both kinds, one damped, friction with states, three muscles a group
+    groups=2,
+    count=3,
+    cable_stiffness=1e5,
+    anchors=(CUFF, (*STIFFENING, 50.0)),
+    friction=rubbing("vo_minh_2011", BRAID),
+)
+RIGS = {
+    "shipped-like": Ankle(groups=2, cable_stiffness=1e5, anchors=(CUFF, PLATE)),
+    "one chamber": Ankle(groups=2, one_chamber=True),
+    "one chamber, one anchor": Ankle(groups=2, one_chamber=True, anchors=(CUFF,), cable_stiffness=1e4),
+    "all losses": FULL,
+    "Coulomb": Ankle(
+        groups=2, damping=0.0, anchors=(PLATE,), friction=rubbing("tondu_lopez_2000_stribeck", BRAID)
+    ),
+    "no losses": Ankle(groups=2, damping=0.0, cable_stiffness=1e7, anchors=((*STIFFENING, 0.0),)),
+    "heavy damper": Ankle(groups=2, damping=5e-3, one_chamber=True, anchors=(CUFF,)),
+}
+every_rig = pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
+
+
+# --- a function of its state ------------------------------------------------------------------------
+
+
+def in_motion(rig: Ankle, model: mujoco.MjModel, steps: int = 150) -> mujoco.MjData:
+    """Part of the way through its pulses; the callbacks must be installed."""
+    data, inputs = rig.started(model, 0.5e5, 0.05), pulses(model)
+    for n in range(steps):
+        data.ctrl[:] = inputs(n * model.opt.timestep)
+        mujoco.mj_step(model, data)
+    return data
+
+
+@every_rig
+def test_a_second_forward_changes_no_bit(rig: Ankle) -> None:
+    model = rig.model()
+    with native.installed():
+        data = in_motion(rig, model)
+        found = []
+        for _ in range(3):
+            mujoco.mj_forward(model, data)
+            found.append(
+                [x.copy() for x in (data.act_dot, data.actuator_force, data.userdata, data.qacc, data.act)]
+            )
+            data.userdata[:] = 7.0  # nothing is taken from there
+            data.act_dot[:] = 7.0
+    for again in found[1:]:
+        for x, y in zip(found[0], again, strict=True):
+            assert np.array_equal(x, y)
+
+
+@every_rig
+def test_a_restart_in_the_middle_gives_the_same_bits(rig: Ankle) -> None:
+    model = rig.model()
+    inputs = pulses(model)
+    row = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+
+    def onward(data: mujoco.MjData) -> np.ndarray:
+        rows = []
+        for n in range(150, 400):
+            data.ctrl[:] = inputs(n * model.opt.timestep)
+            mujoco.mj_step(model, data)
+            rows.append(np.r_[data.qpos, data.qvel, data.act, data.userdata, data.actuator_force])
+        return np.array(rows)
+
+    with native.installed():
+        data = in_motion(rig, model)
+        mujoco.mj_getState(model, data, row, INTEGRATION)
+        other = mujoco.MjData(model)
+        mujoco.mj_setState(model, other, row, INTEGRATION)
+        assert np.array_equal(onward(data), onward(other))
+
+
+def test_threads_give_the_same_bits() -> None:
+    model = FULL.model()
+    inputs = pulses(model)
+    control = np.array([inputs(n * model.opt.timestep).copy() for n in range(300)])
+    controls = np.repeat(control[None], 6, axis=0)
+    chambers = [model.actuator(f"chamber_{name}").id for name in FULL.names]
+    controls[:, :, chambers] *= np.linspace(0.4, 1.2, 6)[:, None, None]
+    row, results = np.empty(mujoco.mj_stateSize(model, INTEGRATION)), []
+    with native.installed():
+        mujoco.mj_getState(model, FULL.started(model, 0.5e5, 0.05), row, INTEGRATION)
+        for threads in (1, 2, 4):
+            batch = Batch(model, nsim=6, nthread=threads)
+            batch.state[:] = row
+            out = batch.rollout(300, controls, record=["qpos", "qvel", "act"])
+            results.append(np.concatenate([out[name] for name in ("qpos", "qvel", "act")], axis=-1))
+    assert np.array_equal(results[0], results[1])
+    assert np.array_equal(results[0], results[2])
+    assert len(np.unique(results[0][:, -1], axis=0)) == 6
+
+
+@pytest.mark.slow
+@every_rig
+def test_plain_python_gives_the_same_numbers(rig: Ankle) -> None:
+    """Forces, own lengths, rates of all states, over 60 steps in which muscles fill and become taut."""
+    model, rows = rig.model(), []
+    inputs = pulses(model)
+    for mode in ("native", "python"):
+        with native.installed(mode):
+            data, found = rig.started(model, 2e5, 0.05), []
+            for n in range(60):
+                data.ctrl[:] = inputs(0.09 + n * model.opt.timestep)
+                mujoco.mj_step(model, data)
+                found.append(np.r_[data.actuator_force, data.userdata, data.act_dot, data.act, data.qpos])
+            rows.append(np.array(found))
+    scale = np.abs(rows[1]).max(axis=0) + 1e-300
+    kept = scale > 1e-14  # a damper's force of no damper is rounding
+    assert np.abs(rows[0] - rows[1])[:, kept].max(axis=0) / scale[kept] == pytest.approx(0.0, abs=1e-12)
+    assert rows[0][:, : model.nu].min() < -5.0  # muscles pull
+
+
+# --- one solution, two ways to it -------------------------------------------------------------------
+
+
+def at_random(rig: Ankle, seed: int) -> tuple[object, mujoco.MjData]:
+    """A posture and a past that need not have to do with each other: stretched, taut, slack."""
+    random, model = np.random.default_rng(seed), rig.model()
+    with native.installed():
+        data = rig.started(
+            model, random.uniform(0.0, 4e5, len(rig.circuit().chambers)), random.uniform(-0.2, 0.5)
+        )
+    data.qpos[0] += random.uniform(-0.05, 0.05)
+    mujoco.mj_fwdPosition(model, data)
+    for name in rig.names:
+        at = int(model.actuator_user[model.actuator(f"{name}_0").id, slots.MUSCLE_STATE])
+        data.act[at + state.CONTRACTION] += random.normal(0.0, 5e-3)
+        data.act[at + state.CARRIED] += random.normal(0.0, 5.0)
+    return _flat(model), data
+
+
+def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
+    """Of the leaders, as solved."""
+    rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
+    leaders = [
+        i for i in range(len(rows)) if rows[i, 1] == slots.KIND_MUSCLE and rows[i, slots.MUSCLE_LEADER] == i
+    ]
+    return np.array(
+        [data.userdata[int(rows[i, slots.MUSCLE_USERDATA]) + state.OWN_CONTRACTION] for i in leaders]
+    )
+
+
+@pytest.mark.slow
+@every_rig
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("rest", [False, True])
+def test_bisection_finds_what_newton_finds(
+    rig: Ankle, seed: int, rest: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(network, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
+    model, data = at_random(rig, seed)
+    first = newton.guess(model, data, 0, 0, rest)
+    pull, settled = newton.newton(model, data, 0, first, rest)
+    assert settled
+    newton = contractions(model, data)
+    assert bracket.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
+    assert contractions(model, data) == pytest.approx(newton, abs=1e-8)
+
+
+@every_rig
+def test_newton_from_absurd_guesses_is_right_or_says_so(rig: Ankle) -> None:
+    settled_ones = 0
+    for seed in range(3):
+        model, data = at_random(rig, seed)
+        right, found = newton.newton(model, data, 0, newton.guess(model, data, 0, 0, False), False)
+        assert found
+        lengths = contractions(model, data)
+        rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
+        places = [
+            int(row[slots.MUSCLE_USERDATA]) + state.OWN_CONTRACTION
+            for i, row in enumerate(rows)
+            if row[1] == slots.KIND_MUSCLE and row[slots.MUSCLE_LEADER] == i
+        ]
+        for start, pull in itertools.product((-0.07, 0.0, 0.4, 0.9), (0.0, 50.0, 1e6)):
+            data.userdata[places] = start
+            again, settled = newton.newton(model, data, 0, pull, False)
+            settled_ones += settled or rig is RIGS["Coulomb"]  # its step in the rate is too steep for it
+            if settled:
+                assert again == pytest.approx(right, abs=1e-6 + 1e-9 * right)
+                assert contractions(model, data) == pytest.approx(lengths, abs=1e-9)
+    assert settled_ones > 12
+
+
+@every_rig
+def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
+    """So that bisection has one crossing to find, at any pressure and any displacement of the anchors."""
+    for seed in range(3):
+        model, data = at_random(rig, seed)
+        chamber = next(
+            i for i in range(99) if model.actuator_user[model.nuser_actuator * i + 1] == slots.KIND_CHAMBER
+        )  # type: ignore[attr-defined]
+        leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_FIRST_MUSCLE])  # type: ignore[attr-defined]
+        grid = np.linspace(-0.075, 0.5, 400)
+        for absolute, moved, rest in itertools.product((3e4, 1e5, 1.5e5, 5e5), (0.0, 0.01), (False, True)):
+            left = [balance.lacking(model, data, leader, chamber, x, absolute, moved, rest)[0] for x in grid]
+            assert np.all(np.diff(left) < 0.0)
+
+
+@pytest.mark.slow
+@every_rig
+def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(network, "HALVINGS", 30)
+    model, data = at_random(rig, 4)
+    row = model.actuator_user  # type: ignore[attr-defined]
+    size = model.nuser_actuator  # type: ignore[attr-defined]
+    left = []
+    for pull in (0.0, 1.0, 10.0, 50.0, 100.0, 300.0):
+        moved, _ = balance.shift(model, data, 0, pull, False)
+        pulled, chamber = 0.0, int(row[slots.NETWORK_FIRST_CHAMBER])
+        while chamber >= 0:
+            pulled += bracket.bisect_chamber(model, data, chamber, moved, False)
+            chamber = int(row[size * chamber + slots.CHAMBER_NEXT])
+        left.append(pull - pulled)
+    assert np.all(np.diff(left) > 0.0)
+
+
+def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There more pressure makes a narrower muscle: the damper grows with it, and the bracket must hold it."""
+    monkeypatch.setattr(network, "HALVINGS", 36)
+    rig = Ankle(damping=5e-3, timestep=2e-3)
+    model, data = at_random(rig, 1)
+    user, size = model.actuator_user, model.nuser_actuator  # type: ignore[attr-defined]
+    chamber = int(user[slots.NETWORK_FIRST_CHAMBER])
+    leader = int(user[size * chamber + slots.CHAMBER_FIRST_MUSCLE])
+    data.act[int(user[size * leader + slots.MUSCLE_STATE]) + state.CARRIED] = 2e3
+    pull, settled = newton.newton(model, data, 0, newton.guess(model, data, 0, 0, False), False)
+    assert settled
+    newton = contractions(model, data)
+    bracket.bisect(model, data, 0, False)
+    assert contractions(model, data) == pytest.approx(newton, abs=1e-9)
+    assert math.isfinite(pull)
