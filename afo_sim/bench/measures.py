@@ -21,7 +21,8 @@ def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> di
     """The numbers of one curve, over its last way up and down.
 
     `off_formula` is the greatest distance of the force from the formula in the rows in which the muscle
-    pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone bear its law.
+    pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone
+    bear its law.
 
     Parameters
     ----------
