@@ -20,7 +20,6 @@ from afo_sim.bench.rest import force_at, slack
 from afo_sim.bench.rig import roll
 from afo_sim.bench.static_load import static_load
 from afo_sim.bench.trial import Trial
-from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.physics.pneumatics import muscle_volume
