@@ -41,7 +41,7 @@ def settled(hung: Sequence[Hung]) -> np.ndarray:
 
     Returns
     -------
-    shortening [m] (n,)
+    shortening of the muscles from their nominal lengths [m] (n,); the stretch of the hangers is none of it
     """
     spec, circuit = _spec(hung), _circuit(hung)
     native.add_circuit(spec, circuit)
@@ -58,8 +58,9 @@ def settled(hung: Sequence[Hung]) -> np.ndarray:
         (rollout,) = roll_out([case], n_step, Recipe(fields=(), stride=n_step))
     if rollout.failure is not None:
         raise rollout.failure
-    weights = np.array([h.mass for h in hung]) * GRAVITY
-    return rollout.final["qpos"] + weights / HANGER  # what a mass has sunk by its hanger is not the muscle's
+    stretch = np.array([h.mass * GRAVITY / HANGER for h in hung])
+    shortening: np.ndarray = rollout.final["qpos"] + stretch
+    return shortening
 
 
 def _spec(hung: Sequence[Hung]) -> mujoco.MjSpec:

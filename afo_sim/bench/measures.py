@@ -20,6 +20,10 @@ AXES = {
 def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     """The numbers of one curve, over its last way up and down.
 
+    `off_formula` is the greatest distance of the force from the formula in the rows in which the muscle
+    pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone
+    bear its law.
+
     Parameters
     ----------
     plan : what was set
@@ -42,7 +46,7 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
     abscissa, _, ordinate, unit = AXES[plan.kind]
     x, y = columns[abscissa], columns[ordinate]
     carried = columns["force"] if plan.held else columns["load"]
-    off = float(np.abs(carried - columns["static_force"]).max())
+    off = float(np.abs(carried - columns["static_force"]).max(where=columns["force"] > 0.0, initial=0.0))
     # what the dampers and friction took: the formula alone gives back all that it takes
     lost = np.trapezoid(columns["static_force"] - columns["force"], -columns["length"])
     found = {

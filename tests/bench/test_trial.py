@@ -20,7 +20,6 @@ from afo_sim.bench.rest import force_at, slack
 from afo_sim.bench.rig import roll
 from afo_sim.bench.static_load import static_load
 from afo_sim.bench.trial import Trial
-from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.physics.pneumatics import muscle_volume
@@ -125,7 +124,9 @@ def test_frictions_take_work_and_never_give_it(rubbed: dict[str, Trial]) -> None
         muscle = load("muscle", trial.plan.muscle.name, {"friction": friction})
         hung = stand.isotonic(muscle, [50.0], duration=20.0)
         assert hung.metrics[0]["work_lost_per_cycle"].value > 0.0
-        assert stand.isometric(muscle, [0.05]).metrics[0]["off_formula_share"].value < 1e-3
+        (held,) = stand.isometric(muscle, [0.05]).curves  # swells to its mounting's length, and back
+        rubbing = held["static_force"] - held["force"]
+        assert np.trapezoid(rubbing, -held["length"]) > 0.0
 
 
 @pytest.mark.parametrize("friction", RATE_INDEPENDENT)
@@ -174,12 +175,16 @@ def test_closed_inner_loop_leaves_no_trace_in_maxwell_slip(friction: str, rememb
 
 
 def test_held_muscle_fills_as_an_ode_solver_says() -> None:
-    """ISO 6358 and the energy balance written out again, at the held muscle's volume."""
+    """ISO 6358 and the energy balance written out again; the frame of 10 MN/m gives way, 0.1 mm in all."""
     muscle = load("muscle", "dmsp_20")
-    trial = stand.step(muscle, [4e5], contraction=0.1, duration=8.0)
+    trial = stand.step(muscle, [4e5], contraction=0.0, duration=8.0)
     columns, valve = trial.curves[0], trial.plan.valve
     braid = muscle.braid
-    volume = 4e-6 + muscle_volume(0.1, braid.nominal_length, braid.nominal_radius, braid.b, 2e-6)[0]
+    gauges = np.linspace(0.0, 4e5, 81)
+    yields = np.array([force_at(muscle, 0.0, gauge) / 1e7 for gauge in gauges]) / braid.nominal_length
+    shape_of = (braid.nominal_length, braid.nominal_radius, braid.b, 2e-6)
+    volumes = np.array([4e-6 + muscle_volume(kappa, *shape_of)[0] for kappa in yields])
+    slopes = np.gradient(volumes, gauges)
     supply, b, c_p = 4e5 + AMBIENT_PRESSURE, valve.critical_ratio, 1.4 * 287.05 / 0.4
 
     def flow(pressure: float) -> float:
@@ -189,22 +194,21 @@ def test_held_muscle_fills_as_an_ode_solver_says() -> None:
         return valve.conductance * 1.185 * supply * shape
 
     def rates(_: float, state: np.ndarray) -> list[float]:
-        mass, energy = state
-        temperature = 0.4 * energy / (mass * 287.05)
-        return [
-            flow(0.4 * energy / volume),
-            flow(0.4 * energy / volume) * c_p * 293.15 + 0.5 * (293.15 - temperature),
-        ]
+        """V dp = 0.4 dH − 1.4 p dV, with V of the pressure."""
+        mass, absolute = state
+        volume, slope = (np.interp(absolute - AMBIENT_PRESSURE, gauges, y) for y in (volumes, slopes))
+        warming = flow(absolute) * c_p * 293.15 + 0.5 * (293.15 - absolute * volume / (mass * 287.05))
+        return [flow(absolute), 0.4 * warming / (volume + 1.4 * absolute * slope)]
 
-    start = [AMBIENT_PRESSURE * volume / (287.05 * 293.15), AMBIENT_PRESSURE * volume / 0.4]
+    start = [AMBIENT_PRESSURE * volumes[0] / (287.05 * 293.15), AMBIENT_PRESSURE]
     filling = columns["time"] <= 7.99
     times = np.maximum(columns["time"][filling] - valve.opening_delay, 0.0)
     solved = solve_ivp(rates, (0.0, 8.0), start, t_eval=np.unique(times), rtol=1e-9, atol=1e-12)
-    pressure = np.interp(times, solved.t, 0.4 * solved.y[1] / volume) - AMBIENT_PRESSURE
+    pressure = np.interp(times, solved.t, solved.y[1]) - AMBIENT_PRESSURE
     assert np.abs(columns["pressure"][filling] - pressure).max() < 2e-3 * 4e5
     found = stand_measures.time_to(1.0 - math.exp(-1.0), columns["time"][filling], pressure)
     assert trial.metrics[0]["fill_pressure_time_constant"].value == pytest.approx(found, rel=5e-3)
-    strong = force_at(muscle, 0.1, 4e5)
+    strong = force_at(muscle, float(yields[-1]), 4e5)
     assert trial.metrics[0]["filled_force"].value == pytest.approx(strong, rel=3e-3)  # the air still cools
 
 
@@ -289,9 +293,10 @@ def test_static_load_gives_the_published_lines() -> None:
     assert found.contractile_force == pytest.approx(44.6 + 2.91e-3 * found.pressure, rel=2e-3)
 
 
-def test_a_step_too_long_is_refused() -> None:
-    with pytest.raises(InputError, match=r"too long for the braid.*at most"):
-        stand.isotonic("s1_120mm", [2.0], laboratory=Laboratory(timestep=2e-3))
+def test_a_light_load_on_a_stiff_braid_settles_at_a_long_step() -> None:
+    trial = stand.isotonic("s1_120mm", [2.0], laboratory=Laboratory(timestep=2e-3))
+    assert trial.plan.timestep == 2e-3
+    assert trial.curves[0]["force"][-1] == pytest.approx(2.0, rel=1e-6)
 
 
 REFUSED = {

@@ -109,7 +109,7 @@ def spoiled(
     [
         (
             lambda m, d: m.actuator_user.__setitem__((MUSCLE, slots.MUSCLE_COEFFICIENTS), np.nan),
-            "no length of its muscles balances their forces in actuator 0",
+            "force is not a number in actuator 1",
         ),
         (
             lambda m, d: d.act.__setitem__(AIR + state.SIGMA, -1.0),

@@ -10,7 +10,8 @@ from ankle_rig import STIFFENING, Ankle, pulses
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.native import balance, bracket, newton, slots, state
+from afo_sim.native import balance, bracket, slots, state
+from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import Braid
@@ -176,10 +177,10 @@ def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
 def test_bisection_finds_what_newton_finds(
     rig: Ankle, seed: int, rest: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(network, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
+    monkeypatch.setattr(bracket, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
     model, data = at_random(rig, seed)
-    first = newton.guess(model, data, 0, 0, rest)
-    pull, settled = newton.newton(model, data, 0, first, rest)
+    first = newtons_method.guess(model, data, 0, 0, rest)
+    pull, settled = newtons_method.newton(model, data, 0, first, rest)
     assert settled
     newton = contractions(model, data)
     assert bracket.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
@@ -191,7 +192,9 @@ def test_newton_from_absurd_guesses_is_right_or_says_so(rig: Ankle) -> None:
     settled_ones = 0
     for seed in range(3):
         model, data = at_random(rig, seed)
-        right, found = newton.newton(model, data, 0, newton.guess(model, data, 0, 0, False), False)
+        right, found = newtons_method.newton(
+            model, data, 0, newtons_method.guess(model, data, 0, 0, False), False
+        )
         assert found
         lengths = contractions(model, data)
         rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
@@ -202,7 +205,7 @@ def test_newton_from_absurd_guesses_is_right_or_says_so(rig: Ankle) -> None:
         ]
         for start, pull in itertools.product((-0.07, 0.0, 0.4, 0.9), (0.0, 50.0, 1e6)):
             data.userdata[places] = start
-            again, settled = newton.newton(model, data, 0, pull, False)
+            again, settled = newtons_method.newton(model, data, 0, pull, False)
             settled_ones += settled or rig is RIGS["Coulomb"]  # its step in the rate is too steep for it
             if settled:
                 assert again == pytest.approx(right, abs=1e-6 + 1e-9 * right)
@@ -228,7 +231,7 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
 @pytest.mark.slow
 @every_rig
 def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(network, "HALVINGS", 30)
+    monkeypatch.setattr(bracket, "HALVINGS", 30)
     model, data = at_random(rig, 4)
     row = model.actuator_user  # type: ignore[attr-defined]
     size = model.nuser_actuator  # type: ignore[attr-defined]
@@ -245,14 +248,16 @@ def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pyte
 
 def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
     """There more pressure makes a narrower muscle: the damper grows with it, and the bracket must hold it."""
-    monkeypatch.setattr(network, "HALVINGS", 36)
+    monkeypatch.setattr(bracket, "HALVINGS", 36)
     rig = Ankle(damping=5e-3, timestep=2e-3)
     model, data = at_random(rig, 1)
     user, size = model.actuator_user, model.nuser_actuator  # type: ignore[attr-defined]
     chamber = int(user[slots.NETWORK_FIRST_CHAMBER])
     leader = int(user[size * chamber + slots.CHAMBER_FIRST_MUSCLE])
     data.act[int(user[size * leader + slots.MUSCLE_STATE]) + state.CARRIED] = 2e3
-    pull, settled = newton.newton(model, data, 0, newton.guess(model, data, 0, 0, False), False)
+    pull, settled = newtons_method.newton(
+        model, data, 0, newtons_method.guess(model, data, 0, 0, False), False
+    )
     assert settled
     newton = contractions(model, data)
     bracket.bisect(model, data, 0, False)
