@@ -1,4 +1,8 @@
-"""Bisection of a network: slow, and always ends. It takes over where Newton's method does not settle."""
+"""Bisection of a network, which always ends. It takes over where Newton's method does not settle.
+
+The pull on the anchors is bracketed. At each of its values they are held, and Newton's method solves chamber
+by chamber; where it does not settle there either, pressure and contractions are bracketed too, which is slow.
+"""
 
 from typing import Any
 
@@ -6,7 +10,7 @@ from numba.extending import register_jitable
 
 from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.muscle import cable, stretch
-from afo_sim.native.newton import SETTLED_PULL
+from afo_sim.native.newton import SETTLED_PULL, newton_chamber
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_NEXT,
@@ -64,21 +68,28 @@ def highest_pressure(m: Any, d: Any, chamber: int) -> float:
 
 
 @register_jitable
-def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
-    """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
-    u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
+def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> None:
+    """The contractions of a chamber's leaders at a displacement of their anchors, into `userdata`."""
     if rest:
         leaders_at(m, d, chamber, pressure_of(m, d, chamber, 1.0, rest)[0], moved, rest)
-    else:
-        # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
-        low, high = 0.0, highest_pressure(m, d, chamber)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            leaders_at(m, d, chamber, middle, moved, rest)
-            if middle < pressure_of(m, d, chamber, volume_of(m, d, q), rest)[0]:
-                low = middle
-            else:
-                high = middle
+        return
+    # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
+    low, high = 0.0, highest_pressure(m, d, chamber)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        leaders_at(m, d, chamber, middle, moved, rest)
+        if middle < pressure_of(m, d, chamber, volume_of(m, d, m.nuser_actuator * chamber), rest)[0]:
+            low = middle
+        else:
+            high = middle
+
+
+@register_jitable
+def pull_at(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
+    """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
+    u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
+    if not newton_chamber(m, d, chamber, moved, rest):
+        bisect_chamber(m, d, chamber, moved, rest)
     pull, leader = 0.0, int(u[q + CHAMBER_FIRST_MUSCLE])
     while leader >= 0:
         k = m.nuser_actuator * leader
@@ -98,7 +109,7 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
         moved, _ = shift(m, d, j, pull, rest)
         pulled, chamber = 0.0, int(u[j + NETWORK_FIRST_CHAMBER])
         while chamber >= 0:
-            pulled += bisect_chamber(m, d, chamber, moved, rest)
+            pulled += pull_at(m, d, chamber, moved, rest)
             chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
         if pulled != pulled or u[j + NETWORK_ANCHORS] == 0.0:  # nothing moves under the pull
             return pulled

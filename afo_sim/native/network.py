@@ -23,7 +23,7 @@ from afo_sim.native.balance import SHORTEST, pressure_of, shift, volume_of, with
 from afo_sim.native.bracket import bisect, highest_pressure
 from afo_sim.native.complaints import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.muscle import cable, law_force, stretch
-from afo_sim.native.newton import guess, newton
+from afo_sim.native.newton import guess, linearise_all, newton
 from afo_sim.native.slots import (
     ANCHOR_DAMPING,
     ANCHOR_FORCE,
@@ -71,10 +71,8 @@ def solve(m: Any, d: Any, i: int, j: int, rest: bool) -> tuple[float, bool]:
     pull, settled = newton(m, d, j, guess(m, d, i, j, rest), rest)
     if not settled:
         pull = bisect(m, d, j, rest)
-        if pull == pull:
-            # once more for the slopes; beside a kink it may not settle, and the bracket's answer stands
-            again, settled = newton(m, d, j, pull, rest)
-            pull = again if settled else bisect(m, d, j, rest)
+        moved, moved_by_pull = shift(m, d, j, pull, rest)
+        linearise_all(m, d, j, moved, moved_by_pull, rest)  # for the slopes
     return pull, pull == pull
 
 

