@@ -20,7 +20,7 @@ from numba.extending import register_jitable
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
 from afo_sim.native.balance import SHORTEST, pressure_of, shift, volume_of, within
-from afo_sim.native.bracket import bisect, highest_pressure
+from afo_sim.native.bracket import bisect, highest_pressure, leaders_at
 from afo_sim.native.complaints import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.muscle import cable, law_force, stretch
 from afo_sim.native.newton import guess, newton
@@ -64,11 +64,35 @@ from afo_sim.native.state import (
 )
 from afo_sim.physics.series import anchor_displacement, anchor_force
 
+ROUNDS = 6  # in which each muscle is brought to its own balance where Newton's method does not settle
+
+
+@register_jitable
+def each_alone(m: Any, d: Any, j: int, pull: float, rest: bool) -> None:
+    """Bring every leader of a network to its own balance at the present pressures and pull.
+
+    Newton's method may jump to and fro across the kinks of cable, friction and slack. From here it seldom
+    does.
+    """
+    u = m.actuator_user
+    moved, _ = shift(m, d, j, pull, rest)
+    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    while chamber >= 0:
+        q = m.nuser_actuator * chamber
+        absolute = pressure_of(m, d, chamber, volume_of(m, d, q), rest)[0]
+        leaders_at(m, d, chamber, absolute, moved, rest)
+        chamber = int(u[q + CHAMBER_NEXT])
+
 
 @register_jitable
 def solve(m: Any, d: Any, i: int, j: int, rest: bool) -> tuple[float, bool]:
     """Own lengths of a network's muscles, into `userdata`: (pull on its anchors [N], whether solved)."""
     pull, settled = newton(m, d, j, guess(m, d, i, j, rest), rest)
+    for _ in range(ROUNDS):
+        if settled:
+            break
+        each_alone(m, d, j, pull, rest)
+        pull, settled = newton(m, d, j, pull, rest)
     if not settled:
         pull = bisect(m, d, j, rest)
         if pull == pull:
