@@ -138,7 +138,7 @@ def test_parameters_are_all_documented(name: str) -> None:
 
 def test_the_terminal_shows_status_size_and_warnings(short: Recording) -> None:
     text = repr(short)
-    assert "'seated': ok, 1000 rows" in text and f"{len(short.warnings)} warning" in text
+    assert "'seated': ok, 500 rows" in text and f"{len(short.warnings)} warning" in text
 
 
 def test_columns_complete_and_a_wrong_one_is_told(short: Recording) -> None:
@@ -149,7 +149,7 @@ def test_columns_complete_and_a_wrong_one_is_told(short: Recording) -> None:
 
 def test_pandas_and_xarray_carry_units(short: Recording) -> None:
     frame, dataset = short.to_pandas(), short.to_xarray()
-    assert list(frame.columns) == list(short.columns) and len(frame) == 1000
+    assert list(frame.columns) == list(short.columns) and len(frame) == 500
     assert frame.attrs["units"]["muscle/dorsiflexor_1/force"] == "N"
     assert set(dataset.data_vars) | {"time"} == set(short.columns)
     assert np.array_equal(dataset["time"], short["time"])
@@ -158,7 +158,7 @@ def test_pandas_and_xarray_carry_units(short: Recording) -> None:
     assert (angle.attrs["units"], angle.attrs["sign"]) == ("rad", "dorsiflexion positive")
     assert dataset.attrs["status"] == "ok"
     assert dataset.attrs["range_of_motion"] == str(short.metrics["range_of_motion"])
-    assert np.isclose(dataset.sel(time=0.5, method="nearest")["ankle/angle"], short["ankle/angle"][500])
+    assert np.isclose(dataset.sel(time=0.5, method="nearest")["ankle/angle"], short["ankle/angle"][250])
 
 
 @pytest.mark.slow

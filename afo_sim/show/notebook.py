@@ -20,7 +20,7 @@ from afo_sim.study.search import words as search_words
 from afo_sim.study.search.best import BestDesign
 from afo_sim.study.words import chosen
 
-FEW = 12  # numbers that stand there unfolded
+FEW = 24  # numbers that stand there unfolded
 WIDTH = 380  # of a figure [px]
 RIGHT, LEFT = "text-align: right", "text-align: left"
 BEST_CASES = 3  # of a sweep, for each metric

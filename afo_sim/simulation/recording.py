@@ -39,7 +39,7 @@ class Recording:
     --------
     >>> seated = run("seated", {"duration": "1 s"})
     >>> seated["time"].shape, seated["ankle/angle"].shape
-    ((1000,), (1000,))
+    ((500,), (500,))
     >>> seated.metrics["range_of_motion"].unit
     'deg'
     >>> seated.to_xarray()["ankle/angle"].attrs["units"]

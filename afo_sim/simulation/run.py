@@ -47,7 +47,7 @@ def run(
     --------
     >>> low = run("seated", {"supply.pressure": "2 bar", "duration": "1 s"})
     >>> low.ok, low["ankle/angle"].shape
-    (True, (1000,))
+    (True, (500,))
     >>> high = run(load("scenario", "seated"), {"duration": "1 s"})
     >>> high.metrics["peak_dorsiflexion_angle"] > low.metrics["peak_dorsiflexion_angle"]
     True
