@@ -14,7 +14,6 @@ from afo_sim.physics.laws import LAWS
 
 INERTIA, STIFFNESS, ARM = 0.03, 10.0, 0.05  # [kg·m²], [N·m/rad], [m]
 SIDES = (1.0, -1.0)  # of the first and the second group: positive angles shorten the first
-VALVE = native.CircuitValve(5.5e-10, 0.3, 4e-3, 4e-3)
 STIFFENING = (0.0, 33.0, 0.017)  # of a cuff on soft tissue: no linear stiffness, a [N], x0 [m]
 
 
@@ -40,6 +39,7 @@ class Ankle:
     initial_contraction: float = 0.02
     tube_volume: float = 4e-6
     one_chamber: bool = False
+    conductance: float = 2e-9
     braid: Braid = BRAID
 
     @property
@@ -77,8 +77,9 @@ class Ankle:
             )
             for name in self.names
         )
+        valve = native.CircuitValve(self.conductance, 0.3, 4e-3, 4e-3)
         chambers = tuple(
-            native.CircuitChamber(name, "ankle", self.tube_volume, self.wall_conductance, VALVE, VALVE)
+            native.CircuitChamber(name, "ankle", self.tube_volume, self.wall_conductance, valve, valve)
             for name in (self.names[:1] if self.one_chamber else self.names)
         )
         return native.Circuit(muscles, chambers, anchors)
@@ -131,8 +132,8 @@ class Ankle:
         return data
 
 
-def pulses(model: mujoco.MjModel, supply: float = 4e5) -> Callable[[float], np.ndarray]:
-    """Inputs over time: each chamber filled and vented in turn, the second half a period later."""
+def pulses(model: mujoco.MjModel, supply: float = 4e5, vented: float = 0.3) -> Callable[[float], np.ndarray]:
+    """Inputs over time: each chamber filled for 0.2 s and vented in turn, the second half a period later."""
     control = np.zeros(model.nu)
     chambers = [i for i in range(model.nu) if model.actuator(i).name.startswith("chamber_")]
     control[chambers] = supply
@@ -142,7 +143,7 @@ def pulses(model: mujoco.MjModel, supply: float = 4e5) -> Callable[[float], np.n
     def at(time: float) -> np.ndarray:
         for k, (inlet, outlet) in enumerate(places):
             phase = (time - 0.5 * k + 1e-9) % 1.0
-            control[inlet], control[outlet] = float(0.1 <= phase < 0.3), float(0.5 <= phase < 0.8)
+            control[inlet], control[outlet] = float(0.1 <= phase < 0.3), float(0.5 <= phase < 0.5 + vented)
         return control
 
     return at
