@@ -1,8 +1,8 @@
 """MuJoCo's own clock, off while steps are counted in millions.
 
 MuJoCo's Python bindings give the library a clock, `mjcb_time`, which every step reads many times for its
-timers. `mujoco.set_mjcb_time(None)` does not take it off. The library exports the pointer. While it is null no
-step reads it.
+timers. The bindings' own setter does not take it off. The library exports the pointer; while it is null
+no step reads a clock.
 """
 
 import ctypes
