@@ -79,6 +79,10 @@ def build(scenario: Scenario) -> Built:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"MuJoCo cannot compile it: {error}", file=scenario.leg.file) from None
+    if not collides(model):
+        # on the spec too, so that the saved model is the one that ran
+        for option in (model.opt, spec.option):
+            option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     index = _fill_parameters(model, scenario)
     mounting.check_leg(model, scenario)
     stretch = mounting.check_stretch(model, index, scenario)
@@ -86,6 +90,12 @@ def build(scenario: Scenario) -> Built:
     warnings = (*mounting.check_description(scenario), *stretch, *coarse)
     built = Built(scenario, model, spec, index, numbers, warnings)
     return _with_walking(built) if scenario.walking else built
+
+
+def collides(model: mujoco.MjModel) -> bool:
+    """Whether any two geoms may touch; where none may, no step needs to look for contacts."""
+    able = model.geom_contype[:, None] & model.geom_conaffinity[None, :]
+    return bool(able.any()) or model.npair > 0
 
 
 def _with_walking(built: Built) -> Built:

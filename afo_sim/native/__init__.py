@@ -11,6 +11,7 @@ from afo_sim.native.circuit import (
     add_circuit,
     add_muscles,
 )
+from afo_sim.native.clock import without_clock
 from afo_sim.native.filling import (
     assert_muscles_pull,
     fill_chambers,
@@ -84,6 +85,7 @@ __all__ = [
     "read_own",
     "spastic_row",
     "step_back",
+    "without_clock",
     "write_air",
     "write_valve",
 ]

@@ -62,12 +62,18 @@ def callbacks() -> tuple[Any, Any]:
     return bias, dyn
 
 
-def _address_of_mju_error() -> int:
+def mujoco_library() -> pathlib.Path:
+    """The MuJoCo shared library that the bindings have loaded (CallbackError where there is none)."""
     folder = pathlib.Path(mujoco.__file__).parent
     for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
         for found in sorted(folder.glob(pattern)):
-            return ctypes.cast(ctypes.CDLL(str(found)).mju_error, ctypes.c_void_p).value or 0
+            return found
     raise CallbackError(f"no MuJoCo library is found in {folder}")
+
+
+def _address_of_mju_error() -> int:
+    error = ctypes.CDLL(str(mujoco_library())).mju_error
+    return ctypes.cast(error, ctypes.c_void_p).value or 0
 
 
 @functools.cache

@@ -125,7 +125,7 @@ def roll_out(
     or the error for which a simulation could not start.
     """
     recipe = recipe or Recipe()
-    with native.installed(recipe.mode):
+    with native.installed(recipe.mode), native.without_clock():
         failures = {k: found for k, case in enumerate(cases) if (found := _limp(case)) is not None}
         alive = [k for k in range(len(cases)) if k not in failures]
         run = _Run([cases[k] for k in alive], n_step, recipe, workspace or Workspace())

@@ -8,7 +8,7 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model.build import build
+from afo_sim.model.build import build, collides
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.physics.law import Braid
 
@@ -269,3 +269,17 @@ def test_a_changed_file_that_a_leg_includes_is_read_again(tmp_path) -> None:
         ankle = data.xanchor[model.joint("ankle").id]
         lowest.append(data.site("ball").xpos[2] - ankle[2])
     assert lowest[1] - lowest[0] == pytest.approx(-0.022, abs=1e-9)
+
+
+def test_contacts_are_sought_only_where_geoms_may_touch() -> None:
+    off = mujoco.mjtDisableBit.mjDSBL_CONTACT
+    built = build(load("scenario", "seated"))
+    assert built.model.opt.disableflags & off
+    assert mujoco.MjModel.from_xml_string(built.xml).opt.disableflags & off
+    spec = mujoco.MjSpec.from_string(
+        "<mujoco><worldbody><geom size='1'/><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    )
+    assert collides(spec.compile())
+    for geom in spec.geoms:
+        geom.contype = 0
+    assert not collides(spec.compile())

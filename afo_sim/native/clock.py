@@ -1,0 +1,51 @@
+"""MuJoCo's own clock, off while steps are counted in millions.
+
+MuJoCo's Python bindings give the library a clock, `mjcb_time`, which every step reads many times for its
+timers. The bindings' own setter does not take it off. The library exports the pointer; while it is null
+no step reads a clock.
+"""
+
+import ctypes
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from afo_sim.native.compiled import mujoco_library
+
+
+@dataclass
+class _Stopped:
+    """How many blocks want the clock off, and the clock that the last of them puts back."""
+
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    blocks: int = 0
+    clock: int | None = None
+
+
+_STOPPED = _Stopped()
+
+
+@contextmanager
+def without_clock() -> Iterator[None]:
+    """Take MuJoCo's clock off for a block, in all threads; the last block that ends puts it back.
+
+    A library that does not export the pointer keeps its clock.
+    """
+    try:
+        pointer = ctypes.c_void_p.in_dll(ctypes.CDLL(str(mujoco_library())), "mjcb_time")
+    except (OSError, ValueError):
+        yield
+        return
+    with _STOPPED.lock:
+        if _STOPPED.blocks == 0:
+            _STOPPED.clock = pointer.value
+            pointer.value = None
+        _STOPPED.blocks += 1
+    try:
+        yield
+    finally:
+        with _STOPPED.lock:
+            _STOPPED.blocks -= 1
+            if _STOPPED.blocks == 0:
+                pointer.value = _STOPPED.clock
