@@ -37,6 +37,7 @@ from afo_sim.native.state import (
 from afo_sim.physics.series import anchor_force
 
 NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns
+SOFTEST = 1e-6  # stiffness by κ [N]; slack, undamped and without return force a muscle has none at all
 SETTLED_CONTRACTION, SETTLED_PULL = 1e-9, 1e-6  # of the last step of Newton's method [-], [N]
 
 
@@ -86,6 +87,8 @@ def linearise(
         data[own + TENSION], data[own + CABLE_SLOPE] = tension, slope
         if held(u, k, data[own + OWN_CONTRACTION], left):
             left, by_pressure, theta = 0.0, 0.0, 0.0
+        if stiffness < SOFTEST:
+            stiffness = SOFTEST
         data[own + WORK_STEP] = left / stiffness
         data[own + WORK_BY_PRESSURE] = by_pressure / stiffness
         data[own + WORK_BY_PULL] = theta * slope * moved_by_pull / stiffness

@@ -1,8 +1,8 @@
 """One function over all static force laws, and the law as a muscle asks it.
 
 A law gives the force that the braid would exert at a contraction ratio and gauge pressure. It is
-*signed*: negative beyond its first zero, where a real muscle goes slack (`hill.tension` clamps it),
-and never positive again beyond that zero.
+*signed*: negative beyond its first zero, from where it brings a slack muscle back, and never positive
+again beyond that zero.
 """
 
 import math

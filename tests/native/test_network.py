@@ -266,3 +266,23 @@ def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch:
     bracket.bisect(model, data, 0, False)
     assert contractions(model, data) == pytest.approx(newton, abs=1e-9)
     assert math.isfinite(pull)
+
+
+@pytest.mark.parametrize("mode", ["native", "python"])
+def test_a_muscle_that_nothing_holds_spoils_no_other(mode: native.Mode) -> None:
+    """Slack, without air, bladder, damper and return force any length balances it; its neighbour is taut."""
+    rig = Ankle(groups=2, damping=0.0, return_stiffness=0.0, anchors=(CUFF,), cable_stiffness=1e5)
+    model = rig.model()
+    muscles = [model.actuator(f"{name}_0").id for name in rig.names]
+    for muscle in muscles:  # the law's bladder
+        first = slots.MUSCLE_COEFFICIENTS
+        model.actuator_user[muscle, first + 3 : first + 5] = 0.0
+    with native.installed(mode):
+        data = rig.started(model, [3e5, 0.0], 0.2)
+        for _ in range(20):
+            mujoco.mj_step(model, data)
+        taut, slack = (native.read_own(model, data.userdata, muscle) for muscle in muscles)
+        assert taut.tension > 10.0
+        assert slack.tension == 0.0
+        assert math.isfinite(slack.contraction)
+        assert data.ctrl[muscles[0]] > 0.0  # its derivative, which keeps the step stable
