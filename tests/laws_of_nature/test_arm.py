@@ -380,7 +380,8 @@ def test_figures_speak_of_the_arm(tmp_path: pathlib.Path) -> None:
     assert axis.get_ylabel() == "hinge moment [N·m]\nflexion +"
     drawn = {line.get_label(): line.get_ydata() for line in axis.lines}
     assert np.array_equal(drawn["load"], run["ankle/moment/load"])
-    assert len(run_figure.write_figures(run, tmp_path)) == 10
+    written = {path.stem for path in run_figure.write_figures(run, tmp_path)}
+    assert {"overview", "torque"} < written
 
 
 def test_recording_shows_the_muscles_beside_the_pulley(tmp_path: pathlib.Path) -> None:
