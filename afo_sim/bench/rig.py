@@ -22,6 +22,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.bench.plan import StandPlan
+from afo_sim.bench.rest import rest_force
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import (
     AMBIENT_PRESSURE,
@@ -164,13 +165,22 @@ def _volume(plan: StandPlan, contraction: float) -> float:
     return muscle_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0]
 
 
+def _hook(plan: StandPlan, k: int) -> np.ndarray:
+    """Coordinates of the slide [m] at which the muscle of a curve has its two contractions."""
+    contraction = plan.contraction[k]
+    if plan.held:
+        force = rest_force(plan.muscle, contraction, np.full(2, plan.pressure[k, 1]))
+    else:
+        force = np.full(2, plan.load[k])
+    found: np.ndarray = contraction * plan.muscle.nominal_length - force / MOUNTING
+    return found
+
+
 def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
     """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, the regulator open."""
     data = mujoco.MjData(rig.model)
     opened = float(plan.kind != "step")
-    data.qpos[0] = plan.contraction[k, 0] * plan.muscle.nominal_length
-    if not plan.held:
-        data.qpos[0] -= plan.load[k] / MOUNTING
+    data.qpos[0] = _hook(plan, k)[0]
     with native.installed():
         native.fill_chambers(rig.model, data, float(plan.start_pressure[k]))
     native.write_valve(rig.model, data.act, rig.inlet, opened, opened)
@@ -207,7 +217,7 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
         else:
             inputs[:, rig.inlet] = 1.0
         if plan.held:
-            low, high = plan.contraction[k] * plan.muscle.nominal_length
+            low, high = _hook(plan, k)
             inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * wave, 2) / step**2
         return inputs
 

@@ -183,6 +183,7 @@ def at_rest(muscle: _Muscle) -> AtRest:
         muscle.braid_stiffness,
         muscle.return_stiffness,
         muscle.braid,
+        float(LAWS[muscle.law].braids),
     )
 
 

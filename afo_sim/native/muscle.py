@@ -9,6 +9,7 @@ from afo_sim.native.slots import (
     FRICTION_MUSCLE,
     MUSCLE_B,
     MUSCLE_BRAID_STIFFNESS,
+    MUSCLE_BRAIDS,
     MUSCLE_CABLE_STIFFNESS,
     MUSCLE_COEFFICIENTS,
     MUSCLE_DAMPER,
@@ -51,6 +52,7 @@ def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
         u[k + MUSCLE_BRAID_STIFFNESS],
         u[k + MUSCLE_NOMINAL_RADIUS],
         u[k + MUSCLE_B],
+        u[k + MUSCLE_BRAIDS],
         u,
         k + MUSCLE_COEFFICIENTS,
     )

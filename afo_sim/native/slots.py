@@ -14,7 +14,7 @@ from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2827.0  # tells this project's actuators from anybody else's; another number where the slots move
+MARK = 2828.0  # tells this project's actuators from anybody else's; another number where the slots move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK = 6.0, 7.0, 8.0, 9.0
@@ -36,6 +36,7 @@ MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
     MUSCLE_NOMINAL_LENGTH,
     MUSCLE_NOMINAL_RADIUS,
     MUSCLE_B,
+    MUSCLE_BRAIDS,
     MUSCLE_LOCK,
     MUSCLE_DAMPING,
     MUSCLE_BRAID_STIFFNESS,
@@ -44,7 +45,7 @@ MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
     MUSCLE_LOWEST_PRESSURE,
     MUSCLE_FRICTION,
     MUSCLE_FRICTION_STATES,
-) = range(2, 23)
+) = range(2, 24)
 MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_FRICTION_STATES + 1
 MUSCLE_DAMPER = MUSCLE_FRICTION_COEFFICIENTS + MAX_FRICTION_COEFFICIENTS
 MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
@@ -132,6 +133,7 @@ def muscle_row(
         braid.nominal_length,
         braid.nominal_radius,
         braid.b,
+        float(LAWS[law].braids),
         braid.lock,
         damping,
         braid_stiffness,

@@ -22,6 +22,7 @@ class AtRest:
     braid_stiffness: float
     return_stiffness: float
     braid: Braid
+    braids: float
 
     def force(self, contraction: float, pressure: float) -> float:
         """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
@@ -39,6 +40,7 @@ class AtRest:
             self.braid_stiffness,
             self.braid.nominal_radius,
             self.braid.b,
+            self.braids,
             self.coefficients,
             0,
         )

@@ -72,7 +72,9 @@ class Law:
 
     `native_id` is the number by which compiled code knows the kernel; laws of one kernel share it. `fitted`
     names the parameters that a fit varies (a law's, and `braid_angle` or `end_length` of the muscle). The
-    ranges [Pa, -] are where the law was published or shown to hold.
+    ranges [Pa, -] are where the law was published or shown to hold. `braids` says that the formula is the
+    braid's own, so that pressure pulls more on a stretched one; others are held at κ = 0 beside the braid's
+    stiffness, as the measured fluidic muscle of 20 mm is.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Law:
     contraction_range: tuple[float, float]
     validity: str
     source: str
+    braids: bool = False
 
     def parameter(self, name: str) -> LawParameter:
         """The parameter of a name."""

@@ -98,6 +98,7 @@ def signed_force(
     braid_stiffness: float,
     nominal_radius: float,
     b: float,
+    braids: float,
     u: Sequence[float],
     c: int,
 ) -> float:
@@ -106,11 +107,12 @@ def signed_force(
     Negative, it brings a slack muscle back.
 
     κ ≥ 0:  F = law(κ, p)
-    κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
+    κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + f p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
 
-    and − k_r κ (1 − p/1 bar) below 1 bar. Stretched, the pressure pulls by virtual work,
-    p [V'(κ) − V'(0)]/L0, and a bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The
-    return force gives a muscle without air its nominal length; above 1 bar the law is untouched.
+    and − k_r κ (1 − p/1 bar) below 1 bar. Stretched, the pressure pulls on a braid by virtual work,
+    p [V'(κ) − V'(0)]/L0. A measured fluidic muscle of 20 mm does not show it, so that other laws are held at
+    κ = 0. A bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a
+    muscle without air its nominal length; above 1 bar the law is untouched.
 
     Parameters
     ----------
@@ -121,6 +123,7 @@ def signed_force(
     return_stiffness : k_r [N] per unit of contraction
     braid_stiffness : [N] per unit of stretch
     nominal_radius, b : r0 [m], 1/sin²α0 [-]
+    braids : f, 1 for a law that is the braid's own formula, else 0
     u, c : the law's coefficients start at u[c]
 
     Returns
@@ -139,7 +142,8 @@ def signed_force(
         if force < 0.0:
             left = 1.0 + contraction / SLACK_BLEND
             force = force * left if left > 0.0 else 0.0
-        force += pressure * math.pi * nominal_radius * nominal_radius * 3.0 * (b - 1.0) * (x * x - 1.0)
+        area = math.pi * nominal_radius * nominal_radius
+        force += braids * pressure * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
     if pressure < RETURN_PRESSURE:
         force -= return_stiffness * contraction * (1.0 - pressure / RETURN_PRESSURE)

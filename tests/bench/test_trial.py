@@ -91,8 +91,9 @@ def test_published_exponential_law_comes_back_through_the_chain() -> None:
     for test in (stand.isobaric, stand.isometric, stand.isotonic):
         trial = test("dmsp_20_200n")
         for columns in trial.curves:
-            inside = (columns["pressure"] >= 1e5) & (columns["contraction"] >= 0.0)
-            kappa, pressure = columns["contraction"][inside], columns["pressure"][inside]
+            # frame and hook give: held at zero, the muscle is a little longer below the highest pressure
+            inside = (columns["pressure"] >= 1e5) & (columns["contraction"] >= -1e3 / 1e7 / 0.2)
+            kappa, pressure = np.maximum(columns["contraction"][inside], 0.0), columns["pressure"][inside]
             if trial.plan.kind == "isobaric":
                 pressure = np.round(pressure, -5)  # what was asked for, not what was measured
             carried = columns["force" if trial.plan.held else "load"][inside]

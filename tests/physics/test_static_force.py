@@ -157,7 +157,10 @@ def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFF
     """The force of a muscle at its own length: law, stretched braid, return force."""
     row = list(case.coefficients)
     native_id = float(case.law.native_id)
-    return signed_force(native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, row, 0)
+    braids = float(case.law.braids)
+    return signed_force(
+        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, row, 0
+    )
 
 
 @every_set
@@ -205,7 +208,8 @@ def test_a_stretched_muscle_is_its_braid_and_the_virtual_work_of_its_air(case):
             / (2.0 * step)
             for x in (kappa, 0.0)
         ]
-        expected = max(case(0.0, pressure), 0.0) + pressure * (slopes[0] - slopes[1]) / length
+        expected = max(case(0.0, pressure), 0.0)
+        expected += case.law.braids * pressure * (slopes[0] - slopes[1]) / length
         expected += braid_force(kappa, BRAID_STIFFNESS)
         assert _muscle(case, kappa, pressure) == pytest.approx(expected, rel=1e-7)
 
@@ -225,7 +229,17 @@ def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
             below, above = (_muscle(case, joint + d, pressure) for d in (-1e-10, 1e-10))
             assert below == pytest.approx(above, abs=1e-3)
     row = list(case.coefficients)
-    good = [float(case.law.native_id), -0.01, 5e4, 1e3, RETURN, BRAID_STIFFNESS, R0, B]
+    good = [
+        float(case.law.native_id),
+        -0.01,
+        5e4,
+        1e3,
+        RETURN,
+        BRAID_STIFFNESS,
+        R0,
+        B,
+        float(case.law.braids),
+    ]
     for i in range(len(good)):
         bad = [*good[:i], math.nan, *good[i + 1 :]]
         assert math.isnan(signed_force(*bad, row, 0)), i

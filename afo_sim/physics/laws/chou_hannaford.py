@@ -70,4 +70,5 @@ CHOU_HANNAFORD_1996 = Law(
     contraction_range=(0.0, 0.4),
     validity="no bladder; poor below about 1 bar",
     source="Chou & Hannaford 1996; S1 eq. 1",
+    braids=True,
 )

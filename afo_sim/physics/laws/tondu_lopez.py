@@ -83,6 +83,7 @@ TONDU_LOPEZ_2000 = Law(
     contraction_range=(0.0, 0.4),
     validity="force proportional to pressure; no bladder",
     source="Tondu & Lopez 2000; S1",
+    braids=True,
 )
 
 TONDU_LOPEZ_2000_BLADDER = Law(
@@ -97,4 +98,5 @@ TONDU_LOPEZ_2000_BLADDER = Law(
     contraction_range=(0.0, 0.4),
     validity="hand-made muscle with a rubber bladder",
     source="Tondu & Lopez 2000, bladder terms derived here",
+    braids=True,
 )
