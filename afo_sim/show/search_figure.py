@@ -1,6 +1,7 @@
 """A search at one glance: objective, limits and parameters of all designs, generation by generation."""
 
 import pathlib
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ from afo_sim.study.search.aim import OBJECTIVE, Limit
 from afo_sim.study.search.loop import Columns, Problem, best_of
 from afo_sim.study.words import human_scale
 
+LABEL = 24  # characters of a line beside an axis
 ACROSS = 3  # panels side by side
 PANEL = (2.5, 2.0)  # [inch]
 NOT = {"color": "0.72", "marker": "o", "ls": "", "ms": 3.0, "mew": 0.0}
@@ -123,4 +125,4 @@ def _title(metric: str, units: Mapping[str, str]) -> str:
         plain(metric_words.words(metric).label),
         metric_words.UNITS.get(units[metric], units[metric]),
     )
-    return f"{label} [{unit}]" if unit else label
+    return textwrap.fill(f"{label} [{unit}]" if unit else label, LABEL)
