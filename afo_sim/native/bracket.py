@@ -10,7 +10,7 @@ from numba.extending import register_jitable
 
 from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.muscle import cable, stretch
-from afo_sim.native.newton import SETTLED_PULL, newton_chamber
+from afo_sim.native.newton import newton_chamber
 from afo_sim.native.slots import (
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_NEXT,
@@ -23,6 +23,7 @@ from afo_sim.native.slots import (
 from afo_sim.native.state import OWN_CONTRACTION
 
 HALVINGS = 55  # of a bracket of κ or p
+NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]
 
 
 @register_jitable
@@ -119,6 +120,6 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
             low = pull
         else:
             high = pull
-        if high - low < SETTLED_PULL:
+        if high - low < NARROW_PULL:
             break
     return 0.5 * (low + high)

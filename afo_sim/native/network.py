@@ -53,6 +53,7 @@ from afo_sim.native.state import (
     CARRIED,
     CONTRACTION,
     DISPLACEMENT,
+    LAST_MOVE,
     LAST_PRESSURE,
     OWN_CONTRACTION,
     OWN_RATE,
@@ -179,7 +180,9 @@ def write_leader(
     if within(u, k, -1.0) < kappa < SHORTEST:  # at an end of its range something else carries
         absolute = data[int(u[m.nuser_actuator * chamber + CHAMBER_USERDATA]) + PRESSURE]
         carried = law_force(u, k, kappa, absolute - AMBIENT_PRESSURE) - tension
-    act_dot[state + CONTRACTION] = per_step * (kappa - act[state + CONTRACTION])
+    move = kappa - act[state + CONTRACTION]
+    act_dot[state + CONTRACTION] = per_step * move
+    act_dot[state + LAST_MOVE] = per_step * (move - act[state + LAST_MOVE])
     act_dot[state + CARRIED] = per_step * (carried - act[state + CARRIED])
 
 
@@ -193,12 +196,10 @@ def network_complaint(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
         if complaint != FINE:
             return complaint, chamber
         chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-    state = int(u[j + NETWORK_STATE])
-    for _ in range(int(u[j + NETWORK_ANCHORS])):
-        last = act[state + ANCHOR_DISPLACEMENT] + act[state + ANCHOR_LOSS]
-        if last != last:  # without a damper nothing else would ask for them
+    end = int(u[j + NETWORK_STATE]) + ANCHOR_STATES * int(u[j + NETWORK_ANCHORS])
+    for at in range(m.actuator_actadr[i], end):
+        if act[at] != act[at]:  # some are only where the solution is looked for, and nothing else would ask
             return NO_NUMBER, i
-        state += ANCHOR_STATES
     return FINE, i
 
 

@@ -25,6 +25,7 @@ from afo_sim.native.state import (
     ANCHOR_DISPLACEMENT,
     CABLE_SLOPE,
     CONTRACTION,
+    LAST_MOVE,
     OWN_CONTRACTION,
     TENSION,
     WORK_BY_PRESSURE,
@@ -38,7 +39,7 @@ from afo_sim.physics.series import anchor_force
 
 NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns
 SOFTEST = 1e-6  # stiffness by κ [N]; slack, undamped and without return force a muscle has none at all
-SETTLED_CONTRACTION, SETTLED_PULL = 1e-9, 1e-6  # of the last step of Newton's method [-], [N]
+SETTLED_CONTRACTION, SETTLED_PULL = 1e-8, 1e-5  # last step of Newton's method; what is left is its square
 
 
 @register_jitable
@@ -51,7 +52,10 @@ def guess(m: Any, d: Any, i: int, j: int, rest: bool) -> float:
         leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
         while leader >= 0:
             k = m.nuser_actuator * leader
-            data[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = act[int(u[k + MUSCLE_STATE]) + CONTRACTION]
+            last = int(u[k + MUSCLE_STATE])
+            moved = 0.0 if rest else act[last + LAST_MOVE]
+            first = within(u, k, act[last + CONTRACTION] + moved)
+            data[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = first
             leader = int(u[k + MUSCLE_NEXT])
         chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
     if u[j + NETWORK_ANCHORS] > 0.0:

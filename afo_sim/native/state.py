@@ -1,8 +1,9 @@
 """Named places in `act` and `userdata`, and reading and writing by these names.
 
     actuator   act                                              userdata
-    network    of each leader: contraction, carried force;      of each anchor: force, displacement
-               of each anchor: displacement, damper's force
+    network    of each leader: contraction, carried force,      of each anchor: force, displacement
+               last move; of each anchor: displacement,
+               damper's force
     chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
     valve      armature, opening                                –
@@ -34,7 +35,7 @@ from afo_sim.native.slots import (
 
 AIR_MASS, SIGMA, LAST_VOLUME, LAST_PRESSURE = range(4)
 ARMATURE, OPENING = range(2)
-CONTRACTION, CARRIED = range(2)  # of a leader in the act of its network
+CONTRACTION, CARRIED, LAST_MOVE = range(3)  # of a leader in the act of its network
 ANCHOR_DISPLACEMENT, ANCHOR_LOSS = range(2)  # of an anchor there
 INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE = range(4)
 (
@@ -50,7 +51,7 @@ INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE = range(4)
     WORK_CHANGE,
 ) = range(10)
 PULL, DISPLACEMENT = range(2)
-CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES = 4, 2, 2, 2
+CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES = 4, 2, 3, 2
 CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA = 4, 10, 2
 
 
@@ -136,7 +137,8 @@ def write_rest(model: mujoco.MjModel, data: mujoco.MjData, network: int) -> None
         leader = int(rows[chamber, CHAMBER_FIRST_MUSCLE])
         while leader >= 0:
             at, state = int(rows[leader, MUSCLE_USERDATA]), int(rows[leader, MUSCLE_STATE])
-            act[state + CONTRACTION], act[state + CARRIED] = found[at + OWN_CONTRACTION], 0.0
+            act[state + CONTRACTION] = found[at + OWN_CONTRACTION]
+            act[state + CARRIED] = act[state + LAST_MOVE] = 0.0
             leader = int(rows[leader, MUSCLE_NEXT])
         chamber = int(rows[chamber, CHAMBER_NEXT])
     at, state = int(rows[network, NETWORK_USERDATA]), int(rows[network, NETWORK_STATE])

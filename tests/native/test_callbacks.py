@@ -19,7 +19,7 @@ from afo_sim.physics.static_force import muscle_static_force
 
 NETWORK, MUSCLE, CHAMBER = 0, 1, 2  # actuators of the hanging mass; then inlet and outlet
 ANCHOR = native.CircuitAnchor("top", stiffness=4e4)
-AIR = 4  # of the chamber's states in act, behind those of a muscle and an anchor
+AIR = state.LEADER_STATES + state.ANCHOR_STATES  # first place of the chamber's states in `act`
 
 
 def test_layout_is_compared_field_by_field() -> None:
@@ -219,7 +219,7 @@ def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
             rng.uniform(-5e4, 5e5),
             rng.uniform(0, 1, 4),
             rng.uniform(0, 1, 2),
-            rng.normal(0.0, (2e-3, 5.0, 1e-3, 1.0)),
+            rng.normal(0.0, (2e-3, 5.0, 1e-3, 1e-3, 1.0)),
         )
         for _ in range(100)
     ]

@@ -74,12 +74,13 @@ def test_names_are_all_places_once() -> None:
     act = np.zeros(model.na)
     of_muscle = int(rows[muscle, slots.MUSCLE_STATE])
     act[of_muscle + state.CONTRACTION], act[of_muscle + state.CARRIED] = 1.0, 2.0
+    act[of_muscle + state.LAST_MOVE] = 12.0
     of_anchor = int(rows[network, slots.NETWORK_STATE])
     act[of_anchor + state.ANCHOR_DISPLACEMENT], act[of_anchor + state.ANCHOR_LOSS] = 3.0, 4.0
     native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
     native.write_valve(model, act, inlet, 8.0, 9.0)
     native.write_valve(model, act, outlet, 10.0, 11.0)
-    assert sorted(act) == sorted([*map(float, range(1, 12)), 7.0 * 6.0**1.4])
+    assert sorted(act) == sorted([*map(float, range(1, 13)), 7.0 * 6.0**1.4])
     assert native.read_opening(model, act, outlet) == 11.0
     data = np.tile(np.arange(float(model.nuserdata)), (5, 1))
     air = native.read_air(model, np.tile(act, (5, 1)), data, chamber)

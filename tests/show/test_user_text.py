@@ -135,7 +135,7 @@ def test_figure_of_a_gait(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
 def test_figure_of_a_torque_map(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
     angles, pressures = np.radians([-5.0, 0.0, 5.0]), np.array([1e5, 2e5])
     torque = np.outer([3.0, 2.0, 1.0], [1.0, 2.0])
-    found = TorqueMap(NAME, angles, pressures, torque, np.full(3, 0.1))
+    found = TorqueMap(NAME, angles, pressures, torque, np.full((3, 2), 0.1))
     torque_map.draw([found], tmp_path / "a.png", NAME)
     assert_plain(drawn[0], f"{NAME} chamber alone")
 
