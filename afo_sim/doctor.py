@@ -19,12 +19,12 @@ from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build
-from afo_sim.model.mounting import sweep_ankle
+from afo_sim.model.mounting import muscle_names, own_contraction, sweep_ankle
 from afo_sim.simulation.checks_file import read_checks
 
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
-    """Examine a TOML description, an MJCF, a URDF or a gait cycle.
+    """Examine a TOML description or the folder that holds one, an MJCF, a URDF or a gait cycle.
 
     Returns
     -------
@@ -35,6 +35,8 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
     InputError
         The first thing that is wrong.
     """
+    if path.is_dir():
+        path = _described_in(path)
     if not path.is_file():
         raise InputError("there is no such file", file=path)
     suffix = path.suffix.lower()
@@ -47,6 +49,16 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
     raise InputError(
         "is not a kind of file that can be checked", file=path, allowed=".toml, .xml, .mjcf, .urdf, .csv"
     )
+
+
+def _described_in(folder: pathlib.Path) -> pathlib.Path:
+    """The one description that a folder is the home of, such as orthosis.toml."""
+    names = [f"{kind}.toml" for kind in assets.KINDS if kind not in assets.FLAT]
+    found = [folder / name for name in names if (folder / name).is_file()]
+    if len(found) != 1:
+        problem = "the folder holds no description" if not found else "the folder holds several descriptions"
+        raise InputError(problem, file=folder, allowed="a file, or a folder with one of " + ", ".join(names))
+    return found[0]
 
 
 def _check_gait(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -139,13 +151,15 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
         ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
         ("air stability number", f"{built.stability['air']:.3g} (limit 1)"),
     ]
+    groups = muscle_names(scenario.orthosis)
     for column, name in enumerate(built.index.muscles):
         k, r = contraction[:, column], arm[:, column]
+        own = own_contraction(groups[name], scenario.orthosis, float(k.min()))
         findings.append(
             (
                 name,
                 f"contraction of its path {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
-                f"{np.degrees(upper):g} deg, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
+                f"{np.degrees(upper):g} deg, its own without air no less than {own:.3f}, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
             )
         )
     return findings + [("warning", warning) for warning in built.warnings]

@@ -337,3 +337,17 @@ def test_live_needs_a_display(tmp_path: pathlib.Path) -> None:
     assert done.returncode == 2
     assert "no display" in done.stderr
     assert not (tmp_path / "runs").exists()
+
+
+def test_check_takes_the_folder_of_a_description(capsys: pytest.CaptureFixture[str]) -> None:
+    root = pathlib.Path(__file__).parents[2] / "models"
+    folder = root / "valves" / "mh1"
+    (one, by_folder, _), (other, by_file, _) = (
+        call(capsys, "check", str(path)) for path in (folder, folder / "valve.toml")
+    )
+    assert one == other == 0
+    assert by_folder.split("kind", 1)[1] == by_file.split("kind", 1)[1]
+    code, _, said = call(capsys, "check", str(root))
+    assert code == 2
+    assert "the folder holds no description" in said
+    assert "orthosis.toml" in said
