@@ -159,7 +159,8 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
             (
                 name,
                 f"contraction of its path {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
-                f"{np.degrees(upper):g} deg, its own without air no less than {own:.3f}, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
+                f"{np.degrees(upper):g} deg, its own without air at least "
+                f"{own:.3f}, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
             )
         )
     return findings + [("warning", warning) for warning in built.warnings]
