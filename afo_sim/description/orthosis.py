@@ -291,6 +291,15 @@ class Orthosis(Described):
         return self
 
     @model_validator(mode="after")
+    def _chambers_pull_alike(self) -> Self:
+        for chamber in self.chamber if self.anchor else ():
+            over_pulleys = {group.pulley is not None for group in self.muscles_of(chamber).values()}
+            if len(over_pulleys) > 1:
+                problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
+                raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
+        return self
+
+    @model_validator(mode="after")
     def _chambers_exist(self) -> Self:
         if not self.muscle and (self.cuff or self.plate or self.chamber or self.anchor):
             raise refusal("there is no muscle", "at least one muscle group", "muscle")

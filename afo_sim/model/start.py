@@ -38,7 +38,6 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
         return float(data.qacc[index.ankle_dof])
 
     if acceleration(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
-        native.fill_chambers(model, data, 0.0)
         return get_state(model, data)
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
     if acceleration(lower) * acceleration(upper) > 0.0:

@@ -14,10 +14,7 @@ from typing import Any, Protocol
 
 import mujoco
 
-from afo_sim.native.slots import (
-    N_USER,
-    RIGID,
-)
+from afo_sim.native.slots import N_USER, RIGID
 from afo_sim.native.state import (
     ANCHOR_DATA,
     ANCHOR_STATES,

@@ -135,17 +135,22 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
     """
     chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
-    inputs = data.ctrl.copy()
     for chamber in chambers:
         write_air(model, data.act, chamber, air_at(gauge[chamber], 1e-3))  # of any volume
-    data.ctrl[networks] = 1.0
-    mujoco.mj_forward(model, data)
-    data.ctrl[:] = inputs
+    _solve_at_rest(model, data, networks)
     for chamber in chambers:
         volume = float(read_flows(model, data.userdata, chamber).volume)
         write_air(model, data.act, chamber, air_at(gauge[chamber], volume))
     for network in networks:
         write_rest(model, data, network)
+
+
+def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[int]) -> None:
+    """Own lengths at rest at the chambers' last pressures and the present posture, into `userdata`."""
+    inputs = data.ctrl.copy()
+    data.ctrl[networks] = 1.0
+    mujoco.mj_forward(model, data)
+    data.ctrl[:] = inputs
 
 
 def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -154,12 +159,10 @@ def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Without it they would be taken to have stood still, and the first steps would be of first order.
     """
     here = data.qpos.copy()
-    inputs = data.ctrl.copy()
     networks = list(_of_kind(model, KIND_NETWORK))
     mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
-    data.ctrl[networks] = 1.0
-    mujoco.mj_forward(model, data)
-    data.qpos[:], data.ctrl[:] = here, inputs
+    _solve_at_rest(model, data, networks)
+    data.qpos[:] = here
     for chamber in _of_kind(model, KIND_CHAMBER):
         last = float(read_flows(model, data.userdata, chamber).volume)
         data.act[model.actuator_actadr[chamber] + LAST_VOLUME] = last

@@ -59,6 +59,15 @@ def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
 
 
 @register_jitable
+def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> tuple[float, float, float]:
+    """Static force of the muscle whose row starts at k [N], −∂F/∂κ [N], ∂F/∂p [N/Pa], at gauge pressure."""
+    static = law_force(u, k, contraction, pressure)
+    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
+    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
+    return static, stiffness, by_pressure
+
+
+@register_jitable
 def stretch(m: Any, d: Any, actuator: int, k: int, contraction: float, shift: float) -> float:
     """Stretch of the cable of a leader whose row starts at k, its anchors displaced by `shift` [m]."""
     u = m.actuator_user
@@ -134,9 +143,7 @@ def imbalance(
     state, pressure = int(u[k + MUSCLE_STATE]), absolute - AMBIENT_PRESSURE
     per_step = 1.0 / m.opt.timestep
     rate = (contraction - act[state + CONTRACTION]) * per_step
-    static = law_force(u, k, contraction, pressure)
-    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
-    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
+    static, stiffness, by_pressure = law_slopes(u, k, contraction, pressure)
     c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
     rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
     theta = weight_of_end(m, k, last_absolute)
@@ -149,10 +156,7 @@ def imbalance_at_rest(
     m: Any, k: int, contraction: float, absolute: float, tension: float
 ) -> tuple[float, float, float, float]:
     """As `imbalance`, of a muscle at rest: F_static − T, without damper and friction."""
-    u, pressure = m.actuator_user, absolute - AMBIENT_PRESSURE
-    static = law_force(u, k, contraction, pressure)
-    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
-    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
+    static, stiffness, by_pressure = law_slopes(m.actuator_user, k, contraction, absolute - AMBIENT_PRESSURE)
     return static - tension, stiffness, by_pressure, 1.0
 
 

@@ -76,8 +76,8 @@ def balance(built: Built, columns: Columns, static: Columns | None = None) -> En
     ----------
     built : compiled scenario
     columns : of a recording, or rows of it in their order, all at the same time step; SI
-    static : F_static(κ, p) of each leading muscle in the same rows [N], as `static_forces` has it from the
-        run; by default the law is asked anew in every row, which takes longer than the run
+    static : F_static(κ, p) of each leading muscle in the same rows [N], as `with_static_forces` has it;
+        by default the law is asked anew in every row, which takes longer than the run
 
     Returns
     -------

@@ -12,6 +12,7 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
 SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
@@ -55,7 +56,7 @@ def limit_warnings(
             strongest = static_force(
                 LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
             )
-            gives = group.cable.stiffness * 0.1 < strongest
+            gives = group.cable.stiffness * GIVES < strongest
             reason = (
                 f"its law, {group.type.law}, gives no force at that pressure"
                 if strongest <= 1.0

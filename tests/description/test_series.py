@@ -188,3 +188,11 @@ def test_every_shipped_muscle_says_what_brings_it_back() -> None:
         assert muscle.provenance["return_stiffness"].kind == "assumed"
         bladder = muscle.law.endswith("_bladder")
         assert muscle.return_stiffness == (0.0 if bladder else 20.0), name
+
+
+def test_a_chamber_of_pulleys_and_anchors_is_refused_where_the_anchors_give() -> None:
+    over = {"count": 1, "type": "s1_215mm", "pulley": {"radius": "5 cm", "direction": "positive"}}
+    sets = {"orthosis.muscle.over": over | {"chamber": "dorsiflexor"}}
+    with pytest.raises(InputError, match=r"over pulleys and between anchors") as refused:
+        load("scenario", "walk-dropfoot-afo", sets)
+    assert "chamber.dorsiflexor" in str(refused.value)
