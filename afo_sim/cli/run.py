@@ -151,7 +151,7 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    from afo_sim.show.numbers import undefined
+    from afo_sim.show.numbers import cautions, undefined
 
     metrics = recording.metrics
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
@@ -161,6 +161,8 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
     for warning in recording.warnings:
         print(f"warning: {warning}")
+    for caution in cautions(recording.scenario, metrics):
+        print(f"note: {caution}")
     timing = recording.timing
     print(
         f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "

@@ -1,6 +1,8 @@
 """Metrics as people read them: digits, units, and the reason where a number is undefined."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import number
@@ -28,3 +30,27 @@ def printed(name: str, metric: Metric) -> str:
     """A metric's value in four digits, or a dash with the reason."""
     reason = undefined(name, metric)
     return f"{metric.value:.4g}" if reason is None else f"– ({reason})"
+
+
+def cautions(scenario: Mapping[str, Any], metrics: Mapping[str, Metric]) -> list[str]:
+    """What a reader of a run's numbers must know: strides that are left out, assumed stiffness that decides.
+
+    Parameters
+    ----------
+    scenario : resolved, as a recording holds it
+    metrics : of the run
+    """
+    found = []
+    if "toe_clearance" in metrics and "strides_counted" in metrics:
+        counted = float(metrics["strides_counted"])
+        found.append(
+            f"the numbers are means over the last {counted:.0f} strides; the wearer walks the first ones too, "
+            "in which the muscles are not yet full"
+        )
+    anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
+    if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
+        found.append(
+            "how far the cuff gives is assumed (orthosis.anchor.shank), and torque and lift hang on it: run it "
+            "with half and double too"
+        )
+    return found

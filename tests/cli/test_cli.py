@@ -351,3 +351,17 @@ def test_check_takes_the_folder_of_a_description(capsys: pytest.CaptureFixture[s
     assert code == 2
     assert "the folder holds no description" in said
     assert "orthosis.toml" in said
+
+
+def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    short = ["--set", "duration=3.7 s", "--no-rrd", "--out"]
+    _, said, _ = call(capsys, "run", "walk-dropfoot-afo", *short, str(tmp_path / "a"))
+    assert "note: the numbers are means over the last" in said
+    assert "note: how far the cuff gives is assumed (orthosis.anchor.shank)" in said
+    own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]
+    _, said, _ = call(
+        capsys, "run", "seated", "--set", "duration=1 s", *own, "--no-rrd", "--out", str(tmp_path)
+    )
+    assert "note:" not in said
