@@ -44,13 +44,13 @@ def cautions(scenario: Mapping[str, Any], metrics: Mapping[str, Metric]) -> list
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         counted = float(metrics["strides_counted"])
         found.append(
-            f"the numbers are means over the last {counted:.0f} strides; the wearer walks the first ones too, "
-            "in which the muscles are not yet full"
+            f"the numbers are means over the last {counted:.0f} strides; the wearer walks the first ones "
+            "too, in which the muscles are not yet full"
         )
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         found.append(
-            "how far the cuff gives is assumed (orthosis.anchor.shank), and torque and lift hang on it: run it "
-            "with half and double too"
+            "how far the cuff gives is assumed (orthosis.anchor.shank), and torque and lift hang on it: "
+            "run it with half and double too"
         )
     return found
