@@ -31,6 +31,7 @@ ROOMS = {
     "cli": RUNS | {"bench", "study", "fitting", "validation", "show", "doctor"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
+PLAIN |= {"ctypes"}  # to call machine code
 PLAIN |= {"importlib", "inspect", "linecache", "pkgutil"}  # what the registry of laws is made with
 FACES = {"__init__.py", "__main__.py", "pytest_plugin.py"}  # of the package: they may open any room
 # Arrows that still run upward, and circles that are still closed.

@@ -1,5 +1,6 @@
 """Folders of the products, models/ and gait_data/, in a checkout or in an installed wheel."""
 
+import functools
 import pathlib
 import tomllib
 from typing import Any
@@ -20,6 +21,7 @@ FOLDERS = ("models", "gait_data")
 FLAT = ("scenario", "sweep", "search")  # kinds whose products are single files, not folders
 
 
+@functools.cache
 def folder(name: str) -> pathlib.Path:
     """The folder `models` or `gait_data`: beside the package in a checkout, inside it in a wheel."""
     package = pathlib.Path(__file__).resolve().parents[1]
@@ -93,10 +95,11 @@ def find_gait(name: str) -> pathlib.Path:
     InputError
         Nothing of that name; lists what there is.
     """
-    shipped = gait_names()
-    path = folder("gait_data") / f"{name}.csv" if name in shipped else pathlib.Path(name)
-    if path.is_file():
+    if pathlib.Path(name).name == name and (own := folder("gait_data") / f"{name}.csv").is_file():
+        return own
+    if (path := pathlib.Path(name)).is_file():
         return path
+    shipped = gait_names()
     allowed = f"a path to a CSV file, or one of: {', '.join(shipped)}"
     raise InputError(
         "there is no such gait",

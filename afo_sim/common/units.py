@@ -5,6 +5,8 @@ import math
 import re
 from typing import Any
 
+from afo_sim.common.unit_factors import factor
+
 GRAVITY = 9.80665  # standard gravity [m/s²]
 AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
 AMBIENT_TEMPERATURE = 293.15  # [K]
@@ -130,6 +132,9 @@ def _dimension(quantity: Any) -> Dimension:
 
 def in_unit(value: float, si_unit: str, unit: str) -> float:
     """Convert `value` from `si_unit` to `unit`, for people's eyes."""
+    known = factor(si_unit, unit)
+    if known is not None:
+        return float(value * known)
     return float(_registry().Quantity(value, si_unit).to(unit).magnitude)
 
 
@@ -138,7 +143,10 @@ def _convert(text: str, unit: str, example: str) -> float:
     parts = _NUMBER_AND_UNIT.match(text)
     if parts is not None and parts[2] == unit:
         return float(parts[1])
-    import pint  # not for SI, in which a sweep writes its values
+    known = factor(parts[2], unit) if parts is not None and not _TOWER.search(parts[2]) else None
+    if parts is not None and known is not None:
+        return float(parts[1]) * known
+    import pint  # not for the usual units, which are converted before
 
     quantity = _read(text, example)
     try:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.quantity import Quantity
 from afo_sim.physics.friction import FRICTIONS
@@ -105,20 +106,21 @@ def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ())
         yield from (parameter_leaf(parameter, path) for parameter in (known.parameters if known else ()))
     if kind.__name__ == "Scenario" and isinstance(table.get("orthosis"), Mapping):
         chambers = list(table["orthosis"].get("chamber", {}))
-    for name, info in fields_of(kind).items():
+    for name in fields_of(kind):
         if kind not in SETS or name in RANGES:
-            yield from _below(name, info, table.get(name), path, chambers)
+            yield from _below(kind, name, table.get(name), path, chambers)
     if kind.model_config.get("extra") == "allow":
         inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
         for name in chambers:
             yield from leaves(inner, table.get(name), (*path, name))
 
 
-def _below(name: str, info: FieldInfo, value: Any, path: Path, chambers: Iterable[str]) -> Iterator[Leaf]:
+def _below(kind: Any, name: str, value: Any, path: Path, chambers: Iterable[str]) -> Iterator[Leaf]:
     """The leaves of one field: itself, or what lies below."""
+    info = kind.model_fields[name]
     here, (inner, _) = (*path, name), core(info.annotation)
     default = None if info.is_required() else info.default
-    leaf = Leaf(here, marked(info), info.description or "", info.is_required(), default)
+    leaf = Leaf(here, marked(info), meaning(kind, name), info.is_required(), default)
     if get_origin(inner) is dict and is_table(get_args(inner)[1]):
         written = value if isinstance(value, Mapping) else {}
         for key in table_names(inner, written):

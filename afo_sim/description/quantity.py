@@ -118,7 +118,7 @@ class Provenance(BaseModel):
 class Described(BaseModel):
     """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     provenance: dict[str, Provenance] = {}
     """Sources of the numbers; a file writes each beside its number: { value = …, kind = …, source = … }."""

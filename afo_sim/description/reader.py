@@ -1,6 +1,5 @@
 """TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
 
-import copy
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
+from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
@@ -169,11 +169,18 @@ def _tree(kind: str, source: Any) -> Tree:
             "is no kind of description", field="kind", value=kind, allowed=", ".join(SPECS), nearest=nearest
         )
     if isinstance(source, Mapping):
-        return Tree(kind, None, copy.deepcopy(dict(source)))
+        return Tree(kind, None, _copied(dict(source)))
     if not isinstance(source, str | os.PathLike):
         raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
     file = assets.find(kind, os.fspath(source))
     return Tree(kind, file, read_table(kind, file))
+
+
+def _copied(value: Any) -> Any:
+    """A copy of tables and lists; what else stands in them nobody changes."""
+    if isinstance(value, dict):
+        return {key: _copied(item) for key, item in value.items()}
+    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 def _first(problems: list[InputError]) -> InputError:
@@ -231,7 +238,7 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     table = table_at(SPECS[tree.kind], path[:-1])
     info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
     if entry["type"] == "missing" and info and not told:
-        told = f"{allowed(marked(info))} ({(info.description or '').rstrip('.')})"
+        told = f"{allowed(marked(info))} ({meaning(table, name).rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),

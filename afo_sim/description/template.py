@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, get_args, get_origin
 
 from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table, marked, parameter_leaf
+from afo_sim.description.meanings import meaning
 from afo_sim.description.ranges import allowed, shown, unit_of
 
 WIDTH = 100  # columns of a comment
@@ -87,13 +88,13 @@ class Template:
 
     def _keys(self, kind: Any, given: Table, examples: Table, live: bool, name: str) -> Iterator[str]:
         """The plain keys of a table, each with its comment."""
-        for key, meaning, annotation, required, default in _plain(kind, name, given):
+        for key, text, annotation, required, default in _plain(kind, name, given):
             entry = (f"{type_name(kind)} {name}" if kind in SETS else type_name(kind), key)
             value, known = given.get(key), entry in self.explained
             self.explained.add(entry)
             if not known:
                 yield ""
-                yield from _comment(meaning)
+                yield from _comment(text)
                 yield from _comment(_facts(annotation, required, default))
             if value is not None:
                 yield f"{key} = {toml_value(value)}"
@@ -125,7 +126,7 @@ def _plain(kind: Any, name: str, given: Table) -> Iterator[tuple[str, str, Any, 
             continue
         required = info.is_required() and kind not in SETS
         default = None if info.is_required() else info.get_default(call_default_factory=True)
-        yield key, info.description or "", marked(info), required, default
+        yield key, meaning(kind, key), marked(info), required, default
 
 
 def _is_reference(kind: Any, value: Any) -> bool:

@@ -1,5 +1,6 @@
 """A description being put together: names followed, dotted keys set, the file of each part kept."""
 
+import functools
 import pathlib
 import re
 from collections.abc import Mapping
@@ -47,7 +48,7 @@ class Tree:
 
     def follow(self, path: Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
-        kind = self._reference(path)
+        kind = _reference(self.kind, path)
         holder = self._holder(path)
         if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
             return
@@ -73,7 +74,7 @@ class Tree:
                 self.follow(path)
             except InputError as error:
                 self.unfound[path] = error
-        if not self._may_hold_references(path):
+        if not _may_hold_references(self.kind, path):
             return
         holder = self._holder(path)
         node = self.root if not path else (holder or {}).get(path[-1])
@@ -100,26 +101,29 @@ class Tree:
             value = {"value": value, "source": "set for this run", "kind": "user"}
         node[path[-1]] = value
 
-    def _may_hold_references(self, path: Path) -> bool:
-        """Whether a reference can stand below `path`."""
-        return any(
-            len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
-            for pattern in REFERENCES.get(self.kind, {})
-        )
-
-    def _reference(self, path: Path) -> str | None:
-        for pattern, kind in REFERENCES.get(self.kind, {}).items():
-            if len(pattern) == len(path) and all(
-                p in ("*", key) for p, key in zip(pattern, path, strict=True)
-            ):
-                return kind
-        return None
-
     def _holder(self, path: Path) -> dict[str, Any] | None:
         node: Any = self.root
         for key in path[:-1]:
             node = node.get(key) if isinstance(node, dict) else None
         return node if isinstance(node, dict) else None
+
+
+@functools.lru_cache(maxsize=1024)  # every description of a kind has the same places
+def _may_hold_references(kind: str, path: Path) -> bool:
+    """Whether a reference can stand below `path`."""
+    return any(
+        len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
+        for pattern in REFERENCES.get(kind, {})
+    )
+
+
+@functools.lru_cache(maxsize=1024)
+def _reference(kind: str, path: Path) -> str | None:
+    """The kind of what a name at `path` refers to, if it is a reference."""
+    for pattern, referred in REFERENCES.get(kind, {}).items():
+        if len(pattern) == len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=True)):
+            return referred
+    return None
 
 
 def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:

@@ -9,6 +9,8 @@ COMPLAINTS = (
     "no length of its muscles balances their forces in actuator",
     "afo_sim's parameters are missing (take a run's model from afo_sim.read_recording(folder).model(), "
     "never from model.xml) in actuator",
+    "the callback has raised an exception in actuator",
 )
-NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK = range(len(COMPLAINTS))
+NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK, RAISED = range(len(COMPLAINTS))
 FINE = -1
+MJU_ERROR = "afo_sim_mju_error"  # symbol of MuJoCo's `mju_error`, by which compiled code complains

@@ -1,14 +1,15 @@
 """A law's curve, forwards and backwards, over arrays: force by contraction, contraction by force."""
 
+import ctypes
 import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numba.extending import register_jitable
 from numpy.typing import ArrayLike
 
+import afo_sim.common.sources  # noqa: F401  # of the code that runs, before a file is edited
+from afo_sim.physics.jitable import register_all, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS
 from afo_sim.physics.static_force import static_force
 
@@ -86,29 +87,43 @@ def _over(
     row = np.zeros(MAX_COEFFICIENTS)
     row[: len(coefficients)] = coefficients
     first, second = np.broadcast_arrays(np.asarray(given, float), np.asarray(pressure, float))
-    curve = _compiled()[which](float(native_id), row, first.flatten(), second.flatten())
-    return curve.reshape(first.shape)
+    out = np.empty(first.shape)
+    arrays = (row, np.ascontiguousarray(first), np.ascontiguousarray(second), out)
+    _compiled()[which](native_id, *(array.ctypes.data for array in arrays), out.size)
+    return out
 
 
 @functools.cache
-def _compiled() -> tuple[Any, Any]:
+def _compiled() -> list[Any]:
+    """C functions of a law's number and coefficients, what is given, the pressures, and where to write."""
+    from afo_sim.common import machine_code  # LLVM: for curves over arrays alone
+
+    pointers = [ctypes.c_void_p] * 4
+    prototype = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, *pointers, ctypes.c_int64)
+    return machine_code.functions("curves", prototype, (), _compile)
+
+
+def _compile() -> Any:
+    from numba import types  # large: only to compile
+
+    from afo_sim.common import compiling
+
     @register_jitable
-    def excess(x: float, force: float, law: float, pressure: float, c: np.ndarray) -> float:
+    def excess(x: float, force: float, law: float, pressure: float, c: Any) -> float:
         return static_force(law, x, pressure, c, 0) - force
 
-    @njit
-    def force_curve(law: float, c: np.ndarray, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        out = np.empty(len(contraction))
-        for k in range(len(contraction)):
+    def force_curve(law: float, c: Any, contraction: Any, pressure: Any, out: Any, size: int) -> float:
+        for k in range(size):
             out[k] = static_force(law, contraction[k], pressure[k], c, 0)
-        return out
+        return 0.0
 
-    @njit
-    def contraction_curve(law: float, c: np.ndarray, force: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        out = np.empty(len(force))
-        for k in range(len(force)):
+    def contraction_curve(law: float, c: Any, force: Any, pressure: Any, out: Any, size: int) -> float:
+        for k in range(size):
             arguments = (force[k], law, pressure[k], c)
             out[k] = crossing(excess, arguments, STRETCHED, CONTRACTED, HALVINGS)
-        return out
+        return 0.0
 
-    return force_curve, contraction_curve
+    register_all()
+    pointers = [types.CPointer(types.float64)] * 4
+    signature = types.float64(types.float64, *pointers, types.int64)
+    return compiling.compile_all((force_curve, contraction_curve), signature, lambda builder, arguments: None)

@@ -1,6 +1,6 @@
 """The floor under one point of the sole: a spring that loses energy, and never pulls."""
 
-from numba.extending import register_jitable
+from afo_sim.physics.jitable import register_jitable
 
 
 @register_jitable

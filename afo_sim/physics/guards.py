@@ -7,7 +7,7 @@ polynomial never rises again (`descending`).
 
 import math
 
-from numba.extending import register_jitable
+from afo_sim.physics.jitable import register_jitable
 
 BAR = 1e5  # [Pa]
 SMALLEST_SINE = 0.05  # of the braid angle in the terms of a wall: 2.9°, flatter than any braid

@@ -7,7 +7,7 @@ slack muscle too: it returns to its free length at the speed that the damper all
 push.
 """
 
-from numba.extending import register_jitable
+from afo_sim.physics.jitable import register_jitable
 
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
 DAMPER_COEFFICIENTS = 7

@@ -2,9 +2,8 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from afo_sim.common.units import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.physics.jitable import register_jitable
 
 LAMINAR_RATIO = 0.98  # above this pressure ratio the flow is linear in the pressure difference
 RESTING = 1e-9  # of a valve's armature and seat: so near, they are there

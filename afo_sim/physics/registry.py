@@ -14,8 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from numba.extending import register_jitable
-
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Braid, Coefficients, LawParameter, Values
 
 TRIED = Braid(nominal_length=0.2, nominal_radius=0.01, braid_angle=0.4)  # on which entries are tried

@@ -2,7 +2,7 @@
 
 import math
 
-from numba.extending import register_jitable
+from afo_sim.physics.jitable import register_jitable
 
 ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
 

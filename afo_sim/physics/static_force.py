@@ -9,9 +9,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.hill import braid_force
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients

@@ -27,13 +27,13 @@ def test_layout_is_compared_field_by_field() -> None:
 
 
 def test_wrong_layout_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = struct_layout._struct("mjModel")
+    real = struct_layout.c_struct("mjModel")
     members = list(real._fields_)
     at = [name for name, _ in members].index("nuser_actuator")
     shifted = type(
         "mjModel", (ctypes.Structure,), {"_fields_": [*members[:at], ("pad", ctypes.c_int64), *members[at:]]}
     )
-    monkeypatch.setattr(struct_layout, "_struct", lambda name: shifted if name == "mjModel" else real)
+    monkeypatch.setattr(struct_layout, "c_struct", lambda name: shifted if name == "mjModel" else real)
     with pytest.raises(CallbackError, match=r"MuJoCo 3\.\d+.*mjModel"):
         struct_layout.verify.__wrapped__()
 

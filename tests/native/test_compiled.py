@@ -9,14 +9,12 @@ import subprocess
 import sys
 
 import mujoco
-import numba
 import pytest
-from numba.core.registry import cpu_target
 from test_walls import ROOMS
 
-from afo_sim.common import user_cache
+from afo_sim.common import machine_code, sources, user_cache
 from afo_sim.native import compiled
-from afo_sim.native.complaints import COMPLAINTS
+from afo_sim.native.complaints import COMPLAINTS, MJU_ERROR
 
 PACKAGE = pathlib.Path(compiled.__file__).parents[1]
 # How many functions numba compiled, and every force of a run, to the bit; then a complaint.
@@ -41,6 +39,11 @@ with install_recorder("numba:compile") as compiles:
             print(complaint)
 print(len(compiles.buffer) // 2, found.hexdigest())
 """
+
+
+def fingerprint() -> str | None:
+    """The key of the callbacks' code."""
+    return machine_code.fingerprint(*compiled.follows())
 
 
 Found = tuple[str, int, str]  # complaint, number of functions compiled, checksum of all forces
@@ -74,15 +77,16 @@ def counted(
     shutil.copytree(first[0], tmp_path / "cache")
     monkeypatch.setenv(user_cache.VARIABLE, str(tmp_path / "cache"))
     compiled.callbacks()
-    code = compiled._stored(compiled.fingerprint())
+    code = machine_code._stored(compiled.KIND, fingerprint())
     assert len(code) == 2
     compiles: list[str | None] = []
 
-    def compile_(key: str | None) -> list[compiled.Code]:
+    def compile_(kind: str, key: str | None, _: object) -> list[machine_code.Code]:
+        assert kind == compiled.KIND
         compiles.append(key)
         return code
 
-    monkeypatch.setattr(compiled, "_compile", compile_)
+    monkeypatch.setattr(machine_code, "_compile", compile_)
     return compiles
 
 
@@ -100,6 +104,36 @@ def test_later_process_compiles_nothing_and_computes_the_same(
 
 
 @pytest.mark.slow
+def test_later_process_imports_no_compiler(first: tuple[pathlib.Path, list[Found]]) -> None:
+    program = (
+        "import sys\nfrom afo_sim import native\nwith native.installed():\n"
+        "    print(*{'numba', 'scipy', 'pint'} & set(sys.modules))"
+    )
+    there = os.environ | {user_cache.VARIABLE: str(first[0])}
+    done = subprocess.run([sys.executable, "-c", program], env=there, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "\n"), done.stderr
+
+
+@pytest.mark.slow
+def test_curves_of_a_later_process_are_the_same_and_need_no_compiler(tmp_path: pathlib.Path) -> None:
+    program = (
+        "import sys\nfrom afo_sim.physics.curves import contractions, forces\n"
+        "row = (0.01, 8.0, 1.0, 1.0, 1.0, 1.0)\nf = forces(1, row, [[0.0], [0.1]], [1e5, 3e5])\n"
+        "print(f.tobytes().hex(), contractions(1, row, f, 3e5).tobytes().hex())\n"
+        "print('numba' in sys.modules)"
+    )
+    there = os.environ | {user_cache.VARIABLE: str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    said = [
+        subprocess.run([sys.executable, "-c", program], env=there, capture_output=True, text=True).stdout
+        for _ in range(2)
+    ]
+    (first, compiled_first), (later, compiled_later) = (text.splitlines() for text in said)
+    assert (compiled_first, compiled_later) == ("True", "False")
+    assert later == first
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.slow
 def test_without_a_folder_the_same_is_computed(first: tuple[pathlib.Path, list[Found]]) -> None:
     folder, (one, _) = first
     (file,) = folder.iterdir()
@@ -113,18 +147,18 @@ def test_damaged_code_is_compiled_anew(counted: list[str | None], tmp_path: path
     (file,) = (tmp_path / "cache").iterdir()
     file.write_bytes(file.read_bytes()[:-100])
     compiled.callbacks()
-    assert counted == [compiled.fingerprint()]
+    assert counted == [fingerprint()]
 
 
 @pytest.mark.slow
 def test_code_that_needs_an_unknown_symbol_is_compiled_anew(counted: list[str | None]) -> None:
     """LLVM would call address 0."""
-    key = compiled.fingerprint()
+    key = fingerprint()
     assert key
-    bias, dyn = compiled._stored(key)
-    assert compiled._ERROR in bias.needs
+    bias, dyn = machine_code._stored(compiled.KIND, key)
+    assert MJU_ERROR in bias.needs
     unknown = dyn._replace(needs=(*dyn.needs, "no_such_symbol"))
-    user_cache.write(compiled._KIND, key, pickle.dumps([tuple(bias), tuple(unknown)]))
+    user_cache.write(compiled.KIND, key, pickle.dumps([tuple(bias), tuple(unknown)]))
     compiled.callbacks()
     assert counted == [key]
 
@@ -133,7 +167,7 @@ def test_code_that_needs_an_unknown_symbol_is_compiled_anew(counted: list[str | 
 def test_unknown_sources_are_compiled_anew(
     counted: list[str | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compiled, "_sources", lambda: None)
+    monkeypatch.setattr(sources, "checksum", lambda: None)
     compiled.callbacks()
     assert counted == [None]
 
@@ -142,50 +176,50 @@ def test_unknown_sources_are_compiled_anew(
     "file", ["physics/laws/sarosi.py", "physics/hill.py", "native/network.py", "common/units.py"]
 )
 def test_a_change_of_any_source_makes_another_key(tmp_path: pathlib.Path, file: str) -> None:
-    sources = compiled._sources.__wrapped__
+    checksum = sources.checksum.__wrapped__
     copy = tmp_path / "afo_sim"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = sources(copy)
-    assert before == compiled._sources()
+    before = checksum(copy)
+    assert before == sources.checksum()
     (copy / file).write_bytes((copy / file).read_bytes() + b"\n")
-    assert sources(copy) not in (before, None)
+    assert checksum(copy) not in (before, None)
 
 
 def test_a_new_law_makes_another_key(tmp_path: pathlib.Path) -> None:
-    sources = compiled._sources.__wrapped__
+    checksum = sources.checksum.__wrapped__
     copy = tmp_path / "afo_sim"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "physics" / "laws" / "new_2026.py").write_bytes(b"")
-    assert sources(copy) not in (compiled._sources(), None)
+    assert checksum(copy) not in (sources.checksum(), None)
 
 
 def test_sources_that_are_not_there_have_no_key(tmp_path: pathlib.Path) -> None:
-    assert compiled._sources.__wrapped__(tmp_path) is None
+    assert sources.checksum.__wrapped__(tmp_path) is None
 
 
 def test_key_holds_every_room_that_kernels_may_import() -> None:
-    assert set(compiled._ROOMS) == ROOMS["native"] | {"native"}
+    assert set(sources.ROOMS) == ROOMS["native"] | {"native"}
 
 
 @pytest.mark.parametrize(
     ("owner", "name", "value"),
     [
         (mujoco, "__version__", "3.99.0"),
-        (numba, "__version__", "0.99.0"),
-        (compiled.llvmlite, "__version__", "0.99.0"),
+        (machine_code.importlib.metadata, "version", lambda name: "0.99.0"),
+        (machine_code.llvmlite, "__version__", "0.99.0"),
         (platform, "python_version", lambda: "3.99.0"),
-        (compiled, "SIGNATURE", "float64(mjModel*[another layout])"),
-        (type(cpu_target.target_context.codegen()), "magic_tuple", lambda self: ("another processor",)),
+        (compiled, "LAYOUT", ("mjModel:another",)),
+        (machine_code.llvm, "get_host_cpu_name", lambda: "another processor"),
     ],
     ids=["MuJoCo", "numba", "llvmlite", "Python", "layout", "processor"],
 )
 def test_key_holds(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, value: object) -> None:
-    before = compiled.fingerprint()
+    before = fingerprint()
     monkeypatch.setattr(owner, name, value)
-    assert compiled.fingerprint() not in (before, None)
+    assert fingerprint() not in (before, None)
 
 
 def test_key_holds_settings_of_numba(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = compiled.fingerprint()
+    before = fingerprint()
     monkeypatch.setenv("NUMBA_OPT", "1")
-    assert compiled.fingerprint() not in (before, None)
+    assert fingerprint() not in (before, None)

@@ -8,6 +8,7 @@ import pytest
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.physics.curves import contractions, crossing, forces
+from afo_sim.physics.jitable import register_all
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import braid_volume, laminar_slope, valve_flow
@@ -26,6 +27,7 @@ def test_crossing_of_one_sign_is_the_end() -> None:
 
 
 def test_crossing_compiled_is_python() -> None:
+    register_all()
     falling = numba.njit(lambda x, a, b: a - b * x)
     compiled = numba.njit(lambda a, b: crossing(falling, (a, b), -1.0, 2.0, 40))
     for a, b in ((0.3, 1.0), (1.0, 0.7), (-0.2, 3.0)):

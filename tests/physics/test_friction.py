@@ -18,6 +18,7 @@ from afo_sim.physics.friction.maxwell_slip import (
     maxwell_slip_rates,
 )
 from afo_sim.physics.friction.tondu_lopez import SURFACE_LIMIT, contact_surface, tondu_lopez_friction
+from afo_sim.physics.jitable import register_all
 from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 
@@ -494,6 +495,7 @@ def test_a_state_beyond_the_dead_band_comes_back_in_one_step(model):
 @pytest.mark.slow
 def test_compiled_is_python():
     random = np.random.default_rng(5)
+    register_all()
 
     @numba.njit
     def compiled(a, b, c):

@@ -11,12 +11,13 @@ import pytest
 from afo_sim.physics import friction, laws, static_force
 from afo_sim.physics.friction import FRICTIONS, dispatch
 from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.jitable import register_all
 from afo_sim.physics.law import MAX_COEFFICIENTS, Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import typical_coefficients
 
 LAW = """
-from numba.extending import register_jitable
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law, LawParameter, plain
 
 @register_jitable
@@ -30,7 +31,7 @@ THIS = Law(name="{name}", native_id={native_id}, kernel={kernel}, parameters=PAR
 """
 
 FRICTION = """
-from numba.extending import register_jitable
+from numba.extending import register_jitable  # numba's own does as well
 from afo_sim.physics.friction.law import Friction
 from afo_sim.physics.law import LawParameter, plain
 
@@ -134,6 +135,7 @@ def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyP
     assert set(found) == {*LAWS, "new_2026"}
     one = static_force.over(found.values())
     static_force.check(one, found)
+    register_all()
     compiled = numba.njit(lambda law, kappa, p, u: one(law, kappa, p, u, 1))
     for law in found.values():
         row = np.array([9.0, *typical_coefficients(law), *[0.0] * MAX_COEFFICIENTS])
@@ -204,6 +206,7 @@ def test_a_new_file_is_a_friction(
     # compiled, with the states behind another actuator's, and the coefficients within a row
     id_, c = float(new.native_id), typical_coefficients(new)[0]
     act, row, out = np.array([5.0, 0.1, 0.2]), np.array([9.0, 8.0, c]), np.zeros(3)
+    register_all()
     if new.unit == "N":
         answer = numba.njit(lambda a, u: forces(id_, 0.1, 0.3, 3e5, a, 1, u, 2, 1e-3))(act, row)
     else:

@@ -2,9 +2,8 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import LawParameter
 
 

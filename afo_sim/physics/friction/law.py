@@ -43,6 +43,7 @@ class Friction:
     kernel : (κ, κ̇, p, *states, *coefficients[, h]) → (friction [N], its derivative by κ̇ [N·s]); in pressure
         units (κ̇, *states, *coefficients[, h]) → ([Pa], [Pa·s]). The time step h only where there are states.
     rate_kernel : (κ̇, *states, *coefficients, h) → rates of the states [Pa/s], a number where there is one
+    sticks : its elements stick and keep what they had, so that a cycle's past is never forgotten
     steepest_fall : (braid, parameters, p) → most by which the force falls with the shortening velocity
         [N·s/m]: damping of the wrong sign, which a time step must be short enough for
     """
@@ -58,6 +59,7 @@ class Friction:
     validity: str
     source: str
     rate_kernel: Callable[..., Any] | None = None
+    sticks: bool = False
     steepest_fall: Callable[[Braid, Values, float], float] = no_fall
 
     @property

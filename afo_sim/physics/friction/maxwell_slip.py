@@ -1,8 +1,7 @@
 """Four Maxwell-slip elements in pressure units, Vo-Minh et al. 2011."""
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import LawParameter
 
 ELEMENT_SHARES = (0.1, 0.2, 0.3, 0.4)  # of the dead band, for each element
@@ -132,6 +131,7 @@ VO_MINH_2011 = Friction(
     native_id=2,
     unit="Pa",
     n_state=4,
+    sticks=True,
     parameters=PARAMETERS,
     coefficients=lambda braid, q: (
         maxwell_slip_elements(q["dead_band"], q["presliding_contraction"])[0],

@@ -2,9 +2,8 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Braid, LawParameter, Values
 
 SURFACE_LIMIT = 2.0  # largest contact surface, over that at rest [-]: beyond what a muscle can reach

@@ -2,9 +2,8 @@
 
 import math
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.guards import BAR, bounded_exp
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, radial, without_default
 
 

@@ -1,8 +1,7 @@
 """The maximum-force approximation, Piteľ & Tóthová 2016."""
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.guards import SPAN, descending
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
 
 

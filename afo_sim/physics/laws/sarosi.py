@@ -1,8 +1,7 @@
 """The exponential law of fluidic muscles, Sárosi 2012."""
 
-from numba.extending import register_jitable
-
 from afo_sim.physics.guards import BAR, bounded_exp
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
 
 

@@ -1,7 +1,6 @@
 """The static part of the three-element model: Reynolds et al. 2003, Serres et al. 2009."""
 
-from numba.extending import register_jitable
-
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law, LawParameter, without_default
 
 

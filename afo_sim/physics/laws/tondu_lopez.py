@@ -2,8 +2,7 @@
 
 import math
 
-from numba.extending import register_jitable
-
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law, LawParameter, radial
 
 

@@ -1,0 +1,97 @@
+"""From Python to machine code, by numba.
+
+numba's own C callbacks print what a function raises, and go on; for that they call functions of numba, and
+code that calls them cannot be loaded without it. Here a function says itself what becomes of an exception.
+"""
+
+import gc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba.core import compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from afo_sim.common.link_time import only_called
+from afo_sim.common.machine_code import Code, Compiled, start_numba
+
+Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
+
+
+@global_compiler_lock
+def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: Raised) -> Compiled:
+    """Compile functions of one signature.
+
+    Parameters
+    ----------
+    functions : that numba can compile; all that they call is known to it
+    signature : numba's, of a function that returns a number
+    raised : of exceptions; the function returns afterwards
+    """
+    start_numba()
+    with _nothing_collected():
+        compiled = [_compile(function, signature, raised) for function in functions]
+    return [_code(*each) for each in compiled], any(library.has_dynamic_globals for _, library in compiled)
+
+
+@contextmanager
+def _nothing_collected() -> Iterator[None]:
+    """A block without Python's garbage collector, which would search numba's objects again and again."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+def _compile(function: Callable[..., Any], signature: Any, raised: Raised) -> tuple[str, Any]:
+    """Symbol and library of a function as a C function."""
+    flags = compiler.Flags()
+    cpu_target.options.parse_as_flags(flags, {"nopython": True, "error_model": "numpy"})
+    flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+    flags.no_compile = True  # before `_c_function` is there
+    context = cpu_target.target_context
+    library = context.codegen().create_library(function.__qualname__)
+    library.enable_object_caching()
+    with only_called(context):
+        found = compiler.compile_extra(
+            cpu_target.typing_context,
+            context,
+            function,
+            args=signature.args,
+            return_type=signature.return_type,
+            flags=flags,
+            locals={},
+            library=library,
+        )
+        library.add_ir_module(_c_function(context, found.fndesc, raised))
+        library.finalize()
+    return found.fndesc.llvm_cfunc_wrapper_name, library
+
+
+def _c_function(context: Any, described: Any, raised: Raised) -> Any:
+    """A module with a C function that calls a compiled one."""
+    module = context.create_module("callback")
+    convention, signature = context.call_conv, (described.restype, described.argtypes)
+    compiled = ir.Function(module, convention.get_function_type(*signature), described.llvm_func_name)
+    arguments = [context.get_value_type(kind) for kind in described.argtypes]
+    form = ir.FunctionType(context.get_value_type(described.restype), arguments)
+    function = ir.Function(module, form, described.llvm_cfunc_wrapper_name)
+    builder = ir.IRBuilder(function.append_basic_block("entry"))
+    status, found = convention.call_function(builder, compiled, *signature, function.args)
+    with builder.if_then(status.is_error, likely=False):
+        raised(builder, function.args)
+    builder.ret(found)
+    return module
+
+
+def _code(symbol: str, library: Any) -> Code:
+    _, _, (binary, bitcode) = library.serialize_using_object_code()
+    module = llvm.parse_bitcode(bitcode)
+    outside = [v.name for v in (*module.functions, *module.global_variables) if v.is_declaration]
+    return Code(symbol, binary, tuple(name for name in outside if not name.startswith("llvm.")))

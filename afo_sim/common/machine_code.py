@@ -1,0 +1,127 @@
+"""Compiled functions as machine code: compiled once, then taken from the user's cache folder.
+
+Compiling takes seconds, and loading what was compiled takes milliseconds. The code in the cache knows nothing
+of the process that compiled it; what it calls are symbols, which each process resolves for itself. It is
+loaded into an engine of its own, so that its names cannot meet those of functions that numba compiles later.
+Where one symbol is unknown, LLVM leaves all calls of an object file at address 0, without a word: the symbols
+that the code needs stand beside it, and are looked up before.
+
+A file of the cache is found by everything that its code follows from: the sources, the compilers, the
+processor, numba's settings, and what the caller adds.
+"""
+
+import ctypes
+import hashlib
+import importlib.metadata
+import os
+import pickle
+import platform
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from afo_sim.common import sources, user_cache
+
+
+class Code(NamedTuple):
+    """Machine code of one function."""
+
+    symbol: str
+    binary: bytes  # object file
+    needs: tuple[str, ...]  # symbols outside it
+
+
+Compiled = tuple[list[Code], bool]  # whether the code holds addresses that are good in this process alone
+
+
+def functions(
+    kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], Compiled]
+) -> list[Any]:
+    """C function pointers, from the cache or compiled now.
+
+    Parameters
+    ----------
+    kind : name of the cache's files
+    prototype : ctypes type of the pointers
+    follows : what else than sources, compilers and processor the code follows from
+    compile_ : gives the code
+    """
+    start()
+    key = fingerprint(*follows)
+    return [_loaded(code, prototype) for code in _stored(kind, key) or _compile(kind, key, compile_)]
+
+
+def start() -> None:
+    """Make LLVM ready for machine code, once or again."""
+    with suppress(RuntimeError):  # LLVM that is ready by itself
+        llvm.initialize()
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+
+
+def start_numba() -> None:
+    """Make the symbols of numba known, which compiled code may call."""
+    from numba.core.registry import cpu_target  # large: not where the code is there already
+    from numba.core.runtime import rtsys
+
+    rtsys.initialize(cpu_target.target_context)
+
+
+def address(library: ctypes.CDLL, function: str) -> int:
+    """Address of a library's function."""
+    return ctypes.cast(getattr(library, function), ctypes.c_void_p).value or 0
+
+
+def fingerprint(*follows: Any) -> str | None:
+    """SHA-256 of everything that machine code follows from; None where that is unknown."""
+    if sources.checksum() is None:
+        return None
+    settings = sorted((name, value) for name, value in os.environ.items() if name.startswith("NUMBA_"))
+    versions = (platform.python_version(), importlib.metadata.version("numba"), llvmlite.__version__)
+    known = (sources.checksum(), versions, _processor(), follows, settings)
+    return hashlib.sha256(repr(known).encode()).hexdigest()
+
+
+def _processor() -> tuple[str, ...]:
+    """The processor as LLVM knows it, and its features, by which numba chooses instructions."""
+    features = llvm.get_host_cpu_features().flatten()
+    return llvm.get_process_triple(), llvm.get_host_cpu_name(), features
+
+
+def _stored(kind: str, key: str | None) -> list[Code]:
+    """Code from the cache; none where it is missing, or cannot run in this process."""
+    stored = user_cache.read(kind, key) if key else None
+    codes = [Code(*code) for code in pickle.loads(stored)] if stored else []
+    names = {name for code in codes for name in code.needs}
+    if not all(map(_find, names)):
+        start_numba()  # it brings symbols with it, such as those of Intel's mathematics
+    return codes if all(map(llvm.address_of_symbol, names)) else []
+
+
+def _find(name: str) -> bool:
+    """Whether a symbol is known; those of the C library and its mathematics are looked up in this process."""
+    if not llvm.address_of_symbol(name):
+        with suppress(AttributeError, OSError, TypeError):  # not there, or on Windows no library of all
+            llvm.add_symbol(name, address(ctypes.CDLL(None), name))
+    return bool(llvm.address_of_symbol(name))
+
+
+def _compile(kind: str, key: str | None, compile_: Callable[[], Compiled]) -> list[Code]:
+    """Compile, and store the code for later processes."""
+    codes, of_this_process = compile_()
+    if key and not of_this_process:
+        user_cache.write(kind, key, pickle.dumps([tuple(code) for code in codes]))
+    return codes
+
+
+def _loaded(code: Code, prototype: Any) -> Any:
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code.binary))
+    engine.finalize_object()
+    pointer = prototype(engine.get_function_address(code.symbol))
+    pointer.engine = engine  # keeps the machine code alive
+    return pointer

@@ -1,0 +1,56 @@
+"""The callbacks from Python to machine code; what a kernel raises is a complaint like others."""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from afo_sim.common import compiling
+from afo_sim.common.machine_code import Compiled
+from afo_sim.native.callbacks import define
+from afo_sim.native.complaints import COMPLAINTS, MJU_ERROR, RAISED
+from afo_sim.native.refuse import marked_only
+from afo_sim.native.struct_types import SIGNATURE
+from afo_sim.physics.jitable import register_all
+
+
+def compile_all() -> Compiled:
+    """Machine code of act_bias and act_dyn."""
+    kernels = [marked_only(kernel, _fail) for kernel in define(_fail)]
+    register_all()
+    return compiling.compile_all(kernels, SIGNATURE, _raised)
+
+
+def _raised(builder: Any, arguments: Any) -> None:
+    _complain(builder, ir.Constant(ir.IntType(64), RAISED), arguments[2])
+
+
+@intrinsic
+def _fail(typing_context: Any, complaint: Any, actuator: Any) -> Any:
+    """Call `mju_error`, which jumps out of the step; MuJoCo's bindings turn it into an exception."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        complaint, actuator = arguments
+        _complain(builder, complaint, builder.trunc(actuator, cgutils.int32_t))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64), generate
+
+
+def _complain(builder: Any, complaint: Any, actuator: Any) -> None:
+    texts = _constant(builder, [f"{text} %d".encode() for text in COMPLAINTS])
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t], var_arg=True), MJU_ERROR
+    )
+    text = builder.bitcast(builder.gep(texts, [complaint.type(0), complaint]), cgutils.voidptr_t)
+    builder.call(function, [text, actuator])
+
+
+def _constant(builder: Any, texts: list[bytes]) -> Any:
+    """A constant array of texts of one length, each ended by zeros."""
+    width = max(map(len, texts)) + 1
+    rows = [cgutils.make_bytearray(text.ljust(width, b"\0")) for text in texts]
+    table = ir.Constant(ir.ArrayType(rows[0].type, len(rows)), rows)
+    return cgutils.global_constant(builder, "complaints", table)
