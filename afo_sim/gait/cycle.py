@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.fourier import FourierSeries
+from afo_sim.gait.fourier import FourierSeries, Wave
 
 HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
 FLAT = (0.15, 0.35)  # part of the stride in which the sole lies flat on the floor [-]
@@ -60,14 +60,14 @@ class GaitCycle:
     @cached_property
     def series(self) -> dict[str, FourierSeries]:
         """The Fourier series of each kinematic signal, by the field's name."""
-        return {
-            name: FourierSeries.fit(
-                self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
-            )
-            for name in KINEMATICS
-        }
+        return {name: self._fitted(name) for name in KINEMATICS}
 
-    def signal(self, name: str, phase: np.ndarray | float, derivative: int = 0) -> np.ndarray:
+    def _fitted(self, name: str) -> FourierSeries:
+        return FourierSeries.fit(
+            self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
+        )
+
+    def signal(self, name: str, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
         """A kinematic signal at any phase, or its velocity or acceleration, all from one Fourier series.
 
         Parameters
@@ -144,4 +144,5 @@ def fit_to_leg(cycle: GaitCycle, ankle_height: float) -> tuple[GaitCycle, float]
         ankle_moment=cycle.ankle_moment - shift * cycle.grf_x * GRAVITY,
         notes={**cycle.notes, "ankle_shift_m": f"{shift:.4f}"},
     )
+    vars(moved)["series"] = cycle.series | {"ankle_z": moved._fitted("ankle_z")}  # the others are the same
     return moved, shift

@@ -7,6 +7,22 @@ import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
+class Wave:
+    """Phases, any real numbers of cycles [-], and exp(2πi phase): what all series at them have in common."""
+
+    phase: np.ndarray
+    turned: np.ndarray
+
+    @classmethod
+    def at(cls, phase: "np.ndarray | float | Wave") -> "Wave":
+        """Of phases of any shape, wrapped, so that the thousandth stride is as exact as the first."""
+        if isinstance(phase, Wave):
+            return phase
+        phases = np.asarray(phase, dtype=float)
+        return cls(phases, np.exp(2j * np.pi * (phases % 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
 class FourierSeries:
     """A signal over phase: mean + progress · phase + harmonics of one cycle.
 
@@ -49,7 +65,7 @@ class FourierSeries:
             residual=float(np.sqrt(np.mean(left**2))),
         )
 
-    def __call__(self, phase: np.ndarray | float, derivative: int = 0) -> np.ndarray:
+    def __call__(self, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
         """The signal, or its first, second, … derivative with respect to phase.
 
         Parameters
@@ -61,17 +77,15 @@ class FourierSeries:
         -------
         array of `phase`'s shape
         """
-        phases = np.asarray(phase, dtype=float)
+        wave = Wave.at(phase)
         order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)
-        # Re Σ c_k w^k with w = exp(2πi phase), by Horner's rule: one exponential a sample, not one a
-        # harmonic; the phase wrapped, so that the thousandth stride is as exact as the first
+        # Re Σ c_k w^k with w = exp(2πi phase), by Horner's rule: one exponential a sample, not one a harmonic
         weight = (self.cosine - 1j * self.sine) * (1j * order) ** derivative
-        wave = np.exp(2j * np.pi * (phases % 1.0))
-        total = np.zeros_like(wave)
+        total = np.zeros_like(wave.turned)
         for coefficient in weight[::-1]:
             total += coefficient
-            total *= wave
+            total *= wave.turned
         harmonics = total.real
         if derivative == 0:
-            return harmonics + self.mean + self.progress * phases
+            return harmonics + self.mean + self.progress * wave.phase
         return harmonics + (self.progress if derivative == 1 else 0.0)

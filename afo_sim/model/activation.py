@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.fourier import Wave
 from afo_sim.model.walk import Walk
 
 # Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
@@ -31,9 +32,10 @@ def one_stride(cycle: GaitCycle, stride_time: float, ankle_offset: float) -> Wal
     ankle_offset : added to the recorded ankle angle [rad]
     """
     phase = (np.arange(SAMPLES + 2) - 1.0) / SAMPLES
-    pose = np.stack([cycle.signal(name, phase) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
-    ankle = cycle.signal("ankle_angle", phase) + ankle_offset
-    knee = cycle.signal("knee_angle", phase)
+    wave = Wave.at(phase)
+    pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
+    ankle = cycle.signal("ankle_angle", wave) + ankle_offset
+    knee = cycle.signal("knee_angle", wave)
     return Walk(cycle, 0.0, stride_time / SAMPLES, phase, pose, ankle, knee)
 
 
@@ -72,9 +74,8 @@ def switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
     every = (strides[:, np.newaxis] + edges).ravel()
     passed = int(np.searchsorted(edges, start % 1.0, side="right"))
     dorsal = bool(moment[0] > 0.0) != bool(passed % 2)
-    time = (np.arange(len(walk.phase)) - 1.0) * walk.timestep
     ahead = every[(every > start) & (every <= end)]
-    return np.interp(ahead, walk.phase, time), dorsal
+    return np.interp(ahead, walk.phase, walk.time), dorsal
 
 
 def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.ndarray:
@@ -104,10 +105,11 @@ def _follow(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.nd
         meeting = begun + _meeting(first, second, target)
         event = min(switch, meeting)
         until = known + int(np.searchsorted(time[known:], event))
-        given[known:until] = _settled(first, second, target, time[known:until] - begun)[1]
+        ends = [event] if event < math.inf else []
+        left, right = _settled(first, second, target, np.append(time[known:until], ends) - begun)
+        given[known:until] = right[: until - known]
         if event < math.inf:
-            left, right = _settled(first, second, target, np.array([event - begun]))
-            first, second = float(left[0]), float(left[0] if meeting <= switch else right[0])
+            first, second = float(left[-1]), float(left[-1] if meeting <= switch else right[-1])
         if switch < meeting:
             target, passed = float(levels[passed + 1]), passed + 1
         known, begun = until, event

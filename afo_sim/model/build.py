@@ -2,31 +2,32 @@
 
 import dataclasses
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import mounting, stability
+from afo_sim.model.assemble import assemble, compiled
+from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of
-from afo_sim.model.leg import attach_parts, leg_spec
+from afo_sim.model.geometry import Geometry, geometry_of
+from afo_sim.model.leg import Size, leg_spec
 from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.patient import Active, active
-from afo_sim.model.tendons import add_tendons
+from afo_sim.model.periodic import why_walked
 from afo_sim.model.walk import Walk, lay_out
-from afo_sim.model.walk_bodies import add_walking, fill_walking, walking_actuators
-
-PASSIVE = "passive_ankle"
+from afo_sim.model.walk_bodies import fill_walking
 
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled scenario: the model that runs, the spec it is from, and what was found while building.
+    """A compiled scenario: the model that runs, and what was found while building.
+
+    `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.
 
     `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
     `contact` when the foot meets a floor.
@@ -34,7 +35,6 @@ class Built:
 
     scenario: Scenario
     model: mujoco.MjModel
-    spec: mujoco.MjSpec
     index: Index
     stability: dict[str, float]
     warnings: tuple[str, ...]
@@ -43,9 +43,27 @@ class Built:
     active: Active | None = None
     contact: Contact | None = None
 
+    @property
+    def full_model(self) -> mujoco.MjModel:
+        """The model with all its shapes, to be kept and drawn."""
+        return self._full[0]
+
+    @property
+    def spec(self) -> mujoco.MjSpec:
+        """The spec of the full model."""
+        return self._full[1]
+
+    @functools.cached_property
+    def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
+        leg = leg_spec(self.scenario, Size.of(self.scenario))
+        spec = assemble(leg, self.scenario, circuit_of(self.scenario.orthosis))
+        model = compiled(spec, self.scenario)
+        model.actuator_user[:] = self.model.actuator_user
+        return model, spec
+
     @functools.cached_property
     def xml(self) -> str:
-        """The model as self-contained MJCF."""
+        """The full model as self-contained MJCF."""
         return self.spec.to_xml()
 
     @property
@@ -74,146 +92,50 @@ def build(scenario: Scenario) -> Built:
         locks within the range of motion; air or braid would be unstable at this time step (with
         the step that would do).
     """
-    spec = _assemble(scenario)
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"MuJoCo cannot compile it: {error}", file=scenario.leg.file) from None
-    if not collides(model):
-        # on the spec too, so that the saved model is the one that ran
-        for option in (model.opt, spec.option):
-            option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    index = _fill_parameters(model, scenario)
-    mounting.check_leg(model, scenario)
-    stretch = mounting.check_stretch(model, index, scenario)
+    circuit, size = circuit_of(scenario.orthosis), Size.of(scenario)
+    geometry = geometry_of(scenario, circuit, size)
+    model, index = geometry.of(size.heavier), geometry.index
+    foot = foot_of(model, scenario.leg.foot, ANKLE) if scenario.walking else None
+    _fill_parameters(model, geometry, circuit, scenario, foot)
+    stretch = mounting.check_stretch(model, geometry.angles, geometry.lengths, index, scenario)
     numbers, coarse = stability.check_stability(model, index, scenario)
-    warnings = (*mounting.check_description(scenario), *stretch, *coarse)
-    built = Built(scenario, model, spec, index, numbers, warnings)
-    return _with_walking(built) if scenario.walking else built
+    warnings = (*mounting.check_description(scenario), *stretch, *coarse, *_walked(scenario))
+    built = Built(scenario, model, index, numbers, warnings, foot=foot)
+    if foot is None:
+        return built
+    return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg.foot))
 
 
-def collides(model: mujoco.MjModel) -> bool:
-    """Whether any two geoms may touch; where none may, no step needs to look for contacts."""
-    able = model.geom_contype[:, None] & model.geom_conaffinity[None, :]
-    return bool(able.any()) or model.npair > 0
+def _walked(scenario: Scenario) -> Iterator[str]:
+    """A warning where strides are walked, since none repeats, though the settled one was to be solved for."""
+    if scenario.gait is not None and scenario.gait.settled == "solved" and (why := why_walked(scenario)):
+        yield f"the settled stride is walked to, not solved for: {why}"
 
 
-def _with_walking(built: Built) -> Built:
+def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and find what the patient's own ankle does in it."""
     scenario = built.scenario
-    foot = foot_of(built.model, scenario.leg.foot, ANKLE)
     walk = lay_out(scenario, foot.ankle_height)
-    bare = foot_of(leg_spec(scenario).compile(), scenario.leg.foot, ANKLE)
     own = active(walk, bare, scenario, built.body_mass)
-    contact = None
+    contact, warnings = None, built.warnings
     if scenario.contact:
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
-        built = dataclasses.replace(built, warnings=(*built.warnings, *contact.warnings()))
-    return dataclasses.replace(built, walk=walk, foot=foot, active=own, contact=contact)
+        warnings = (*warnings, *contact.warnings())
+    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
 
 
-def _assemble(scenario: Scenario) -> mujoco.MjSpec:
-    spec = leg_spec(scenario)
-    orthosis = scenario.orthosis
-    anchors = attach_parts(spec, scenario)
-    add_tendons(spec, anchors, orthosis)
-    circuit = circuit_of(orthosis)
-    native.add_muscles(spec, circuit)
-    _add_passive_ankle(spec)
-    native.add_chambers(spec, circuit)
-    if scenario.walking:
-        add_walking(spec, scenario)
-    option = spec.option
-    option.timestep = scenario.timestep
-    option.gravity = [0.0, 0.0, -GRAVITY]
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # an unstable simulation must stop, not start again from zero
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return spec
-
-
-def circuit_of(orthosis: Orthosis) -> native.Circuit:
-    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own."""
-    return native.Circuit(
-        muscles=tuple(
-            native.CircuitMuscle(
-                name=tendons[0],
-                tendons=tendons,
-                row=group.type.row,
-                series_length=group.series_length,
-                chamber=group.chamber or name,
-                cable_stiffness=group.cable.stiffness,
-                anchors=tuple(orthosis.anchor) if group.pulley is None else (),
-            )
-            for name, group in orthosis.muscle.items()
-            for tendons in _alike(name, group)
-        ),
-        chambers=tuple(
-            native.CircuitChamber(
-                name=name,
-                joint=ANKLE,
-                tube_volume=chamber.tube_volume,
-                wall_conductance=chamber.wall_conductance,
-                inlet=chamber.inlet,
-                outlet=chamber.outlet,
-            )
-            for name, chamber in orthosis.chamber.items()
-        ),
-        anchors=tuple(_anchor(name, mounting) for name, mounting in orthosis.anchor.items()),
-    )
-
-
-def _alike(name: str, group: MuscleGroup) -> list[tuple[str, ...]]:
-    """Names of a group's muscles: in one tuple where their paths are equally long, else each in its own."""
-    tendons = tuple(f"{name}_{k}" for k in range(1, group.count + 1))
-    return [tendons] if group.alike else [(tendon,) for tendon in tendons]
-
-
-def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:
-    law = mounting.stiffening
-    return native.CircuitAnchor(
-        name=name,
-        stiffness=mounting.stiffness or 0.0,
-        force=0.0 if law is None else law.force,
-        length=0.0 if law is None else law.length,
-        damping=mounting.damping,
-    )
-
-
-def _add_passive_ankle(spec: mujoco.MjSpec) -> None:
-    spec.add_actuator(
-        name=PASSIVE,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[0.0] * 10,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=[0.0] * native.N_USER,
-    )
-
-
-def _fill_parameters(model: mujoco.MjModel, scenario: Scenario) -> Index:
-    """Exact parameters into the compiled model, and where everything stands in it."""
-    ids = native.fill_circuit(model, circuit_of(scenario.orthosis))
-    joint = model.joint(ANKLE)
-    index = Index(
-        muscles=ids.muscles,
-        chambers=ids.chambers,
-        valves=ids.valves,
-        frictions=ids.frictions,
-        anchors=ids.anchors,
-        passive=model.actuator(PASSIVE).id,
-        walking=walking_actuators(model),
-        ankle_qpos=int(joint.qposadr[0]),
-        ankle_dof=int(joint.dofadr[0]),
-    )
-    fill_walking(model, index.walking, scenario)
+def _fill_parameters(
+    model: mujoco.MjModel, geometry: Geometry, circuit: native.Circuit, scenario: Scenario, foot: Foot | None
+) -> None:
+    """Exact parameters into the compiled model."""
+    native.fill_circuit(model, circuit, geometry.circuit)
+    if foot is not None:
+        fill_walking(model, geometry.index.walking, scenario, foot)
     passive = scenario.leg.passive
-    model.actuator_user[index.passive] = native.passive_row(
+    model.actuator_user[geometry.index.passive] = native.passive_row(
         scale=passive.scale,
         offset=passive.offset,
         load=scenario.load_moment,
         damping=0.5 * scenario.leg.damping,
     )
-    return index

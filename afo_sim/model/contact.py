@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.walking import Ground
@@ -195,7 +196,7 @@ def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
 
 def leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
     """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
-    data = mujoco.MjData(model)
+    data = native.scratch(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     body = model.body(shank).id

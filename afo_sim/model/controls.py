@@ -1,51 +1,14 @@
 """Solenoid timer, gait phase, recorded walking → the control array (n_step, nu) of a simulation."""
 
+import functools
+
 import numpy as np
 
 from afo_sim.model.build import Built
+from afo_sim.model.clock import Clock, Intervals
 from afo_sim.model.patient import ground_moment
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
-
-
-def open_at(
-    intervals: tuple[tuple[float, float], ...], period: float, time: np.ndarray, step: float | np.ndarray
-) -> np.ndarray:
-    """The share of each step for which a valve is switched on.
-
-    Parameters
-    ----------
-    intervals : [from, to) within the period [s]
-    period : [s]
-    time : start of each step [s] (n,)
-    step : [s]
-
-    Returns
-    -------
-    (n,) from 0 to 1: between them where an event falls within a step
-    """
-    merged = _merged(intervals)
-    total = sum(end - start for start, end in merged)
-
-    def switched_on_until(moment: np.ndarray) -> np.ndarray:
-        cycle, phase = np.divmod(moment, period)
-        inside = [np.clip(phase - start, 0.0, end - start) for start, end in merged]
-        return cycle * total + np.sum(inside, axis=0) if merged else np.zeros_like(moment)
-
-    share = (switched_on_until(time + step) - switched_on_until(time)) / step
-    # to a billionth, so that an event on a step's edge is one
-    return np.round(np.clip(share, 0.0, 1.0), 9)
-
-
-def _merged(intervals: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
-    """Overlapping events as one."""
-    merged: list[tuple[float, float]] = []
-    for start, end in sorted(intervals):
-        if merged and start <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
-        else:
-            merged.append((start, end))
-    return merged
 
 
 def controls(built: Built, n_step: int | None = None) -> np.ndarray:
@@ -66,12 +29,11 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
     control = np.zeros((count, built.model.nu))
     control[:, index.passive] = scenario.shank.knee_angle or 0.0
     control[:, list(index.chambers.values())] = scenario.supply.pressure
-    time = np.arange(count) * scenario.timestep
     if scenario.timer is not None:
+        clock = Clock.of(np.arange(count) * scenario.timestep, scenario.timestep, scenario.timer.period)
         for chamber, times in scenario.timer.chambers.items():
             for side in ("inlet", "outlet"):
-                coil = open_at(getattr(times, side), scenario.timer.period, time, scenario.timestep)
-                control[:, index.valves[f"{chamber}_{side}"]] = coil
+                control[:, index.valves[f"{chamber}_{side}"]] = clock.share(getattr(times, side))
     if built.walk is not None:
         _walking_controls(built, control)
     return control
@@ -96,10 +58,15 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
     phases = built.scenario.phases
     for chamber, events in phases.chambers.items() if phases else ():
         for side in ("inlet", "outlet"):
-            parts = [
+            parts = tuple(
                 p for a, b in getattr(events, side) for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)])
-            ]
-            phase = walk.phase[1:-1][steps]
-            # over a step the phase advances evenly: its share is the time's
-            share = open_at(tuple(parts), 1.0, phase, walk.phase[2:][steps] - phase)
-            control[:, index.valves[f"{chamber}_{side}"]] = share
+            )
+            if parts:
+                control[:, index.valves[f"{chamber}_{side}"]] = _share(walk.clock, parts)[steps]
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep share what they do not change
+def _share(clock: Clock, intervals: Intervals) -> np.ndarray:
+    share = clock.share(intervals)
+    share.flags.writeable = False
+    return share

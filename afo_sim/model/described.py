@@ -22,8 +22,9 @@ def build(
 
     Returns
     -------
-    Built: `model` (MuJoCo's MjModel), `spec`, `xml` (self-contained MJCF), `scenario`, `warnings`. Its
-    muscles pull only while this package's callbacks are installed; `run` sees to that.
+    Built: `model` (MuJoCo's MjModel, without shapes that only pictures need), `full_model`, `spec` and `xml`
+    (self-contained MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
+    callbacks are installed; `run` sees to that.
 
     Raises
     ------

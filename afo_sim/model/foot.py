@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 
@@ -31,7 +32,7 @@ class Foot:
         return -min(self.points[name][1] for name in ("heel", "ball"))
 
     def frame_moment(
-        self, pitch: np.ndarray, acceleration: np.ndarray, shank_acceleration: np.ndarray
+        self, pitch: "np.ndarray | Turn", acceleration: np.ndarray, shank_acceleration: np.ndarray
     ) -> np.ndarray:
         """Moment about the ankle that the driven shank's acceleration puts on the foot.
 
@@ -51,22 +52,35 @@ class Foot:
         carried = self.mass * (x * acceleration[:, 1] - z * acceleration[:, 0])
         return self.inertia * shank_acceleration - carried
 
-    def gravity_moment(self, pitch: np.ndarray) -> np.ndarray:
+    def gravity_moment(self, pitch: "np.ndarray | Turn") -> np.ndarray:
         """Weight about the ankle, dorsiflexion positive [N·m] (n,), at sole pitches [rad] (n,)."""
         return -self.mass * GRAVITY * turned(self.centre, pitch)[0]
 
 
-def turned(point: tuple[float, float], pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Cosine and sine of the sole's pitch [-] (n,)."""
+
+    cosine: np.ndarray
+    sine: np.ndarray
+
+    @classmethod
+    def by(cls, pitch: "np.ndarray | Turn") -> "Turn":
+        """Of pitches, toe up [rad]."""
+        return pitch if isinstance(pitch, Turn) else cls(np.cos(pitch), np.sin(pitch))
+
+
+def turned(point: tuple[float, float], pitch: np.ndarray | Turn) -> tuple[np.ndarray, np.ndarray]:
     """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
     return turned_all([point], pitch)[0]
 
 
 def turned_all(
-    points: Iterable[tuple[float, float]], pitch: np.ndarray
+    points: Iterable[tuple[float, float]], pitch: np.ndarray | Turn
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Points of the foot as `turned` gives them."""
-    cosine, sine = np.cos(pitch), np.sin(pitch)
-    return [(x * cosine - z * sine, x * sine + z * cosine) for x, z in points]
+    turn = Turn.by(pitch)
+    return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
 
 
 def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:
@@ -82,7 +96,7 @@ def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:
     InputError
         The foot lacks the sites heel, ball or toe.
     """
-    data = mujoco.MjData(model)
+    data = native.scratch(model)
     mujoco.mj_fwdPosition(model, data)
     foot = model.body(body).id
     ankle = data.xanchor[model.joint(joint).id]

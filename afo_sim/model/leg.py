@@ -3,6 +3,8 @@
 import functools
 import pathlib
 import re
+from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -18,8 +20,27 @@ REFERS = re.compile(
 STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
 
 
-def leg_spec(scenario: Scenario) -> mujoco.MjSpec:
-    """The leg's own spec, with its ankle named, and as big as the patient."""
+@dataclass(frozen=True)
+class Size:
+    """Factors on a leg's masses and lengths, of the body that it was made for."""
+
+    heavier: float = 1.0
+    taller: float = 1.0
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """The patient's."""
+        leg, patient = scenario.leg, scenario.patient
+        if patient is None:
+            return cls()
+        return cls(
+            (patient.body_mass or leg.body_mass) / leg.body_mass,
+            (patient.body_height or leg.body_height) / leg.body_height,
+        )
+
+
+def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
+    """The leg's own spec, with its ankle named, and of a size."""
     leg = scenario.leg
     try:
         spec = _read_spec(leg.file)
@@ -42,12 +63,8 @@ def leg_spec(scenario: Scenario) -> mujoco.MjSpec:
     ankle.name = ANKLE
     half = 0.5 * leg.damping  # MuJoCo takes it at the end of a step; the passive ankle adds the other half
     ankle.damping = half if np.isscalar(ankle.damping) else [half, 0.0, 0.0]
-    patient = scenario.patient
-    if patient is not None:
-        heavier = (patient.body_mass or leg.body_mass) / leg.body_mass
-        taller = (patient.body_height or leg.body_height) / leg.body_height
-        if (heavier, taller) != (1.0, 1.0):
-            scale(spec, heavier, taller)
+    if size != Size():
+        scale(spec, size.heavier, size.taller)
     ankle.armature += leg.inertia
     if leg.friction:
         _rub(ankle, leg.friction, scenario.timestep)
@@ -107,9 +124,51 @@ def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
     """A model file as a spec of its caller's own; ValueError where MuJoCo cannot read it."""
     if not file.is_file() or REFERS.search(file.read_bytes()):
         return mujoco.MjSpec.from_file(str(file))
-    return _parsed(str(file), file.stat().st_mtime_ns).copy()
+    return _parsed(file, file.stat().st_mtime_ns).copy()
 
 
-@functools.lru_cache(maxsize=16)  # a changed file has another time of change
-def _parsed(file: str, when: int) -> mujoco.MjSpec:
-    return mujoco.MjSpec.from_file(file)
+def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
+    """Of a model file and its meshes; None where they do not tell of every change that MuJoCo would see."""
+    try:
+        when = file.stat().st_mtime_ns
+        return when, *(mesh.stat().st_mtime_ns for mesh in _meshes(file, when))
+    except (OSError, ValueError):
+        return None
+
+
+# A changed file has another time of change.
+@functools.lru_cache(maxsize=16)
+def _parsed(file: pathlib.Path, when: int) -> mujoco.MjSpec:
+    return mujoco.MjSpec.from_file(str(file))
+
+
+@functools.lru_cache(maxsize=16)
+def _meshes(file: pathlib.Path, when: int) -> tuple[pathlib.Path, ...]:
+    if REFERS.search(file.read_bytes()):
+        raise ValueError(f"{file} reads other model files")
+    spec = _parsed(file, when)
+    folder = file.parent / (spec.meshdir or "")
+    return tuple(folder / element.file for element in (*spec.meshes, *spec.hfields) if element.file)
+
+
+@functools.lru_cache(maxsize=16)
+def weights(file: pathlib.Path, times: tuple[int, ...]) -> dict[str, tuple[float, np.ndarray]]:
+    """Mass [kg] and principal inertia [kg·m²] of a leg's bodies by name, where they go with a person's mass.
+
+    Empty where MuJoCo makes them, or what follows from them, of something else: of shapes, of a full matrix,
+    to bounds of the file's.
+    """
+    try:
+        spec = _parsed(file, times[0])
+    except ValueError:
+        return {}
+    compiler, statistic = spec.compiler, spec.stat
+    bounds = compiler.settotalmass, compiler.boundmass, compiler.boundinertia, compiler.balanceinertia
+    stated = np.isfinite([statistic.meaninertia, statistic.meanmass]).any()
+    from_shapes = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    if max(bounds) > 0.0 or stated or from_shapes or spec.actuators:
+        return {}
+    bodies = spec.bodies[1:]
+    if not all(b.name and b.explicitinertial and np.isnan(b.fullinertia[0]) for b in bodies):
+        return {}
+    return {body.name: (body.mass, np.array(body.inertia)) for body in bodies}

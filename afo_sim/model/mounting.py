@@ -1,6 +1,7 @@
 """Mounting of the muscles, and the checks before a run that need the compiled model."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -9,6 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.rest_curves import at_rest
 from afo_sim.description.scenario import Scenario
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
@@ -59,7 +61,7 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
     leg = scenario.leg
     joint = model.joint(ANKLE)
     foot, shank = model.body(leg.foot).id, model.body(leg.shank).id
-    data = mujoco.MjData(model)
+    data = native.scratch(model)
     data.qpos[joint.qposadr[0]] = 0.0
     mujoco.mj_kinematics(model, data)
     turned = max(np.abs(data.xmat[body].reshape(3, 3) - np.eye(3)).max() for body in (foot, shank))
@@ -95,26 +97,49 @@ def sweep_ankle(
     (contraction ratio of the path, as of a muscle on rigid anchors [-] (n, n_muscle), moment arm −dL/dθ [m]
     (n, n_muscle), inertia about the ankle [kg·m²] (n,))
     """
-    data = mujoco.MjData(model)
+    data = native.scratch(model)
     ids = list(index.muscles.values())
-    rows = model.actuator_user[ids]
-    length = rows[:, native.MUSCLE_NOMINAL_LENGTH]
-    chain = length + rows[:, native.MUSCLE_SERIES_LENGTH]
-    contraction = np.empty((len(angles), len(ids)))
-    arm, inertia = np.empty_like(contraction), np.empty(len(angles))
+    lengths = np.empty((len(angles), len(ids)))
+    arm, inertia = np.empty_like(lengths), np.empty(len(angles))
     mass_matrix = np.zeros((model.nv, model.nv))
     jacobian = np.zeros((model.nu, model.nv))
     for k, angle in enumerate(angles):
         data.qpos[index.ankle_qpos] = angle
         mujoco.mj_fwdPosition(model, data)
-        contraction[k] = (chain - data.actuator_length[ids]) / length
+        lengths[k] = data.actuator_length[ids]
         mujoco.mju_sparse2dense(
             jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
         )
         arm[k] = -jacobian[ids, index.ankle_dof]
         mujoco.mj_fullM(model, data, mass_matrix)
         inertia[k] = mass_matrix[index.ankle_dof, index.ankle_dof]
-    return contraction, arm, inertia
+    return contractions(model, ids, lengths), arm, inertia
+
+
+def contractions(model: mujoco.MjModel, muscles: list[int], lengths: np.ndarray) -> np.ndarray:
+    """Contraction ratios of paths of these lengths [m] (n, n_muscle), by the muscles' rows [-]."""
+    rows = model.actuator_user[muscles]
+    own = rows[:, native.MUSCLE_NOMINAL_LENGTH]
+    return (own + rows[:, native.MUSCLE_SERIES_LENGTH] - lengths) / own
+
+
+def sweep_lengths(model: mujoco.MjModel, muscles: list[int], ankle: int, angles: np.ndarray) -> np.ndarray:
+    """Lengths of the muscles' paths over the ankle's angle [m] (n, n_muscle).
+
+    Parameters
+    ----------
+    model : compiled
+    muscles : actuator ids
+    ankle : the ankle's place in qpos
+    angles : [rad] (n,)
+    """
+    data = native.scratch(model)
+    lengths = np.empty((len(angles), len(muscles)))
+    for k, angle in enumerate(angles):
+        data.qpos[ankle] = angle
+        mujoco.mj_fwdPosition(model, data)
+        lengths[k] = data.actuator_length[muscles]
+    return lengths
 
 
 def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> float:
@@ -122,38 +147,63 @@ def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> fl
 
     The difference is what its cable, and under the pull of the whole group cuff and plate, give.
     """
-    anchors = orthosis.anchor.values() if group.pulley is None else ()
-    pull = group.type.force(0.0, contraction=kappa)
-    gives = pull / group.cable.stiffness + sum(a.displacement(group.count * pull) for a in anchors)
-    return kappa - gives / group.type.nominal_length
+    return _path_contraction(group, orthosis)(kappa)
+
+
+def _path_contraction(group: MuscleGroup, orthosis: Orthosis) -> Callable[[float], float]:
+    """`path_contraction` as a function of the own contraction."""
+    anchors = tuple(orthosis.anchor.values()) if group.pulley is None else ()
+    bare, cable, length = at_rest(group.type), group.cable.stiffness, group.type.nominal_length
+
+    def of(kappa: float) -> float:
+        pull = bare.force(float(kappa), 0.0)
+        gives = pull / cable + sum(a.displacement(group.count * pull) for a in anchors)
+        return kappa - gives / length
+
+    return of
 
 
 def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
     """Contraction ratio of a muscle without air, where that of its path is `path` [-]."""
+    if path >= 0.0:
+        return path
+    of = _path_contraction(group, orthosis)
 
     def too_long(kappa: float) -> float:
-        return path_contraction(group, orthosis, kappa) - path
+        return of(kappa) - path
 
-    if path >= 0.0 or too_long(path) >= 0.0:
+    if too_long(path) >= 0.0:
         return path
+    if too_long(0.0) <= 0.0:
+        return 0.0
     from scipy.optimize import brentq  # large, and seldom needed
 
-    return float(brentq(too_long, path, 0.0)) if too_long(0.0) > 0.0 else 0.0
+    return float(brentq(too_long, path, 0.0))
 
 
-def check_stretch(model: mujoco.MjModel, index: Index, scenario: Scenario) -> list[str]:
-    """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit."""
-    lower, upper = scenario.orthosis.range_of_motion
-    angles = np.linspace(lower, upper, 41)
-    contraction, _, _ = sweep_ankle(model, index, angles)
+def check_stretch(
+    model: mujoco.MjModel, angles: np.ndarray, lengths: np.ndarray, index: Index, scenario: Scenario
+) -> list[str]:
+    """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit.
+
+    Parameters
+    ----------
+    model : with its parameters
+    angles : of the ankle over the range of motion [rad] (n,)
+    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    """
+    contraction = contractions(model, list(index.muscles.values()), lengths)
+    known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
     warnings = []
     groups = muscle_names(scenario.orthosis)
     for column, name in enumerate(index.muscles):
         group, worst = groups[name], int(np.argmin(contraction[:, column]))
         path, angle = contraction[worst, column], np.degrees(angles[worst])
-        least = own_contraction(group, scenario.orthosis, path)
-        lock = group.type.braid.lock
         role = name.rsplit("_", 1)[0]
+        if (role, path) not in known:
+            known[role, path] = own_contraction(group, scenario.orthosis, path)
+        least = known[role, path]
+        lock = group.type.braid.lock
         allowed = group.type.limits
         if least <= lock:
             problem = (

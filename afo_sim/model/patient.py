@@ -10,7 +10,7 @@ from afo_sim.description.scenario import Leg, PassiveAnkle, Scenario
 from afo_sim.model.activation import activated, one_stride, switching
 from afo_sim.model.foot import Foot
 from afo_sim.model.walk import Walk
-from afo_sim.physics.passive_ankle import passive_moment
+from afo_sim.physics.passive_ankle import passive_moments
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase [N·m/(rad·kg)]: stance after
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
@@ -35,9 +35,7 @@ class Active:
 
 def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
     """Moment of the recorded ground force about the ankle at every step, dorsiflexion positive [N·m] (n,)."""
-    forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
-    height = walk.pose[1:-1, 1]
-    return body_mass * GRAVITY * (place * upward + height * forward)
+    return body_mass * GRAVITY * walk.ground_lever
 
 
 def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
@@ -56,11 +54,8 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
     (n_step,) dorsiflexion positive [N·m]
     """
     a = walk.acceleration
-    pitch = walk.ankle - walk.pose[:, 2]
-    ankle_acceleration = np.diff(walk.ankle, 2) / walk.timestep**2
-    here = pitch[1:-1]
-    inertial = foot.inertia * ankle_acceleration - foot.frame_moment(here, a[:, :2], a[:, 2])
-    return inertial - foot.gravity_moment(here) - ground_moment(walk, body_mass)
+    inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
+    return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
 
 
 def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
@@ -80,26 +75,20 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     """
     patient, leg = scenario.patient, scenario.leg
     assert patient is not None
-    angle, velocity = walk.ankle[1:-1], _velocity(walk)
+    angle, velocity = walk.ankle[1:-1], walk.velocity
     recorded = needed_moment(walk, foot, body_mass)
     healthy = _actively(walk, recorded, leg)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    phase, value = np.array(STIFFNESS).T
-    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value) * body_mass * patient.stiffness
+    stiffness = _healthy_stiffness(walk) * body_mass * patient.stiffness
     stiffness *= _strength(walk, foot, scenario, body_mass)
     reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     needed = healthy - left * healthy - reflex
     return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
 
 
-def _velocity(walk: Walk) -> np.ndarray:
-    """Of the recorded ankle [rad/s] (n_step,)."""
-    return (walk.ankle[2:] - walk.ankle[:-2]) / (2.0 * walk.timestep)
-
-
 def _actively(walk: Walk, needed: np.ndarray, leg: Leg) -> np.ndarray:
     """What a healthy ankle gives of a needed moment beside its tissue and damping [N·m] (n_step,)."""
-    return needed + leg.damping * _velocity(walk) - _passive_along(walk, leg.passive)
+    return needed + leg.damping * walk.velocity - _passive_along(walk, leg.passive)
 
 
 def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> np.ndarray:
@@ -107,7 +96,7 @@ def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> n
     patient, gait = scenario.patient, scenario.gait
     assert patient is not None and gait is not None
     sides = np.array([patient.plantarflexor_strength, patient.dorsiflexor_strength])
-    time = np.arange(len(walk.phase) - 2) * walk.timestep
+    time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
     stride = one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, gait.ankle_offset)
@@ -127,15 +116,17 @@ def _healthy_stride(
     return moment
 
 
+@functools.lru_cache(maxsize=2)
+def _healthy_stiffness(walk: Walk) -> np.ndarray:
+    """`STIFFNESS` along a walk (n_step,)."""
+    phase, value = np.array(STIFFNESS).T
+    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value)
+    stiffness.flags.writeable = False
+    return stiffness
+
+
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
 def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
-    moment = passive(ankle, walk.ankle[1:-1], walk.knee[1:-1])
+    moment = passive_moments(walk.ankle[1:-1], walk.knee[1:-1], ankle.scale, ankle.offset)
     moment.flags.writeable = False
     return moment
-
-
-def passive(ankle: PassiveAnkle, angle: np.ndarray, knee: np.ndarray) -> np.ndarray:
-    """The passive moment at angles [rad] (n,), dorsiflexion positive [N·m] (n,)."""
-    return np.array(
-        [passive_moment(a, k, ankle.scale, ankle.offset) for a, k in zip(angle, knee, strict=True)]
-    )

@@ -39,10 +39,7 @@ def check_stability(
     ({"air", "friction": number}, warnings)
     """
     step, orthosis = scenario.timestep, scenario.orthosis
-    _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
-    groups = list(muscle_names(orthosis).values())
-    falling = np.array([_falling_friction(g.type, scenario.supply.pressure) for g in groups])
-    friction = float(np.max(step * (arm**2 @ falling) / inertia))
+    friction = _friction_number(model, index, scenario)
     if friction > FRICTION_LIMIT:
         enough = step * FRICTION_LIMIT / friction
         raise _too_long("friction falls too fast with speed", step, enough)
@@ -59,6 +56,17 @@ def check_stability(
                 f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
             )
     return {"air": air, "friction": friction}, warnings
+
+
+def _friction_number(model: mujoco.MjModel, index: Index, scenario: Scenario) -> float:
+    """Rate × time step of friction that falls with speed, the largest over the range of motion."""
+    orthosis, pressure = scenario.orthosis, scenario.supply.pressure
+    of_group = {name: _falling_friction(g.type, pressure) for name, g in orthosis.muscle.items()}
+    if not any(of_group.values()):
+        return 0.0
+    falling = np.array([of_group[name.rsplit("_", 1)[0]] for name in muscle_names(orthosis)])
+    _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
+    return float(np.max(scenario.timestep * (arm**2 @ falling) / inertia))
 
 
 def _falling_friction(muscle: Muscle, pressure: float) -> float:

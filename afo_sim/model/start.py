@@ -1,8 +1,9 @@
 """The state that a simulation starts from: at rest, or in the middle of walking."""
 
+from collections.abc import Callable, Mapping
+
 import mujoco
 import numpy as np
-from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
@@ -28,7 +29,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
         No angle between the ankle's stops is in balance.
     """
     model, index = built.model, built.index
-    data = mujoco.MjData(model)
+    data = native.scratch(model)
     data.ctrl[:] = control
 
     def acceleration(angle: float) -> float:
@@ -42,13 +43,18 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
     if acceleration(lower) * acceleration(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
+    from scipy.optimize import brentq  # large; who only walks does without
+
     data.qpos[index.ankle_qpos] = brentq(acceleration, lower, upper, xtol=1e-14)
     native.fill_chambers(model, data, 0.0)
     return get_state(model, data)
 
 
-def walking_start(built: Built, control: np.ndarray) -> np.ndarray:
-    """The state at the first step of recorded walking: pose, velocity, chambers at ambient pressure.
+Guess = Callable[[Built, mujoco.MjData], Mapping[int, float]]  # gauge pressures [Pa] by actuator
+
+
+def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -> np.ndarray:
+    """The state at the first step of recorded walking: pose, velocity, air.
 
     MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one, less half a
     step of the acceleration that this foot has: taken as recorded, the first steps would be of first order.
@@ -57,20 +63,20 @@ def walking_start(built: Built, control: np.ndarray) -> np.ndarray:
     ----------
     built : compiled scenario with walking
     control : inputs at the first step (nu,)
+    air : gauge pressures of the chambers in that posture; all at ambient pressure by default
 
     Returns
     -------
     mjSTATE_INTEGRATION row. The callbacks must be installed.
     """
     assert built.walk is not None
-    model, data = built.model, mujoco.MjData(built.model)
+    model, data, ankle = built.model, native.scratch(built.model), built.index.ankle_dof
     place, velocity, ankle_velocity = built.walk.start()
     joints = [int(model.joint(name).dofadr[0]) for name in JOINTS]
-    ankle = built.index.ankle_dof
     data.qpos[[*joints, built.index.ankle_qpos]] = place
     data.qvel[joints], data.qvel[ankle] = velocity, ankle_velocity
     data.ctrl[:] = control
-    native.fill_chambers(model, data, 0.0)
+    native.fill_chambers(model, data, 0.0 if air is None else air(built, data))
     native.step_back(model, data)
     mujoco.mj_forward(model, data)
     data.qvel[ankle] -= 0.5 * model.opt.timestep * data.qacc[ankle]

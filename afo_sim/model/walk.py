@@ -16,9 +16,13 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Gait
 from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import GaitCycle, fit_to_leg
+from afo_sim.gait.fourier import Wave
+from afo_sim.model.clock import Clock
+from afo_sim.model.foot import Turn
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
+SIGNALS = ("ankle_x", "shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +41,46 @@ class Walk:
     ankle: np.ndarray
     knee: np.ndarray
 
-    @property
+    # what every case of a sweep asks of it, computed once
+
+    @functools.cached_property
+    def time(self) -> np.ndarray:
+        """Of the samples [s] (n_step + 2,)."""
+        return _kept((np.arange(len(self.phase)) - 1.0) * self.timestep)
+
+    @functools.cached_property
     def acceleration(self) -> np.ndarray:
         """Of the pose, as second differences (n_step, 3)."""
-        return (self.pose[2:] - 2.0 * self.pose[1:-1] + self.pose[:-2]) / self.timestep**2
+        return _kept((self.pose[2:] - 2.0 * self.pose[1:-1] + self.pose[:-2]) / self.timestep**2)
+
+    @functools.cached_property
+    def velocity(self) -> np.ndarray:
+        """Of the recorded ankle [rad/s] (n_step,)."""
+        return _kept((self.ankle[2:] - self.ankle[:-2]) / (2.0 * self.timestep))
+
+    @functools.cached_property
+    def ankle_acceleration(self) -> np.ndarray:
+        """Of the recorded ankle [rad/s²] (n_step,)."""
+        return _kept(np.diff(self.ankle, 2) / self.timestep**2)
+
+    @functools.cached_property
+    def turn(self) -> Turn:
+        """Of the recorded sole (n_step,)."""
+        return Turn.by((self.ankle - self.pose[:, 2])[1:-1])
+
+    @functools.cached_property
+    def ground_lever(self) -> np.ndarray:
+        """Moment of the recorded ground force about the ankle over the body's weight [m] (n_step,)."""
+        forward, upward, place = self.cycle.ground(self.phase[1:-1])
+        height = self.pose[1:-1, 1]
+        return _kept(place * upward + height * forward)
+
+    @functools.cached_property
+    def clock(self) -> Clock:
+        """The steps in strides."""
+        phase = self.phase[1:-1]
+        # over a step the phase advances evenly: its share is the time's
+        return Clock.of(phase, self.phase[2:] - phase, 1.0)
 
     def start(self) -> tuple[np.ndarray, np.ndarray, float]:
         """Start of the run: pose and ankle (4,), the pose's velocity half a step before (3,), the ankle's."""
@@ -68,32 +108,64 @@ def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
     return _laid_out(file, when, scenario.gait, ankle_height, scenario.timestep, scenario.n_step)
 
 
+def stride_time_of(gait: Gait) -> float:
+    """Mean duration of a stride [s]: the scenario's own, or the recording's.
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read.
+    """
+    if gait.stride_time is not None:
+        return gait.stride_time
+    file = assets.find_gait(gait.cycle)
+    return _cycle(file, file.stat().st_mtime_ns).stride_time
+
+
 # Cases of a sweep share most of this; a changed file has another time of change.
 @functools.lru_cache(maxsize=8)
-def _cycle(file: pathlib.Path, when: int, ankle_height: float) -> tuple[GaitCycle, float]:
-    cycle, shift = fit_to_leg(gait_file.read(file), ankle_height)
-    _keep(*(value for value in vars(cycle).values() if isinstance(value, np.ndarray)))
+def _cycle(file: pathlib.Path, when: int) -> GaitCycle:
+    return gait_file.read(file)
+
+
+@functools.lru_cache(maxsize=8)
+def _fitted(file: pathlib.Path, when: int, ankle_height: float) -> tuple[GaitCycle, float]:
+    cycle, shift = fit_to_leg(_cycle(file, when), ankle_height)
+    for value in vars(cycle).values():
+        if isinstance(value, np.ndarray):
+            _kept(value)
     return cycle, shift
+
+
+@functools.lru_cache(maxsize=2)
+def _sampled(
+    file: pathlib.Path, when: int, gait: Gait, timestep: float, n_step: int
+) -> tuple[np.ndarray, dict[str, np.ndarray], Wave]:
+    """Gait phase, and what does not depend on the ankle's height and offset."""
+    cycle = _cycle(file, when)
+    phase = _kept(phase_at(gait, cycle.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
+    wave = Wave.at(phase)
+    return phase, {name: cycle.signal(name, wave) for name in SIGNALS}, wave
 
 
 @functools.lru_cache(maxsize=2)
 def _laid_out(
     file: pathlib.Path, when: int, gait: Gait, ankle_height: float, timestep: float, n_step: int
 ) -> Walk:
-    cycle, shift = _cycle(file, when, ankle_height)
-    time = (np.arange(n_step + 2) - 1.0) * timestep
-    phase = phase_at(gait, cycle.stride_time, time)
-    pose = np.stack([cycle.signal(name, phase) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
-    ankle = cycle.signal("ankle_angle", phase) + gait.ankle_offset
-    knee = cycle.signal("knee_angle", phase)
-    _keep(phase, pose, ankle, knee)
-    return Walk(cycle, shift, timestep, phase, pose, ankle, knee)
+    cycle, shift = _fitted(file, when, ankle_height)
+    as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
+    phase, signals, wave = _sampled(file, when, as_recorded, timestep, n_step)
+    pose = _kept(
+        np.stack([signals["ankle_x"], cycle.signal("ankle_z", wave), signals["shank_angle"]], axis=1)
+    )
+    ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
+    return Walk(cycle, shift, timestep, phase, pose, ankle, _kept(signals["knee_angle"]))
 
 
-def _keep(*arrays: np.ndarray) -> None:
-    """Make arrays read-only that later runs share."""
-    for array in arrays:
-        array.flags.writeable = False
+def _kept(array: np.ndarray) -> np.ndarray:
+    """An array that later runs share, made read-only."""
+    array.flags.writeable = False
+    return array
 
 
 def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:

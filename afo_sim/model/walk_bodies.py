@@ -6,7 +6,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.contact import pad_stiffness
-from afo_sim.model.foot import POINTS, foot_of
+from afo_sim.model.foot import POINTS, Foot
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk import ARMATURE, JOINTS
 
@@ -122,7 +122,7 @@ def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
     return {name: i for name, i in ids.items() if i >= 0}
 
 
-def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Scenario) -> None:
+def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Scenario, foot: Foot) -> None:
     """Their rows."""
     for name, i in actuators.items():
         if name == SPASTIC:
@@ -132,7 +132,7 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
             model.actuator_user[i] = native.motor_row()
     if scenario.contact:
         assert scenario.ground is not None
-        stiffness = pad_stiffness(scenario.ground, foot_of(model, scenario.leg.foot, ANKLE))
+        stiffness = pad_stiffness(scenario.ground, foot)
         for pad, floor, point in zip(PADS, FLOORS, POINTS, strict=True):
             model.actuator_user[actuators[pad]] = native.pad_row(
                 stiffness=stiffness[point], damping=scenario.ground.damping, floor=actuators[floor]

@@ -10,6 +10,7 @@ from afo_sim.native.circuit import (
     add_chambers,
     add_circuit,
     add_muscles,
+    circuit_ids,
 )
 from afo_sim.native.clock import without_clock
 from afo_sim.native.filling import (
@@ -20,6 +21,7 @@ from afo_sim.native.filling import (
     step_back,
 )
 from afo_sim.native.install import KernelFailure, Mode, assert_live, assert_rows, installed
+from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
     MUSCLE_CHAMBER,
     MUSCLE_NOMINAL_LENGTH,
@@ -40,9 +42,11 @@ from afo_sim.native.state import (
     read_anchor,
     read_carried,
     read_flows,
+    read_held,
     read_opening,
     read_own,
     write_air,
+    write_held,
     write_valve,
 )
 
@@ -70,6 +74,7 @@ __all__ = [
     "assert_live",
     "assert_muscles_pull",
     "assert_rows",
+    "circuit_ids",
     "fill_chambers",
     "fill_circuit",
     "fill_inverse_masses",
@@ -81,11 +86,14 @@ __all__ = [
     "read_anchor",
     "read_carried",
     "read_flows",
+    "read_held",
     "read_opening",
     "read_own",
+    "scratch",
     "spastic_row",
     "step_back",
     "without_clock",
     "write_air",
+    "write_held",
     "write_valve",
 ]

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
 from afo_sim.native.slots import (
@@ -28,6 +26,7 @@ from afo_sim.native.state import (
     SIGMA,
     VOLUME,
 )
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import chamber_pressure, sigma_rate, valve_flow, valve_rates
 
 

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.common.units import HEAT_CAPACITY_RATIO
 from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, stretch
 from afo_sim.native.slots import (
@@ -35,6 +33,7 @@ from afo_sim.native.state import (
     SIGMA,
     WORK_VOLUME_SLOPE,
 )
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import chamber_pressure, muscle_volume
 from afo_sim.physics.series import anchor_displacement
 

@@ -6,8 +6,6 @@ by chamber; where it does not settle there either, pressure and contractions are
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.muscle import cable, stretch
 from afo_sim.native.newton import newton_chamber
@@ -21,6 +19,7 @@ from afo_sim.native.slots import (
     NETWORK_FIRST_CHAMBER,
 )
 from afo_sim.native.state import OWN_CONTRACTION
+from afo_sim.physics.jitable import register_jitable
 
 HALVINGS = 55  # of a bracket of κ or p
 NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]

@@ -7,6 +7,7 @@ import numpy as np
 
 from afo_sim.native.circuit import Circuit, CircuitChamber, CircuitIds, CircuitMuscle, circuit_ids
 from afo_sim.native.install import assert_live, assert_rows
+from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_MUSCLE,
@@ -33,9 +34,9 @@ from afo_sim.native.state import (
 LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 
 
-def fill_circuit(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
-    """Write the exact parameters of a circuit into a compiled model."""
-    ids, user = circuit_ids(model, circuit), model.actuator_user
+def fill_circuit(model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds | None = None) -> CircuitIds:
+    """Write the exact parameters of a circuit into a compiled model; `ids` where they are known."""
+    ids, user = ids or circuit_ids(model, circuit), model.actuator_user
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
     anchors = {anchor.name: anchor for anchor in circuit.anchors}
     data = 0
@@ -70,7 +71,7 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
 
     To be called again where masses change: it tells how stiff a taut muscle is beside what it moves.
     """
-    data = mujoco.MjData(model)
+    data = scratch(model)
     mujoco.mj_fwdPosition(model, data)
     jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((1, model.nv))
     mujoco.mju_sparse2dense(
@@ -184,7 +185,7 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
         An actuator has lost its parameters, or a muscle carries another force than its law's.
     """
     assert_rows(model)
-    data = mujoco.MjData(model)
+    data = scratch(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(model, data, LIVE_PRESSURE)
     mujoco.mj_forward(model, data)

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.native.slots import (
     FRICTION_MUSCLE,
@@ -33,6 +31,7 @@ from afo_sim.native.state import CARRIED, CONTRACTION, OWN_RATE
 from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
 from afo_sim.physics.ground import pad_force
 from afo_sim.physics.hill import three_element_damping
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.series import cable_tension
 from afo_sim.physics.static_force import signed_force
 

@@ -15,8 +15,6 @@ and step alone: a second `mj_forward` changes nothing.
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
 from afo_sim.native.balance import SHORTEST, pressure_of, shift, volume_of, within
@@ -63,6 +61,7 @@ from afo_sim.native.state import (
     VOLUME,
     WORK_COEFFICIENT,
 )
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.series import anchor_displacement, anchor_force
 
 

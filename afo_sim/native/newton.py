@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.native.balance import held, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.slots import (
     ANCHOR_FORCE,
@@ -35,6 +33,7 @@ from afo_sim.native.state import (
     WORK_STEP,
     WORK_VOLUME_SLOPE,
 )
+from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.series import anchor_force
 
 NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns

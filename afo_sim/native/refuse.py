@@ -10,10 +10,9 @@ it; the model has no signature then, and its time is zero.
 from collections.abc import Callable
 from typing import Any
 
-from numba.extending import register_jitable
-
 from afo_sim.native.complaints import NO_MARK
 from afo_sim.native.slots import MARK, N_USER
+from afo_sim.physics.jitable import register_jitable
 
 Kernel = Callable[[Any, Any, int], float]
 

@@ -102,6 +102,20 @@ def write_air(model: mujoco.MjModel, act: np.ndarray, chamber: int, air: Air) ->
     act[..., at + LAST_PRESSURE] = air.absolute_pressure
 
 
+def read_held(model: mujoco.MjModel, act: np.ndarray, chamber: int) -> np.ndarray:
+    """Mass [kg] and σ of a chamber's actuator, from `act` (…, na): (…, 2)."""
+    at = model.actuator_actadr[chamber]
+    held: np.ndarray = act[..., at + AIR_MASS : at + SIGMA + 1]
+    return held
+
+
+def write_held(model: mujoco.MjModel, act: np.ndarray, chamber: int, held: np.ndarray) -> None:
+    """Set mass [kg] and σ (2,) of a chamber's actuator in `act` (na,); the volume stays."""
+    at = model.actuator_actadr[chamber]
+    act[at + AIR_MASS : at + SIGMA + 1] = held
+    act[at + LAST_PRESSURE] = held[1] / act[at + LAST_VOLUME] ** HEAT_CAPACITY_RATIO
+
+
 def air_at(pressure: float, volume: float) -> Air:
     """A chamber at gauge `pressure` [Pa] and ambient temperature: m = p_abs V/(R T)."""
     absolute = pressure + AMBIENT_PRESSURE

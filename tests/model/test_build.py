@@ -8,7 +8,8 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model.build import build, collides
+from afo_sim.model.assemble import collides
+from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.physics.law import Braid
 

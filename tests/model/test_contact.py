@@ -33,7 +33,7 @@ def runs() -> dict[str, Recording]:
 
 @pytest.fixture(scope="module")
 def as_recorded() -> dict[str, Recording]:
-    sets = {"duration": CONTACT["duration"]}
+    sets = {"duration": CONTACT["duration"], "gait.settled": "walked"}  # row by row beside those in contact
     return {p: afo_sim.run("walk-healthy", sets | {"patient": p}) for p in PATIENTS}
 
 

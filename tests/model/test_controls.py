@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.model.controls import open_at
+from afo_sim.model.clock import Clock
 
 STEP = 1e-3
 
@@ -13,13 +13,13 @@ STEP = 1e-3
 def test_s1_cycle() -> None:
     """S1, Fig. 6: filled from 0 s, vented from 4 s, 8 s in all; on the very step, in every cycle."""
     time = np.arange(40_000) * STEP
-    on = open_at(((0.0, 4.0),), 8.0, time, STEP)
+    on = Clock.of(time, STEP, 8.0).share(((0.0, 4.0),))
     edges = np.flatnonzero(np.diff(on)) + 1
     assert edges.tolist() == [4000, 8000, 12000, 16000, 20000, 24000, 28000, 32000, 36000]
 
 
 def test_nothing_is_open_without_events() -> None:
-    assert not open_at((), 8.0, np.arange(100) * STEP, STEP).any()
+    assert not Clock.of(np.arange(100) * STEP, STEP, 8.0).share(()).any()
 
 
 @settings(deadline=None, derandomize=True)
@@ -30,14 +30,14 @@ def test_open_share_is_the_intervals_share(period: int, start: int, length: int,
     if end <= start:
         return
     time = (cycle * period + np.arange(period)) * STEP
-    on = open_at(((start * STEP, end * STEP),), period * STEP, time, STEP)
+    on = Clock.of(time, STEP, period * STEP).share(((start * STEP, end * STEP),))
     assert on.sum() == end - start
     assert on[start] == 1.0
     assert set(np.unique(on)) <= {0.0, 1.0}
 
 
 def test_overlapping_events_do_not_add_up() -> None:
-    on = open_at(((0.0, 0.5), (0.3, 0.8)), 1.0, np.arange(1000) * STEP, STEP)
+    on = Clock.of(np.arange(1000) * STEP, STEP, 1.0).share(((0.0, 0.5), (0.3, 0.8)))
     assert on.max() == 1.0
     assert on.sum() == pytest.approx(800)
 
@@ -45,10 +45,10 @@ def test_overlapping_events_do_not_add_up() -> None:
 @pytest.mark.parametrize(("start", "end", "share"), [(0.2e-3, 0.8e-3, 0.6), (0.0, 0.2e-3, 0.2)])
 def test_events_within_a_step_are_the_share_of_it(start: float, end: float, share: float) -> None:
     """Pulse-width modulation faster than the step must neither vanish nor stay on."""
-    on = open_at(((start, end),), STEP, np.arange(50) * STEP, STEP)
+    on = Clock.of(np.arange(50) * STEP, STEP, STEP).share(((start, end),))
     assert on == pytest.approx(share, abs=1e-9)
 
 
 def test_edge_within_a_step() -> None:
-    on = open_at(((0.5e-3, 2.25e-3),), 1.0, np.arange(4) * STEP, STEP)
+    on = Clock.of(np.arange(4) * STEP, STEP, 1.0).share(((0.5e-3, 2.25e-3),))
     assert on.tolist() == [0.5, 1.0, 0.25, 0.0]

@@ -1,0 +1,53 @@
+"""The pneumatic circuit of an orthosis, as `native` takes it."""
+
+from afo_sim import native
+from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.model.mounting import ANKLE
+
+
+def circuit_of(orthosis: Orthosis) -> native.Circuit:
+    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own."""
+    return native.Circuit(
+        muscles=tuple(
+            native.CircuitMuscle(
+                name=tendons[0],
+                tendons=tendons,
+                row=group.type.row,
+                series_length=group.series_length,
+                chamber=group.chamber or name,
+                cable_stiffness=group.cable.stiffness,
+                anchors=tuple(orthosis.anchor) if group.pulley is None else (),
+            )
+            for name, group in orthosis.muscle.items()
+            for tendons in _alike(name, group)
+        ),
+        chambers=tuple(
+            native.CircuitChamber(
+                name=name,
+                joint=ANKLE,
+                tube_volume=chamber.tube_volume,
+                wall_conductance=chamber.wall_conductance,
+                inlet=chamber.inlet,
+                outlet=chamber.outlet,
+            )
+            for name, chamber in orthosis.chamber.items()
+        ),
+        anchors=tuple(_anchor(name, mounting) for name, mounting in orthosis.anchor.items()),
+    )
+
+
+def _alike(name: str, group: MuscleGroup) -> list[tuple[str, ...]]:
+    """Names of a group's muscles: in one tuple where their paths are equally long, else each in its own."""
+    tendons = tuple(f"{name}_{k}" for k in range(1, group.count + 1))
+    return [tendons] if group.alike else [(tendon,) for tendon in tendons]
+
+
+def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:
+    law = mounting.stiffening
+    return native.CircuitAnchor(
+        name=name,
+        stiffness=mounting.stiffness or 0.0,
+        force=0.0 if law is None else law.force,
+        length=0.0 if law is None else law.length,
+        damping=mounting.damping,
+    )
