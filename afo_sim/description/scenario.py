@@ -24,6 +24,7 @@ Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
 
 DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
+SLIGHTLY = 0.01  # by which the highest rate may be exceeded: a step may be adjusted to a stride [-]
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
 
@@ -276,7 +277,7 @@ class Scenario(Described):
     def record_stride(self) -> int:
         """Steps per recorded row."""
         if self.record_rate is None:
-            return max(1, math.ceil(1.0 / (DEFAULT_RATE * self.timestep) - 1e-9))
+            return max(1, math.ceil(1.0 / (DEFAULT_RATE * self.timestep) - SLIGHTLY))
         return round(1.0 / (self.record_rate * self.timestep))
 
     def resolved(self) -> dict[str, Any]:

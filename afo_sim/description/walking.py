@@ -25,6 +25,8 @@ class Gait(Described):
     """Gait phase at which the run begins; 0 is heel strike."""
     ankle_offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
     """Angle added to the recorded ankle angle."""
+    settled: Literal["solved", "walked"] = "solved"
+    """The settled stride is solved for, or walked to from the start; walked where strides do not repeat."""
 
 
 class Patient(Described):

@@ -16,7 +16,12 @@ EACH = "per counted stride; of a fixed shank per cycle begun"
     ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
     ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
     ("law_mismatch", "J", "Given by the laws alone", f"work beyond that of their air's volume; {EACH}"),
-    ("energy_error", "percent", "Energy found nowhere", "of the air's work without its sign; whole run"),
+    (
+        "energy_error",
+        "percent",
+        "Energy found nowhere",
+        "of the air's work without its sign; of the run, or two settled strides",
+    ),
 )
 def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dict[str, Metric]:
     """Metrics of an energy balance: air_work + law_mismatch is what is done, the other terms where it goes.

@@ -1,7 +1,7 @@
 """A number with its unit, and the registry of what such numbers are called and mean."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, Self, TypeVar
 
@@ -153,6 +153,7 @@ class MetricEntry:
 
 
 METRICS: dict[str, MetricEntry] = {}
+TOLD: dict[Callable[..., Any], list[MetricEntry]] = {}  # by the function that tells them
 Tells = TypeVar("Tells", bound=Callable[..., Any])
 
 
@@ -170,9 +171,26 @@ def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
             entry = MetricEntry(group, *row)
             assert entry.name not in METRICS, f"{entry.name} is registered twice"
             METRICS[entry.name] = entry
+            TOLD.setdefault(function, []).append(entry)
         return function
 
     return register
+
+
+def telling(functions: Sequence[Tells], wanted: Collection[str] | None) -> list[Tells]:
+    """Those of some functions that tell what is wanted; all, where none of them registers one of it.
+
+    Parameters
+    ----------
+    functions : that tell metrics
+    wanted : names; None for all
+    """
+    if wanted is None:
+        return list(functions)
+    found = {name: [f for f in functions if any(row.fill(name) for row in TOLD[f])] for name in wanted}
+    if not all(found.values()):
+        return list(functions)
+    return [f for f in functions if any(f in each for each in found.values())]
 
 
 @functools.cache

@@ -10,6 +10,7 @@ import numpy as np
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
 
+SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
 
 
@@ -113,10 +114,13 @@ def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float
 def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stride]:
     """Those of the whole strides that are not the transient from the start.
 
-    The first one begun never counts. Nor do those before the orthosis' air has come to what it is later on:
-    the first that counts begins with as much air, to 5 % or two standard deviations, as the later half of
-    the strides begin with in the middle.
+    Where the settled stride was solved for, it is the last one, alone. Else the first one begun never
+    counts. Nor do those before the orthosis' air has come to what it is later on: the first that counts
+    begins with as much air, to 5 % or two standard deviations, as the later half of the strides begin with
+    in the middle.
     """
+    if SOLVED in columns:
+        return [stride for stride in whole if stride[SOLVED].all()][-1:]
     way = progress(columns)
     begun = int(np.floor(way[0] + 0.5 * (way[1] - way[0]))) if len(way) > 1 else 0
     later = [stride for stride in whole if stride.number > begun]

@@ -8,7 +8,7 @@ heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; pe
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,7 @@ from afo_sim.metrics.metric import (
     WORK,
     Metric,
     measured,
+    telling,
     tells,
 )
 from afo_sim.metrics.strides import Stride, settled, strides
@@ -43,7 +44,7 @@ ORTHOSIS = "ankle/moment/orthosis"
 SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
 
 Found = Iterator[tuple[str, float]]  # name, value in the registry's unit
-COUNTED = "the first ones are left out: the start, and until the air has settled"
+COUNTED = "the settled one; where it is walked to, those after the start and until the air has settled"
 DIP = (
     "least height in swing: the minimum between two peaks, else the lowest of mid-swing; below zero is a trip"
 )
@@ -80,7 +81,13 @@ class WalkMetrics:
     ("lowest_ball_clearance", "mm", "Ball clearance, lowest stride"),
 )
 def walk_metrics(
-    columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, *, transient: bool = True
+    columns: Mapping[str, np.ndarray],
+    timestep: float,
+    body_mass: float,
+    *,
+    transient: bool = True,
+    solved: bool = False,
+    wanted: Collection[str] | None = None,
 ) -> WalkMetrics:
     """All metrics of a recording of walking.
 
@@ -90,14 +97,17 @@ def walk_metrics(
     timestep : [s]
     body_mass : of the patient [kg]
     transient : also of the strides that do not count
+    solved : the last whole stride is the settled one, and counts alone
+    wanted : names of metrics that are computed, with those that come along; all by default
 
     Returns
     -------
     WalkMetrics; without a whole stride after the first there are no totals, but a warning
     """
     whole = strides(columns, timestep, body_mass)
-    counted = settled(columns, whole)
-    all_of = {stride.number: stride_metrics(stride) for stride in (whole if transient else counted)}
+    counted = whole[-1:] if solved else settled(columns, whole)
+    each_of = {_each(name) for name in wanted} - {"strides_counted"} if wanted is not None else None
+    all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
     each = {number: _finite(metrics) for number, metrics in all_of.items()}
     if not counted:
         missing = "no whole stride follows the first, which is the start's transient: no gait metrics"
@@ -115,7 +125,8 @@ def walk_metrics(
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
             totals[f"lowest_{name}"] = measured(f"lowest_{name}", lowest)
-    warnings += [*_too_few(columns, whole), *_unsettled(counted, each), *_without_dip(totals)]
+    warnings += [] if solved else [*_too_few(columns, whole), *_unsettled(counted, each)]
+    warnings += _without_dip(totals)
     return WalkMetrics(totals, each, tuple(warnings))
 
 
@@ -155,12 +166,18 @@ def _unsettled(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> Ite
         )
 
 
-def stride_metrics(stride: Stride) -> dict[str, Metric]:
-    """All metrics of one stride, by name; NaN where one is undefined.
+def _each(name: str) -> str:
+    """The metric of each stride that a total is made of."""
+    return name.removeprefix("lowest_") if name.endswith("_clearance") else name
+
+
+def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dict[str, Metric]:
+    """Metrics of one stride, by name; NaN where one is undefined.
 
     Parameters
     ----------
     stride : at the full step rate
+    wanted : names of metrics that are computed, with those that come along; all by default
 
     Returns
     -------
@@ -169,7 +186,7 @@ def stride_metrics(stride: Stride) -> dict[str, Metric]:
     parts: list[Callable[[Stride], Found]] = [_timing, _clearance, _contact, _ankle, _need]
     if has_orthosis(stride.columns):
         parts += [_torque, _work, _air]
-    return {name: measured(name, value) for part in parts for name, value in part(stride)}
+    return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
 
 
 def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:

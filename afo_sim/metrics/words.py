@@ -3,8 +3,9 @@
 import math
 from collections.abc import Mapping
 
-from afo_sim.metrics import ankle as _ankle  # noqa: F401  # registers its metrics, as do the next two
+from afo_sim.metrics import ankle as _ankle  # noqa: F401  # registers its metrics, as do the next three
 from afo_sim.metrics import energy as _energy  # noqa: F401
+from afo_sim.metrics import settling as _settling  # noqa: F401
 from afo_sim.metrics import walking as _walking  # noqa: F401
 from afo_sim.metrics.metric import GROUPS as GROUPS
 from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, entry

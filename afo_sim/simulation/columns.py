@@ -8,6 +8,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
+from afo_sim.metrics.strides import SOLVED
 from afo_sim.simulation.frame import Column, Frame
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
@@ -188,6 +189,10 @@ COLUMNS = (
     ),
 )
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
+DESCRIBED[SOLVED] = (
+    "",
+    "1 in settled strides, whose air was solved for; 0 in those walked from the start",
+)
 
 
 def describe(column: str) -> tuple[str, str]:

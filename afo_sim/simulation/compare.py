@@ -10,9 +10,8 @@ import numpy as np
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.build import build
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_built
+from afo_sim.simulation.run import run_scenario
 
 ANGLE = "ankle/angle"
 
@@ -66,9 +65,8 @@ def compare_laws(
     runs = {}
     for law in dict.fromkeys(laws or known):
         chosen = {f"orthosis.muscle.{group}.type.law": law for group in plain.orthosis.muscle}
-        built = build(load("scenario", scenario, {**(sets or {}), **chosen}))
         tell = None if report is None else _for_law(report, law)
-        runs[law] = run_built(built, progress=tell)
+        runs[law] = run_scenario(load("scenario", scenario, {**(sets or {}), **chosen}), progress=tell)
     return runs
 
 

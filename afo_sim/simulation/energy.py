@@ -22,7 +22,7 @@ from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.series import anchor_energy
 from afo_sim.physics.static_force import SLACK_BLEND
 
-STORED = 201  # contractions of each smooth piece over which the bladder's force is integrated
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
 
 Columns = Mapping[str, np.ndarray]
 
@@ -166,8 +166,9 @@ def _stored(muscle: Muscle, first: float, last: float) -> float:
     ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]
     law, total = at_rest(muscle), 0.0
     for start, end in itertools.pairwise(ends):
-        contraction = np.linspace(start, end, STORED)
-        total += _integral(np.array([law.signed(k, 0.0) for k in contraction.tolist()]), contraction)
+        half, middle = 0.5 * (end - start), 0.5 * (end + start)
+        forces = [law.signed(kappa, 0.0) for kappa in (middle + half * NODES).tolist()]
+        total += half * float(WEIGHTS @ forces)
     return total if first < last else -total
 
 

@@ -1,13 +1,16 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.metric import TOLD, Metric
+from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.simulation.columns import columns_of
@@ -23,6 +26,45 @@ from afo_sim.simulation.trust import trust_warnings
 FEWEST = 3  # rows that have an energy balance
 
 
+@dataclass(frozen=True)
+class Examined:
+    """A roll-out of a built scenario, named: its columns at every step, what they say, what to mind.
+
+    `limits` are warnings of muscles beyond their limits, apart from those in `found`.
+    """
+
+    columns: dict[str, np.ndarray]
+    found: WalkMetrics
+    limits: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a roll-out.
+
+    metrics : names of those that are computed, with those that come along; None for all
+    doubts : whether warnings are asked for of what is not to be believed, which takes the energy balance
+    """
+
+    metrics: frozenset[str] | None = None
+    doubts: bool = True
+
+    @property
+    def walking(self) -> frozenset[str] | None:
+        """Those that walking tells."""
+        return None if self.metrics is None else self.metrics - ELSEWHERE
+
+    @property
+    def energy(self) -> bool:
+        """Whether the energy balance is needed."""
+        return self.doubts or self.metrics is None or not self.metrics.isdisjoint(ENERGIES)
+
+
+EVERYTHING = Asked()
+ENERGIES = frozenset(row.name for row in TOLD[energy_metrics])
+ELSEWHERE = ENERGIES | {row.name for row in TOLD[settling_metrics]}
+
+
 def make_recording(built: Built, rollout: Rollout) -> Recording:
     """Name the rows of a roll-out, and compute metrics and warnings.
 
@@ -35,39 +77,81 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     -------
     Recording at the scenario's record rate; the metrics are of every step.
     """
-    scenario = built.scenario
-    columns, found = examine(built, rollout)
-    n, stride = len(columns["time"]), scenario.record_stride
-    return Recording(
+    examined, stride = name_rows(built, rollout), built.scenario.record_stride
+    n = len(examined.columns["time"])
+    return recording_of(
+        built,
+        built.scenario,
         # copies: the recording is its user's, while the recorded walking is shared by later runs
-        columns={name: np.array(values[::stride]) for name, values in columns.items()},
+        columns={name: np.array(values[::stride]) for name, values in examined.columns.items()},
+        found=examined.found,
+        warnings=(*built.warnings, *examined.limits, *examined.found.warnings),
+        status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
+        timing=timing_of(n, rollout.wall_seconds),
+    )
+
+
+def recording_of(
+    built: Built,
+    scenario: Scenario,
+    *,
+    columns: dict[str, np.ndarray],
+    found: WalkMetrics,
+    warnings: tuple[str, ...],
+    status: str = "ok",
+    timing: dict[str, float],
+) -> Recording:
+    """The Recording of named rows: with the scenario as it was asked for, and the model that ran."""
+    numbers = {f"{name}_stability_number": number for name, number in built.stability.items()}
+    return Recording(
+        columns=columns,
         metrics=found.totals,
         strides=found.strides,
         scenario=scenario.resolved(),
         model_xml=labelled(built.xml),
-        model_binary=to_binary(built.model),
-        status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
-        warnings=(*built.warnings, *(_limits(built, rollout, columns) if n else ()), *found.warnings),
-        timing={
-            "wall_seconds": rollout.wall_seconds,
-            "steps": n,
-            "steps_per_second": n / rollout.wall_seconds if rollout.wall_seconds else 0.0,
-            **{f"{name}_stability_number": number for name, number in built.stability.items()},
-        },
+        model_binary=to_binary(built.full_model),
+        status=status,
+        warnings=warnings,
+        timing=timing | numbers,
         versions=versions(),
         parameters=parameters_of(built.model),
     )
 
 
+def timing_of(steps: int, seconds: float) -> dict[str, float]:
+    """Facts of a roll-out's speed."""
+    rate = steps / seconds if seconds else 0.0
+    return {"wall_seconds": seconds, "steps": steps, "steps_per_second": rate}
+
+
+def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
+    """Columns, numbers and warnings of a roll-out; `solved` says that its last stride is the settled one."""
+    columns, found = examine(built, rollout, solved=solved)
+    return Examined(columns, found, tuple(_limits(built, rollout, columns)) if len(columns["time"]) else ())
+
+
 def examine(
-    built: Built, rollout: Rollout, *, transient: bool = True
+    built: Built,
+    rollout: Rollout,
+    *,
+    transient: bool = True,
+    solved: bool = False,
+    asked: Asked = EVERYTHING,
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
-    """Columns of every step of a roll-out, and what they say in numbers; the transient's strides if asked."""
+    """Columns of every step of a roll-out, and what they say in numbers.
+
+    Parameters
+    ----------
+    built, rollout : scenario and rows
+    transient : also of the strides that do not count
+    solved : the last whole stride is the settled one
+    asked : metrics and warnings
+    """
     columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
-    found = _metrics(built, columns, transient)
-    energy, doubts = _energy(built, rollout, columns)
+    found = _metrics(built, columns, transient, solved, asked)
+    energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
     return columns, WalkMetrics(found.totals | energy, found.strides, (*doubts, *found.warnings))
 
 
@@ -95,11 +179,20 @@ def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) ->
     return bool(rollout.final) and enough and bool(built.scenario.orthosis.muscle)
 
 
-def _metrics(built: Built, columns: dict[str, np.ndarray], transient: bool) -> WalkMetrics:
+def _metrics(
+    built: Built, columns: dict[str, np.ndarray], transient: bool, solved: bool, asked: Asked
+) -> WalkMetrics:
     """Of walking for each stride and over all; of a fixed shank over all only."""
     scenario = built.scenario
     if built.walk is not None:
-        return walk_metrics(columns, scenario.timestep, built.body_mass, transient=transient)
+        return walk_metrics(
+            columns,
+            scenario.timestep,
+            built.body_mass,
+            transient=transient,
+            solved=solved,
+            wanted=asked.walking,
+        )
     words = scenario.leg.directions
     return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
 

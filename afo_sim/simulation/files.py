@@ -75,12 +75,20 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
     run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
     schema = pa.schema(fields, metadata={RUN_KEY: json_text(run)})
-    table = pa.table([pa.array(v) for v in recording.columns.values()], schema=schema)
+    table = pa.table([_float_array(v) for v in recording.columns.values()], schema=schema)
     model = packed(recording.model_binary)
     with pq.ParquetWriter(path, schema) as file:
         file.write_table(table, row_group_size=ROW_GROUP)
         if model:
             file.add_key_value_metadata({MODEL_KEY: model})
+
+
+def _float_array(values: np.ndarray) -> Any:
+    """Numbers as pyarrow's; its own way from NumPy imports pandas, to see whether they are a Series."""
+    import pyarrow as pa
+
+    buffer = pa.py_buffer(np.ascontiguousarray(values, float))
+    return pa.Array.from_buffers(pa.float64(), len(values), [None, buffer], null_count=0)
 
 
 def open_parquet(folder: str | os.PathLike[str]) -> Any:

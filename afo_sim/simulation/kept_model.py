@@ -19,8 +19,9 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import CallbackError, InputError
 from afo_sim.common.writing import json_text
-from afo_sim.model.build import Built
-from afo_sim.model.described import build
+from afo_sim.description.reader import load
+from afo_sim.model.build import Built, build
+from afo_sim.model.periodic import as_run
 
 LABEL = (
     "<!-- Written by afo_sim, to look at: its numbers have six digits, and its muscles, valves and passive "
@@ -117,13 +118,15 @@ def _check_rows(model: mujoco.MjModel, run: Kept) -> None:
 def _built_anew(run: Kept) -> mujoco.MjModel:
     """The model of the run's scenario, if it is the one that ran."""
     try:
-        built = build(run.scenario)
+        scenario = load("scenario", run.scenario)
+        # Where its settled stride was solved for, a run has a step of its own; where a policy chose, not.
+        builts = [build(description) for description in (as_run(scenario), scenario)]
     except InputError as error:
         raise _lost(run, f"its scenario cannot be built: {error}") from None
-    change = _change(built, run)
-    if change:
-        raise _lost(run, f"what its scenario builds now is another model: {change}")
-    return built.model
+    changes = [_change(built, run) for built in builts]
+    if all(changes):
+        raise _lost(run, f"what its scenario builds now is another model: {changes[0]}")
+    return builts[changes.index("")].full_model
 
 
 def _change(built: Built, run: Kept) -> str:

@@ -126,7 +126,7 @@ def roll_out(
     """
     recipe = recipe or Recipe()
     with native.installed(recipe.mode), native.without_clock():
-        failures = {k: found for k, case in enumerate(cases) if (found := _limp(case)) is not None}
+        failures = {k: found for k, case in enumerate(cases) if (found := limp(case)) is not None}
         alive = [k for k in range(len(cases)) if k not in failures]
         run = _Run([cases[k] for k in alive], n_step, recipe, workspace or Workspace())
         start = time.perf_counter()
@@ -141,8 +141,8 @@ def roll_out(
 
 def not_begun(model: mujoco.MjModel, failure: Exception, recipe: Recipe | None = None) -> Rollout:
     """The Rollout, without rows, of a simulation that cannot start."""
-    fields, data = (*STATE, *(recipe or Recipe()).fields), mujoco.MjData(model)
-    rows = {name: np.empty((0, np.size(getattr(data, name)))) for name in fields}
+    fields = (recipe or Recipe()).fields
+    rows = {name: np.empty((0, width)) for name, width in widths(model, fields).items()}
     return Rollout(rows, np.empty((0, model.nu)), failure)
 
 
@@ -158,11 +158,16 @@ def failed(model: mujoco.MjModel, reason: str, step: int, simulation: int = 0) -
 
 def row_width(model: mujoco.MjModel, fields: tuple[str, ...] = METRIC_FIELDS) -> int:
     """Numbers that are recorded in each step."""
-    data = mujoco.MjData(model)
-    return sum(np.size(getattr(data, name)) for name in (*STATE, *fields))
+    return sum(widths(model, fields).values())
 
 
-def _limp(case: Case) -> Exception | None:
+def widths(model: mujoco.MjModel, fields: tuple[str, ...]) -> dict[str, int]:
+    """Numbers of the state and of each recorded field of MjData, by name."""
+    data = native.scratch(model)
+    return {name: np.size(getattr(data, name)) for name in (*STATE, *fields)}
+
+
+def limp(case: Case) -> Exception | None:
     """The reason for which a simulation must not start."""
     try:
         native.assert_muscles_pull(case.model, case.state)
@@ -210,10 +215,9 @@ class _Run:
         self.block = min(recipe.block, *(period for period in periods if period), n_step) or 1
         n, kept = len(cases), -(-n_step // recipe.stride)
         self.in_place = recipe.stride == 1 and (n == 1 or self.block == n_step)
-        self.start = _states(cases)
+        self.start = first_states(cases)
         self.now = {name: values.copy() for name, values in self.start.items()}
-        data = mujoco.MjData(cases[0].model)
-        self.widths = {name: np.size(getattr(data, name)) for name in (*STATE, *recipe.fields)}
+        self.widths = widths(cases[0].model, recipe.fields)
         self.rows = {name: workspace.take(name, (n, kept, width)) for name, width in self.widths.items()}
         self.control = workspace.take(
             "control", (n, kept, mujoco.mj_stateSize(cases[0].model, recipe.inputs))
@@ -323,10 +327,10 @@ class _Run:
         return Rollout(found.rows, found.control, failure, wall, 0, final)
 
 
-def _states(cases: Sequence[Case]) -> Rows:
+def first_states(cases: Sequence[Case]) -> Rows:
     """The first states by name (n, width)."""
     found: dict[str, list[np.ndarray]] = {name: [] for name in STATE}
-    data = mujoco.MjData(cases[0].model)
+    data = native.scratch(cases[0].model)
     for case in cases:
         mujoco.mj_setState(case.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
         for name in STATE:

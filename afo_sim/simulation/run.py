@@ -8,9 +8,11 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
+from afo_sim.model.periodic import why_walked
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.settled_run import run_settled
 from afo_sim.simulation.simulate import Progress, simulate
 
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
@@ -34,7 +36,9 @@ def run(
 
     Returns
     -------
-    Recording; its `status` is "ok", or says why the simulation stopped early.
+    Recording; its `status` is "ok", or says why the simulation stopped early. Of walking whose strides repeat
+    it ends with the settled stride, which is solved for, and `metrics` are of that stride
+    (`gait.settled = "walked"` walks there instead).
 
     Raises
     ------
@@ -56,7 +60,20 @@ def run(
         description = scenario.set(sets) if sets else scenario
     else:
         description = load("scenario", scenario, sets)
-    return run_built(build(description), policy=policy, progress=progress)
+    return run_scenario(description, policy=policy, progress=progress)
+
+
+def run_scenario(
+    scenario: Scenario,
+    *,
+    policy: Policy | None = None,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+) -> Recording:
+    """Simulate a description as `run` does; `watch` sees it grow."""
+    if policy is None and scenario.walking and not why_walked(scenario):
+        return run_settled(scenario, progress=progress, watch=watch)
+    return run_built(build(scenario), policy=policy, progress=progress, watch=watch)
 
 
 def run_built(
@@ -68,7 +85,7 @@ def run_built(
 ) -> Recording:
     """Simulate a compiled scenario from static equilibrium, as `run` does; `watch` sees it grow."""
     if watch is not None:
-        _ = built.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
+        _ = built.full_model  # compiled now: MuJoCo cannot compile beside Python callbacks
     rollout = simulate(
         built,
         schedule.controls(built) if policy is None else policy,

@@ -25,6 +25,7 @@ from afo_sim.simulation.rollout import (
 )
 from afo_sim.simulation.stepping import FAILURES
 
+GONE = "the ankle has gone through its stops"
 PLAY = 0.5  # beyond a stop, where no stop gives way by that much [rad]
 WATCHED_BLOCK = 250  # steps between two stretches that somebody watches, and in Python mode
 
@@ -65,7 +66,7 @@ def simulate(
     mode = built.scenario.callback
     policy, first, count = _inputs(built, control, n_step)
     with native.installed(mode):
-        case = _case(built, policy, first, state)
+        case = case_of(built, policy, first, state)
         if isinstance(case, Rollout):
             return case
         block = WATCHED_BLOCK if see is not None or mode == "python" else BLOCK
@@ -119,7 +120,9 @@ def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> t
     return fixed(control), control[0], n_step or len(control)
 
 
-def _case(built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None) -> Case | Rollout:
+def case_of(
+    built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None
+) -> Case | Rollout:
     """The case to roll out, or an empty Rollout where a kernel refuses the start."""
     try:
         native.assert_rows(built.model)
@@ -133,26 +136,30 @@ def _case(built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | N
 def _begun(built: Built, control: np.ndarray, recipe: Recipe) -> Case | Rollout:
     """As `_case`, but an error is this simulation's own."""
     try:
-        return _case(built, fixed(control), control[0])
+        return case_of(built, fixed(control), control[0])
     except Exception as error:
         return not_begun(built.model, error, recipe)
 
 
+def first_beyond(built: Built, angle: np.ndarray) -> int | None:
+    """First of some ankle angles [rad] (n,) that is far beyond the ankle's stops; None where none is."""
+    lower, upper = built.model.joint(ANKLE).range
+    beyond = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
+    return int(beyond[0]) if len(beyond) else None
+
+
 def _within_stops(built: Built, rollout: Rollout) -> Rollout:
     """The roll-out up to where the ankle has gone far beyond its stops, if it has."""
-    done = len(rollout.rows["time"])
-    if not done:
+    if not len(rollout.rows["time"]):
         return rollout
-    lower, upper = built.model.joint(ANKLE).range
     ankle = built.index.ankle_qpos
     angle = np.append(rollout.rows["qpos"][1:, ankle], rollout.final["qpos"][ankle])  # after each step
-    beyond = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
-    if not len(beyond):
+    end = first_beyond(built, angle)
+    if end is None:
         return rollout
-    end = int(beyond[0])
     return dataclasses.replace(
         rollout,
         rows={name: values[:end] for name, values in rollout.rows.items()},
         control=rollout.control[:end],
-        failure=failed(built.model, "the ankle has gone through its stops", end),
+        failure=failed(built.model, GONE, end),
     )

@@ -41,6 +41,10 @@ class Stepper(Protocol):
         """
         ...
 
+    def act(self, k: int) -> np.ndarray:
+        """Activations of a simulation between two blocks (na,); what is written there is stepped on from."""
+        ...
+
 
 class BatchStepper:
     """Any number of simulations in threads, with native callbacks."""
@@ -57,6 +61,13 @@ class BatchStepper:
         if any(model is not models[0] for model in models):
             self.batch.set_models(list(models))
         self.batch.state[:] = states
+        before = (mujoco.mjtState.mjSTATE_TIME, mujoco.mjtState.mjSTATE_QPOS, mujoco.mjtState.mjSTATE_QVEL)
+        first = sum(mujoco.mj_stateSize(models[0], part) for part in before)
+        self.activations = slice(first, first + models[0].na)
+
+    def act(self, k: int) -> np.ndarray:
+        found: np.ndarray = self.batch.state[k, self.activations]
+        return found
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
         batch = self.batch
@@ -89,6 +100,9 @@ class LoopStepper:
         self.data = [mujoco.MjData(model) for model in models]
         for model, data, state in zip(models, self.data, states, strict=True):
             mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+
+    def act(self, k: int) -> np.ndarray:
+        return self.data[k].act
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
         stopped = {}

@@ -87,7 +87,7 @@ def test_a_settled_stride(mounting: str) -> None:
 @pytest.mark.slow
 def test_the_settled_stride_of_a_walk_of_its_own() -> None:
     """As above, but the ten strides before are walked separately too."""
-    scenario = mounted("walk-dropfoot-afo", "soft")
+    scenario = mounted("walk-dropfoot-afo", "soft").set({"gait.settled": "walked"})
     built, run = afo_sim.build(scenario), afo_sim.run(scenario)
     time, stride = run["time"], built.walk.cycle.stride_time
     rows = slice(*np.searchsorted(time, [SETTLED * stride, (SETTLED + 1) * stride]))

@@ -85,6 +85,8 @@ def design(scenario: str, seed: int) -> dict[str, Any]:
             "dorsiflexor": {"inlet": [["0 s", "0.4 s"]], "outlet": [["0.4 s", "0.8 s"]]},
             "plantarflexor": {"inlet": [["0.4 s", "0.7 s"]], "outlet": [["0 s", "0.4 s"]]},
         }
+    else:
+        sets["gait.settled"] = "walked"  # the same rows at both steps
     for name in PATHS:
         sets |= group(draw, name)
     return sets | {"orthosis.anchor": mounting(draw)}

@@ -5,6 +5,8 @@ import dataclasses
 import json
 import math
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.energy import energy_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, tells
+from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
 from afo_sim.simulation.energy import Energy
@@ -89,12 +92,13 @@ def test_matplotlib_draws_metrics() -> None:
 
 
 def told() -> dict[str, Metric]:
-    """Everything that walking, a fixed shank and a balance of energy tell."""
+    """Everything that walking, its settled stride, a fixed shank and a balance of energy tell."""
     plain = walk_columns(4.2)
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
     balance = energy_metrics(terms, 2, 1e-4)
-    return {**walk_metrics(columns, STEP, MASS).totals, **ankle_metrics(columns, STEP, 1.0), **balance}
+    walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
+    return {**walking, **ankle_metrics(columns, STEP, 1.0), **balance}
 
 
 def test_every_registered_metric_is_told_by_its_function() -> None:
@@ -108,6 +112,13 @@ def test_every_metric_told_has_its_row_and_unit() -> None:
         assert metric.unit == entry(name).unit
         if metric.unit not in ("", "percent"):
             parse_quantity(f"1 {metric.unit}", metric.unit)
+
+
+def test_a_process_that_simulates_nothing_has_all_words() -> None:
+    """A report is written of runs that another process has simulated."""
+    code = "from afo_sim.metrics.words import METRICS; print(*METRICS)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) == set(METRICS)
 
 
 def test_names_with_a_chamber_or_a_direction_are_filled_in() -> None:

@@ -17,9 +17,11 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.model.build import Built, build
 from afo_sim.model.controls import controls
+from afo_sim.model.periodic import as_run, two_strides
 from afo_sim.model.start import equilibrium, get_state, walking_start
 from afo_sim.simulation import kept_model
 from afo_sim.simulation.kept_model import LABEL, packed, to_binary, unpacked
+from afo_sim.simulation.policy import fixed
 from afo_sim.simulation.recording import Recording, read_recording
 
 SHORT = {"duration": "1 s"}
@@ -96,12 +98,19 @@ def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
     assert np.ptp(run["ankle/angle"]) > np.radians(1.0)
 
 
-def test_walking_steps_to_the_same_bits(tmp_path: pathlib.Path) -> None:
-    afo_sim.run("walk-dropfoot-afo", {"duration": "0.4 s"}).save(tmp_path, rrd=False)
+@pytest.mark.parametrize("settled", ["solved", "walked"])
+def test_walking_steps_to_the_same_bits(settled: str, tmp_path: pathlib.Path) -> None:
+    """The strides that are walked from the start."""
+    sets = {"duration": "0.4 s", "gait.settled": settled}
+    afo_sim.run("walk-dropfoot-afo", sets).save(tmp_path, rrd=False)
     run = read_recording(tmp_path)
-    built = with_model(afo_sim.build(run.scenario), run.model())
+    built = with_model(build(as_run(afo_sim.load("scenario", run.scenario))), run.model())
     with native.installed():
         start = walking_start(built, controls(built, 1)[0])
+    if settled == "solved":
+        walked = run["gait/solved"] == 0.0
+        assert 0 < walked.sum() < len(walked)
+        run = dataclasses.replace(run, columns={name: run[name][walked] for name in run.columns})
     same_as_recorded(run, built, start, controls(built))
     assert run["ankle/moment/orthosis"].max() > 1.0
 
@@ -110,8 +119,18 @@ def test_walking_steps_to_the_same_bits(tmp_path: pathlib.Path) -> None:
 def test_every_bit_of_the_model_comes_back(name: str, tmp_path: pathlib.Path) -> None:
     run = afo_sim.run(name, {"duration": "0.02 s"})
     run.save(tmp_path, rrd=False)
-    expected = to_binary(afo_sim.build(name, {"duration": "0.02 s"}).model)
+    expected = to_binary(build(as_run(afo_sim.load("scenario", name, {"duration": "0.02 s"}))).full_model)
     assert to_binary(run.model()) == to_binary(read_recording(tmp_path).model()) == expected
+
+
+@pytest.mark.parametrize("start_phase", [0.0, 0.3])
+def test_the_settled_strides_are_of_the_model_that_is_kept(start_phase: float) -> None:
+    scenario = afo_sim.load("scenario", "walk-dropfoot-afo", SHORT | {"gait.start_phase": start_phase})
+    run = afo_sim.run(scenario)
+    assert run["gait/solved"].any()
+    assert to_binary(run.model()) == to_binary(build(two_strides(scenario)).full_model)
+    time = run["time"]
+    assert run.model().opt.timestep == pytest.approx((time[-1] - time[0]) / (len(time) - 1), rel=1e-12)
 
 
 def test_each_call_gives_a_model_of_its_own(seated_short: Recording) -> None:
@@ -165,6 +184,18 @@ def test_model_of_another_mujoco_is_built_anew(
         model = of_mujoco(seated_short, "3.1.0").model()
     assert to_binary(model) == seated_short.model_binary
     assert list(tmp_path.iterdir()) == []  # MuJoCo was not made to complain into its log
+
+
+@pytest.mark.parametrize("chosen", [False, True])
+def test_model_of_walking_is_built_anew_at_the_step_that_it_ran_with(chosen: bool) -> None:
+    """A solved run's is a whole part of a stride; a policy's is the scenario's own."""
+    scenario = afo_sim.load("scenario", "walk-dropfoot-afo", {"duration": "0.05 s"})
+    policy = fixed(controls(build(scenario))) if chosen else None
+    run = afo_sim.run(scenario, policy=policy)
+    assert (run.model().opt.timestep == scenario.timestep) == chosen
+    with pytest.warns(UserWarning, match="built anew"):
+        model = of_mujoco(run, "3.1.0").model()
+    assert to_binary(model) == run.model_binary
 
 
 def test_model_built_anew_must_be_the_same(seated_short: Recording) -> None:

@@ -1,0 +1,74 @@
+"""The stride that walking settles to: whether there is one, and the scenario of two such strides.
+
+A stride is seldom a whole number of steps. So the step is adjusted to stride/N, by less than half a step in a
+stride: then every stride takes the same inputs, and the state at its start maps to the state at its end.
+"""
+
+import math
+
+from afo_sim.description.scenario import Scenario
+from afo_sim.model.walk import stride_time_of
+
+WHOLE = 0.02  # of a stride, by which a duration may fall short of whole strides [-]
+AFTER = 2  # steps beyond the second stride: balances look a row ahead
+SAME = 1e-9  # of a stride, to which a timer's period must fit
+
+
+def why_walked(scenario: Scenario) -> str:
+    """The reason for which a scenario's strides cannot be solved and are walked; "" where there is none."""
+    gait = scenario.gait
+    if gait is None or gait.settled == "walked":
+        return "the scenario asks for it"
+    if scenario.contact:
+        return "the foot meets the floor (ground.mode), and its strides need not repeat"
+    if gait.variability > 0.0:
+        return "the stride time varies (gait.variability)"
+    timer = scenario.timer
+    if timer is not None and any(times.inlet or times.outlet for times in timer.chambers.values()):
+        stride = stride_time_of(gait)
+        periods = stride / timer.period
+        if round(periods) < 1 or abs(periods - round(periods)) > SAME * periods:
+            return f"the timer's period of {timer.period:g} s does not fit the stride of {stride:.6g} s"
+    return ""
+
+
+def steps_of_stride(scenario: Scenario) -> int:
+    """Steps of one stride, of about the scenario's own time step."""
+    assert scenario.gait is not None
+    return max(round(stride_time_of(scenario.gait) / scenario.timestep), 1)
+
+
+def as_run(scenario: Scenario) -> Scenario:
+    """The scenario with the time step that it runs with."""
+    return start_up(scenario) if scenario.walking and not why_walked(scenario) else scenario
+
+
+def two_strides(scenario: Scenario) -> Scenario:
+    """The scenario over two strides from heel strike, and `AFTER` steps."""
+    return _over(scenario, 0, 2 * steps_of_stride(scenario) + AFTER)
+
+
+def start_up(scenario: Scenario) -> Scenario:
+    """The scenario over the strides that are walked from the start, before the two of `two_strides`.
+
+    Together they are as long as the scenario asks, to whole strides; at least one is walked.
+    """
+    assert scenario.gait is not None
+    n = steps_of_stride(scenario)
+    begun = round(scenario.gait.start_phase * n)
+    whole = math.floor((begun + scenario.n_step) / n + WHOLE)
+    return _over(scenario, begun, max(whole - 2, 2 if 2 * begun > n else 1) * n - begun)
+
+
+def _over(scenario: Scenario, begun: int, n_step: int) -> Scenario:
+    """The scenario over so many steps, each a whole part of a stride, from so many after heel strike."""
+    gait = scenario.gait
+    assert gait is not None
+    n = steps_of_stride(scenario)
+    step = stride_time_of(gait) / n
+    changed: dict[str, object] = {"timestep": step, "duration": n_step * step}
+    changed["gait"] = gait.model_copy(update={"start_phase": begun / n})
+    if scenario.record_rate is not None:
+        changed["record_rate"] = 1.0 / (scenario.record_stride * step)
+    # a copy is not checked again: nothing has changed that a check looks at
+    return scenario.model_copy(update=changed)

@@ -1,0 +1,136 @@
+"""Slopes of the air over one stride: how what a chamber ends with follows from what it begins with.
+
+    d(ln m)/dt = ṁ/m                ṁ = Σ w          w: flow into the chamber through a valve
+    d(ln σ)/dt = E/(p V)            E = γ R Σ w T_w + (γ − 1) hA (T_a − T)
+
+are linearised along the rows of a stride that was walked, and their steps multiplied. The chamber's volume
+follows its pressure by `giving`, d ln V/d ln p, which two strides tell that differ in their air. The slopes
+serve a search, whose result does not depend on them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.physics.pneumatics import LAMINAR_RATIO
+
+GIVING = 0.3  # where no two strides tell it yet [-]
+MOST_GIVING = 0.6  # more would be a chamber that hardly resists [-]
+TOLD = 5e-4  # change of ln p from which on two strides tell it [-]
+NO_FLOW = 1e-9  # of the pressure ratio, from 1, at which a flow's relative slope ends
+
+
+@dataclass(frozen=True)
+class AirRows:
+    """Air of c chambers in n rows that are `step` apart.
+
+    mass [kg], pressure (absolute) [Pa], volume [m³] : (c, n)
+    inlet, outlet : mass flow, supply to chamber to ambient positive [kg/s] (c, n)
+    supply : absolute [Pa] (c, n)
+    inlet_ratio, outlet_ratio : critical pressure ratios [-] (c, 1)
+    wall : heat to the wall [W/K] (c, 1)
+    step : [s]
+    """
+
+    mass: np.ndarray
+    pressure: np.ndarray
+    volume: np.ndarray
+    inlet: np.ndarray
+    outlet: np.ndarray
+    supply: np.ndarray
+    inlet_ratio: np.ndarray
+    outlet_ratio: np.ndarray
+    wall: np.ndarray
+    step: float
+
+
+def giving(rows: AirRows, before: AirRows | None, known: np.ndarray | float = GIVING) -> np.ndarray:
+    """d ln V/d ln p of each row (c, n).
+
+    Parameters
+    ----------
+    rows, before : of a stride, and of the one before, whose air was another
+    known : where the two do not tell it
+    """
+    found = np.broadcast_to(known, rows.volume.shape)
+    if before is None:
+        return found
+    pressed = np.log(rows.pressure / before.pressure)
+    told = np.abs(pressed) > TOLD
+    widened = np.log(rows.volume / before.volume)
+    return np.where(told, np.clip(widened / np.where(told, pressed, 1.0), 0.0, MOST_GIVING), found)
+
+
+def air_slopes(rows: AirRows, giving: np.ndarray) -> np.ndarray:
+    """∂(ln m, ln σ) at the end of a stride by (ln m, ln σ) at its start, of each chamber.
+
+    Parameters
+    ----------
+    rows : of the stride
+    giving : d ln V/d ln p (c, n)
+
+    Returns
+    -------
+    (c, 2, 2)
+    """
+    rates = _rates(rows, giving)
+    half = 0.5 * rows.step * rates
+    one = np.eye(2)
+    steps = _inverse(one - half) @ (one + half)  # stable however fast a chamber fills
+    while steps.shape[1] > 1:
+        if steps.shape[1] % 2:
+            steps = np.concatenate([steps, np.broadcast_to(one, (len(steps), 1, 2, 2))], axis=1)
+        steps = steps[:, 1::2] @ steps[:, 0::2]
+    return steps[:, 0]
+
+
+def _inverse(matrices: np.ndarray) -> np.ndarray:
+    """Inverses of matrices (…, 2, 2)."""
+    a, b, c, d = (matrices[..., i, j] for i in (0, 1) for j in (0, 1))
+    found = np.empty_like(matrices)
+    found[..., 0, 0], found[..., 0, 1], found[..., 1, 0], found[..., 1, 1] = d, -b, -c, a
+    found /= (a * d - b * c)[..., np.newaxis, np.newaxis]
+    return found
+
+
+def _rates(rows: AirRows, giving: np.ndarray) -> np.ndarray:
+    """Slopes of the rates of (ln m, ln σ) by these two, in each row [1/s] (c, n, 2, 2)."""
+    p, gamma = rows.pressure, HEAT_CAPACITY_RATIO
+    temperature = p * rows.volume / (rows.mass * GAS_CONSTANT)
+    # by ln σ: of ln p, ln V and ln T; by ln m only ln T moves, by −1
+    of_p = 1.0 / (1.0 + gamma * giving)
+    of_v, of_t = giving * of_p, (1.0 + giving) * of_p
+    heat = (gamma - 1.0) * rows.wall
+    enthalpy = heat * (AMBIENT_TEMPERATURE - temperature)
+    enthalpy_by_p, enthalpy_by_t = np.zeros_like(p), -heat * temperature
+    flow, flow_by_p, flow_by_t = np.zeros_like(p), np.zeros_like(p), np.zeros_like(p)
+    for inward, other, critical in (
+        (rows.inlet, rows.supply, rows.inlet_ratio),
+        (-rows.outlet, np.full_like(p, AMBIENT_PRESSURE), rows.outlet_ratio),
+    ):
+        enters = inward >= 0.0
+        down = _by_downstream(np.where(enters, p / other, other / p), critical)
+        by_p = inward * np.where(enters, down, 1.0 - down)
+        by_t = np.where(enters, 0.0, -0.5 * inward)
+        carried = gamma * GAS_CONSTANT * np.where(enters, AMBIENT_TEMPERATURE, temperature)
+        flow, flow_by_p, flow_by_t = flow + inward, flow_by_p + by_p, flow_by_t + by_t
+        enthalpy = enthalpy + carried * inward
+        enthalpy_by_p = enthalpy_by_p + carried * by_p
+        enthalpy_by_t = enthalpy_by_t + carried * (by_t + np.where(enters, 0.0, inward))
+    found = np.empty((*p.shape, 2, 2))
+    found[..., 0, 0] = (-flow_by_t - flow) / rows.mass
+    found[..., 0, 1] = (flow_by_p * of_p + flow_by_t * of_t) / rows.mass
+    energy = p * rows.volume
+    found[..., 1, 0] = -enthalpy_by_t / energy
+    by_sigma = enthalpy_by_p * of_p + enthalpy_by_t * of_t + enthalpy * ((gamma - 1.0) * of_v - 1.0)
+    found[..., 1, 1] = by_sigma / energy
+    return found
+
+
+def _by_downstream(ratio: np.ndarray, critical: np.ndarray) -> np.ndarray:
+    """d ln ṁ/d ln p of the downstream side, of ISO 6358's flow at pressure ratios (c, n)."""
+    r = np.minimum(ratio, 1.0 - NO_FLOW)
+    x = (r - critical) / (1.0 - critical)
+    curved = -x * r / ((1.0 - critical) * np.maximum(1.0 - x * x, NO_FLOW))
+    return np.where(r <= critical, 0.0, np.where(r <= LAMINAR_RATIO, curved, -r / (1.0 - r)))

@@ -1,0 +1,207 @@
+"""The settled stride, solved: the air that every chamber has at heel strike, so that the next stride repeats.
+
+A stride maps mass and σ of the chambers at one heel strike to those at the next. Its fixed point is sought
+by Newton's method, with the slopes of the air along the stride just walked (`stride_search.py`). Ankle,
+valves, own lengths and cuff are carried by walking. So is friction that remembers: two strides are walked
+after each jump of the air before it is judged.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.model.build import Built
+from afo_sim.model.periodic import AFTER, steps_of_stride
+from afo_sim.model.start import walking_start
+from afo_sim.model.walk import JOINTS
+from afo_sim.simulation.first_air import first_air
+from afo_sim.simulation.policy import Rows, fixed
+from afo_sim.simulation.rollout import (
+    CONTROL,
+    METRIC_FIELDS,
+    STATE,
+    Case,
+    Rollout,
+    Workspace,
+    failed,
+    first_states,
+    limp,
+    not_begun,
+    widths,
+)
+from afo_sim.simulation.simulate import GONE, case_of, first_beyond
+from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Stepper
+from afo_sim.simulation.stride_search import StrideSearch, sticks
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The settled stride of one scenario.
+
+    rollout : rows of two strides that are alike, and of `AFTER` steps, as if they began at time 0
+    strides : that were walked in all
+    air : largest relative change of a chamber's mass or σ over the last stride [-]
+    angle : largest distance of the ankle's angle between the two [rad]
+    found : whether both are within `AIR` and `ANGLE`, and nothing slow is far from settled
+    slowest : share of a distance from the settled air that a stride leaves [-]
+    """
+
+    rollout: Rollout
+    strides: int = 0
+    air: float = math.nan
+    angle: float = math.nan
+    found: bool = False
+    slowest: float = math.nan
+
+
+def settle(
+    builts: Sequence[Built],
+    controls: Sequence[np.ndarray],
+    *,
+    mode: native.Mode = "native",
+    fields: tuple[str, ...] = METRIC_FIELDS,
+    workspace: Workspace | None = None,
+) -> list[Settled]:
+    """Solve for settled strides side by side, each exactly as it is solved alone.
+
+    Parameters
+    ----------
+    builts : compiled scenarios of two strides (`periodic.two_strides`), whose MjData are of one layout and
+        whose strides have as many steps
+    controls : inputs of each (n_step, nu)
+    mode : of the callbacks
+    fields : of MjData that are recorded, beside the state
+    workspace : memory for the rows, which are then good until it is used again
+
+    Returns
+    -------
+    list of Settled, in order. What fails in one does not touch the others: its rollout has the `failure`.
+    """
+    workspace = workspace or Workspace()
+    found: dict[int, Settled] = {}
+    with native.installed(mode), native.without_clock():
+        cases: dict[int, Case] = {}
+        for k, (built, control) in enumerate(zip(builts, controls, strict=True)):
+            case = _begun(built, control)
+            if isinstance(case, Case):
+                cases[k] = case
+            else:
+                found[k] = Settled(case)
+        if cases:
+            chosen = [builts[k] for k in cases], [controls[k] for k in cases]
+            party = _Party(*chosen, list(cases.values()), mode, fields)
+            found |= dict(zip(cases, party.settled(workspace), strict=True))
+    return [found[k] for k in range(len(builts))]
+
+
+def _begun(built: Built, control: np.ndarray) -> Case | Rollout:
+    """The case to walk from rest, or an empty Rollout where it cannot start."""
+    n = steps_of_stride(built.scenario)
+    try:
+        guess = None if sticks(built) else lambda built, data: first_air(built, data, control[n : 2 * n])
+        state = walking_start(built, control[0], guess)
+        case = case_of(built, fixed(control), control[0], state)
+    except Exception as error:
+        return not_begun(built.model, error)
+    if isinstance(case, Case) and (reason := limp(case)) is not None:
+        return not_begun(built.model, reason)
+    return case
+
+
+class _Party:
+    """Searches that walk side by side, stride by stride."""
+
+    def __init__(
+        self,
+        builts: Sequence[Built],
+        controls: Sequence[np.ndarray],
+        cases: Sequence[Case],
+        mode: native.Mode,
+        fields: tuple[str, ...],
+    ):
+        models, states = [case.model for case in cases], [case.state for case in cases]
+        stepper = BatchStepper(models, states, CONTROL, 1) if mode == "native" else None
+        self.stepper: Stepper = stepper or LoopStepper(models, states, CONTROL)
+        self.n = steps_of_stride(builts[0].scenario)
+        self.widths = widths(models[0], fields)
+        starts = first_states(cases)
+        self.searches = [
+            StrideSearch(built, control, {name: values[k] for name, values in starts.items()})
+            for k, (built, control) in enumerate(zip(builts, controls, strict=True))
+        ]
+
+    def settled(self, workspace: Workspace) -> list[Settled]:
+        """Walk until every search has ended."""
+        searches, turn = self.searches, 0
+        found: dict[int, Settled] = {}
+        rows = {
+            name: workspace.take(f"settled {name}", (len(searches), 2 * self.n + AFTER, width))
+            for name, width in self.widths.items()
+        }
+        while going := [k for k in range(len(searches)) if k not in found]:
+            failures = self._stride(going, turn, workspace)
+            for k in going:
+                search = searches[k]
+                failure = failures.get(k) or _beyond_stops(search)
+                if failure is not None:
+                    found[k] = Settled(not_begun(search.built.model, failure), search.strides)
+                elif search.done:
+                    rollout = self._rollout(k, {name: values[k] for name, values in rows.items()})
+                    found[k] = Settled(
+                        rollout, search.strides, search.air, search.angle, search.found, search.slowest
+                    )
+                elif search.may_jump:
+                    search.jump(self.stepper.act(k))
+            turn = 1 - turn
+        return [found[k] for k in range(len(searches))]
+
+    def _stride(self, going: list[int], turn: int, workspace: Workspace) -> dict[int, Exception]:
+        """Walk a stride of every search that goes on; memory of the stride before stays."""
+        shape = len(going), self.n
+        firsts = [0 if self.searches[k].strides == 0 else self.n for k in going]
+        inputs = [self.searches[k].control[a : a + self.n] for k, a in zip(going, firsts, strict=True)]
+        out = {
+            name: workspace.take(f"stride {turn} {name}", (*shape, width))
+            for name, width in self.widths.items()
+        }
+        stopped = self.stepper.advance(going, np.ascontiguousarray(inputs), out)
+        for place, k in enumerate(going):
+            if k not in stopped:
+                self.searches[k].walked({name: values[place] for name, values in out.items()})
+        return {
+            k: failed(search.built.model, stop.reason, search.strides * self.n)
+            for k, stop in stopped.items()
+            for search in [self.searches[k]]
+        }
+
+    def _rollout(self, k: int, rows: Rows) -> Rollout:
+        """Aligned rows of a search's last two strides and of the steps after them, into `rows`."""
+        search = self.searches[k]
+        before, last = search.before, search.last
+        assert before is not None and last is not None
+        inputs = search.control[2 * self.n :]
+        out = {name: np.empty((1, AFTER, width)) for name, width in self.widths.items()}
+        self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
+        for name, values in rows.items():
+            parts = [before.out[name], last.out[name], out[name][0]]
+            if name in STATE:  # after a step; the rows want it before
+                parts = [before.start[name][np.newaxis], *parts[:2], out[name][0, :-1]]
+            np.concatenate(parts, out=values)
+        # the shank has walked on, while its first stride is told
+        forward = search.built.model.joint(JOINTS[0]).qposadr[0]
+        assert search.built.walk is not None
+        ahead = rows["qpos"][0, forward] - search.built.walk.pose[1, 0]
+        rows["qpos"][:, forward] -= ahead
+        return Rollout(rows, search.control, final={name: out[name][0, -1] for name in STATE})
+
+
+def _beyond_stops(search: StrideSearch) -> Exception | None:
+    """What ends a search whose ankle has gone far beyond its stops."""
+    assert search.last is not None
+    if first_beyond(search.built, search.ankle(search.last)) is None:
+        return None
+    n = search.strides * steps_of_stride(search.built.scenario)
+    return failed(search.built.model, GONE, n)

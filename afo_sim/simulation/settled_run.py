@@ -1,0 +1,139 @@
+"""A run of walking whose settled stride is solved: strides from the start, and the settled ones behind them.
+
+Between them the air jumps. The column `gait/solved` tells which rows are which.
+"""
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.settling import settling_metrics
+from afo_sim.metrics.strides import SOLVED
+from afo_sim.metrics.walking import WalkMetrics
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides
+from afo_sim.simulation.examine import Examined, make_recording, name_rows, recording_of, timing_of
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import FIELDS
+from afo_sim.simulation.settle import Settled, settle
+from afo_sim.simulation.simulate import Progress, simulate
+from afo_sim.simulation.stride_search import AIR, ANGLE
+
+SLOW, LEFT = 0.8, 0.05  # share that a stride leaves, from which on that is told; of the way [-]
+FORWARD = ("ankle/position/x", "ground/position/x", "qpos/shank_x")  # what goes on from stride to stride
+
+
+def settled_metrics(settled: Settled) -> dict[str, Metric]:
+    """How the settled stride was found, as metrics."""
+    return settling_metrics(settled.strides, settled.air, settled.angle)
+
+
+def unsettled_warning(settled: Settled) -> tuple[str, ...]:
+    """A warning where no stride was found that repeats, or where it takes many to get there."""
+    if settled.found and not settled.slowest > SLOW:
+        return ()
+    if settled.found:
+        strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
+        return (
+            f"the air settles slowly: at least {strides:.0f} strides from a stop until "
+            f"{100.0 * LEFT:.0f} % of the way is left; the numbers are those of the end",
+        )
+    return (
+        f"no stride was found that repeats: after {settled.strides} strides the air still changes by "
+        f"{100.0 * settled.air:.2g} % over one, and the ankle's angle by {np.degrees(settled.angle):.2g}° "
+        f"({100.0 * AIR:g} % and {np.degrees(ANGLE):.2g}° would be settled); the numbers are the last one's",
+    )
+
+
+def run_settled(
+    scenario: Scenario,
+    *,
+    progress: Progress | None = None,
+    watch: Callable[[Recording], None] | None = None,
+) -> Recording:
+    """Walk from the start, and solve for the settled stride.
+
+    Parameters
+    ----------
+    scenario : whose strides repeat (`periodic.why_walked` says nothing)
+    progress : called with (steps done, steps in all)
+    watch : sees the run grow
+
+    Returns
+    -------
+    Recording as long as the scenario, in whole strides: at least one from the start, then two settled ones.
+    `metrics` are of the settled stride, `strides` of each. The step is a whole part of a stride.
+    """
+    first, second = build(start_up(scenario)), build(two_strides(scenario))
+    if watch is not None:
+        _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
+    see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
+    walked = simulate(first, schedule.controls(first), progress=progress, see=see)
+    if walked.failure is not None:
+        return dataclasses.replace(make_recording(first, walked), scenario=scenario.resolved())
+    begun = time.perf_counter()
+    settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
+    seconds = walked.wall_seconds + time.perf_counter() - begun
+    if settled.rollout.failure is not None:
+        failed = make_recording(first, walked)
+        status = f"failed: while the settled stride was sought: {settled.rollout.failure}"
+        return dataclasses.replace(failed, scenario=scenario.resolved(), status=status, metrics={})
+    before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
+    steps = first.scenario.n_step + settled.strides * steps_of_stride(scenario)
+    recording = recording_of(
+        first,
+        scenario,
+        columns=_joined(first, before, second, after),
+        found=_found(first, before, after, settled),
+        warnings=_warnings(first, before, after, settled),
+        timing=timing_of(steps, seconds),
+    )
+    if watch is not None:
+        solved = {name: values[recording[SOLVED] == 1.0] for name, values in recording.columns.items()}
+        watch(dataclasses.replace(recording, columns=solved))
+    return recording
+
+
+def _joined(first: Built, before: Examined, second: Built, after: Examined) -> dict[str, np.ndarray]:
+    """Columns of both parts, one behind the other, at the recording's rate."""
+    assert first.walk is not None and second.walk is not None
+    n, stride = first.scenario.n_step, first.scenario.record_stride
+    shifts = dict.fromkeys(FORWARD, float(first.walk.pose[n + 1, 0] - second.walk.pose[1, 0]))
+    shifts |= {"time": n * first.scenario.timestep, "gait/stride": float(_end(first))}
+    found = {}
+    for name, values in before.columns.items():
+        behind = after.columns[name][-n % stride : -AFTER : stride]
+        found[name] = np.concatenate([values[::stride], behind + shifts.get(name, 0.0)])
+    kept = len(before.columns["time"][::stride])
+    found[SOLVED] = (np.arange(len(found["time"])) >= kept).astype(float)
+    return found
+
+
+def _end(first: Built) -> int:
+    """Number of the stride that follows those walked from the start."""
+    assert first.walk is not None
+    return round(float(first.walk.phase[first.scenario.n_step + 1]))
+
+
+def _found(first: Built, before: Examined, after: Examined, settled: Settled) -> WalkMetrics:
+    """Totals of the settled stride, and the metrics of every stride."""
+    strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
+    return WalkMetrics(after.found.totals | settled_metrics(settled), strides, ())
+
+
+def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:
+    """Of the description, of the settled stride, and of the strides before it what is not said twice."""
+    said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
+    about = {_subject(warning) for warning in said}
+    return (*said, *(f"before it settles: {w}" for w in before.limits if _subject(w) not in about))
+
+
+def _subject(warning: str) -> str:
+    """Whom and what a warning is about, without its numbers."""
+    return " ".join(warning.split()[:4])

@@ -1,0 +1,238 @@
+"""The search for one scenario's settled stride: how far it is, and where its air jumps next.
+
+It is found when two strides in a row, without a jump between, differ by less than `AIR` in mass and σ of
+every chamber, and by less than `ANGLE` in the ankle's angle everywhere.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.model.build import Built
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
+from afo_sim.simulation.policy import Rows
+from afo_sim.simulation.rollout import STATE
+
+AIR = 1e-4  # change of mass and σ over a settled stride [-]
+ANGLE = math.radians(0.005)  # between two settled strides, everywhere [rad]
+JUMPS = 12  # of the air, after which strides are only walked
+STRIDES = 60  # that are walked at most
+NEAR = 10.0 * AIR  # step of Newton's method that is still to go, at most [-]
+OF_FLOW, LEAST = 2e-3, 1e-6  # and at most so much of the air that flows in; less is not asked for [-]
+LARGEST = 1.0  # change of ln m and ln σ in a jump [-]
+COARSE = 12e-3  # between the rows that the slopes are taken from [s]
+TINY = 1e-9  # change of ln m and ln σ that tells nothing [-]
+STILL = 1e-6  # share of the largest slope below which a chamber's air has nothing that brings it back
+
+
+@dataclass
+class Stride:
+    """A stride that was walked.
+
+    start : state that it began with
+    out : its rows, states after each step
+    ended : mass and σ of each chamber at its end (c, 2)
+    control : inputs of its steps (n, nu)
+    air : on the way, once it has been asked for
+    """
+
+    start: Rows
+    out: Rows
+    ended: np.ndarray
+    control: np.ndarray
+    air: AirRows | None = None
+
+
+@dataclass
+class StrideSearch:
+    """The search for one scenario's stride: how far it is."""
+
+    built: Built
+    control: np.ndarray
+    start: Rows  # of the next stride
+    strides: int = 0
+    jumps: int = 0
+    since_jump: int = 0  # strides
+    air: float = math.inf
+    angle: float = math.inf
+    found: bool = False
+    slowest: float = math.nan  # share of a distance from the settled air that a stride leaves [-]
+    giving: np.ndarray | float = GIVING
+    last: Stride | None = None
+    before: Stride | None = None
+
+    def __post_init__(self) -> None:
+        self.first = self.held(self.start)
+
+    @property
+    def done(self) -> bool:
+        """Whether no more strides are to be walked."""
+        return self.found or self.strides >= STRIDES
+
+    @property
+    def chambers(self) -> list[int]:
+        """Their actuators."""
+        return list(self.built.index.chambers.values())
+
+    def walked(self, out: Rows) -> None:
+        """Take a stride that was walked."""
+        n, first = len(out["time"]), len(out["time"]) if self.strides else 0  # later ones as the second
+        ended = {name: out[name][-1].copy() for name in STATE}
+        stride = Stride(self.start, out, self.held(ended), self.control[first : first + n])
+        self.before, self.last = self.last, stride
+        self.start = ended
+        self.strides += 1
+        self.since_jump += 1
+        self.air = float(np.max(np.abs(self.change), initial=0.0))
+        if self.before is not None:
+            self.angle = float(np.max(np.abs(self.ankle(self.last) - self.ankle(self.before))))
+        self.found = self.air <= AIR and self.angle <= ANGLE and self.since_jump > 1
+        if self.found and self.jumps < JUMPS and not sticks(self.built):
+            self.found = self._is_near()
+
+    def _is_near(self) -> bool:
+        """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
+        last = self.last
+        if last is None or not self.chambers:
+            return True
+        air = self._air(last)
+        slopes = self._slopes()
+        step = np.abs(_step(slopes, self.change.ravel())).reshape(-1, 2)
+        flowing = np.maximum(air.inlet, 0.0).sum(axis=1) * air.step / self.held(last.start)[:, 0]
+        filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not told
+        shares = np.abs(np.linalg.eigvals(self._own_slopes()[np.ix_(filled, filled)]))
+        self.slowest = float(np.max(shares, initial=0.0))
+        enough = np.where(flowing > 0.0, np.clip(OF_FLOW * flowing, LEAST, NEAR), NEAR)
+        return bool((step <= enough[:, np.newaxis]).all())
+
+    @property
+    def coarse(self) -> int:
+        """Steps between the rows that the slopes are taken from."""
+        return max(round(COARSE / self.built.scenario.timestep), 1)
+
+    @property
+    def change(self) -> np.ndarray:
+        """Of ln m and ln σ of each chamber over the last stride (c, 2)."""
+        assert self.last is not None
+        found: np.ndarray = np.log(self.held(self.start) / self.held(self.last.start))
+        return found
+
+    def held(self, state: Rows) -> np.ndarray:
+        """Mass [kg] and σ of each chamber in a state (c, 2)."""
+        rows = [native.read_held(self.built.model, state["act"], chamber) for chamber in self.chambers]
+        return np.array(rows).reshape(-1, 2)
+
+    def ankle(self, stride: Stride) -> np.ndarray:
+        """Ankle angle after each step of a stride [rad] (n,)."""
+        found: np.ndarray = stride.out["qpos"][:, self.built.index.ankle_qpos]
+        return found
+
+    def jump(self, act: np.ndarray) -> None:
+        """Put the air that should repeat into `act` (na,), by one step of Newton's method.
+
+        The last of all jumps goes back to the first air, from where strides are only walked.
+        """
+        assert self.last is not None
+        wanted = self.first
+        if self.jumps < JUMPS:
+            begun = np.log(self.held(self.last.start)).ravel()
+            wanted = np.exp(begun + _bounded(self._slopes(), self.change.ravel())).reshape(-1, 2)
+        for row, chamber in enumerate(self.chambers):
+            native.write_held(self.built.model, act, chamber, wanted[row])
+        self.start["act"] = act.copy()
+        self.jumps += 1
+        self.since_jump = 0
+
+    def _slopes(self) -> np.ndarray:
+        """∂(ln m, ln σ) of all chambers at a stride's end by those at its start (2c, 2c).
+
+        To the slopes along the last stride comes what the last two strides show beyond them (Broyden 1965):
+        chambers that move each other, and volumes that follow late.
+        """
+        last, before = self.last, self.before
+        assert last is not None
+        found = self._own_slopes()
+        if before is None or self.strides < 3:  # the first stride has not the past of one
+            return found
+        moved = np.log(self.held(last.start) / self.held(before.start)).ravel()
+        if not np.max(np.abs(moved)) > TINY:
+            return found
+        became = np.log(self.held(self.start) / before.ended).ravel()
+        return found + np.outer(became - found @ moved, moved) / (moved @ moved)
+
+    def _own_slopes(self) -> np.ndarray:
+        """The slopes along the last stride, of each chamber by itself (2c, 2c)."""
+        last, before = self.last, self.before
+        assert last is not None
+        air = self._air(last)
+        self.giving = giving(air, None if before is None else self._air(before), self.giving)
+        found = np.zeros((2 * len(self.chambers),) * 2)
+        for k, own in enumerate(air_slopes(air, self.giving)):
+            found[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = own
+        return found
+
+    def _air(self, stride: Stride) -> AirRows:
+        """The chambers' air in some rows of a stride."""
+        if stride.air is None:
+            stride.air = self._read_air(stride)
+        return stride.air
+
+    def _read_air(self, stride: Stride) -> AirRows:
+        built, index = self.built, self.built.index
+        rows = {name: values[:: self.coarse] for name, values in stride.out.items()}
+        inputs = stride.control[:: self.coarse]
+        flows = [native.read_flows(built.model, rows["userdata"], c) for c in self.chambers]
+        air = [native.read_air(built.model, rows["act"], rows["userdata"], c) for c in self.chambers]
+        descriptions = [built.scenario.orthosis.chamber[name] for name in index.chambers]
+        return AirRows(
+            mass=np.stack([each.mass for each in air]),
+            pressure=np.stack([each.absolute_pressure for each in air]),
+            volume=np.stack([each.volume for each in air]),
+            inlet=np.stack([each.inlet for each in flows]),
+            outlet=np.stack([each.outlet for each in flows]),
+            supply=inputs[:, self.chambers].T + AMBIENT_PRESSURE,
+            inlet_ratio=np.array([[each.inlet.critical_ratio] for each in descriptions]),
+            outlet_ratio=np.array([[each.outlet.critical_ratio] for each in descriptions]),
+            wall=np.array([[each.wall_conductance] for each in descriptions]),
+            step=self.coarse * built.scenario.timestep,
+        )
+
+    @property
+    def may_jump(self) -> bool:
+        """Whether the air is to jump: where it has not settled, and friction has followed the last jump."""
+        if sticks(self.built) or self.jumps > JUMPS or not self.chambers:
+            return False
+        if self.air <= AIR and not (self.angle <= ANGLE and self.since_jump > 1):
+            return False  # it only has to be confirmed
+        return self.since_jump > (1 if self.built.index.frictions else 0)
+
+
+def sticks(built: Built) -> bool:
+    """Whether friction keeps the past: then only that of walking from rest is one, and no air may jump."""
+    names = {group.type.friction for group in built.scenario.orthosis.muscle.values()} - {"none"}
+    return any(FRICTIONS[name].sticks for name in names)
+
+
+def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Step of Newton's method in ln m and ln σ (n,): (1 − slopes) step = change."""
+    return np.linalg.lstsq(np.eye(len(change)) - slopes, change, rcond=STILL)[0]
+
+
+def _bounded(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """The same, by at most `LARGEST`.
+
+    Far above its fixed point a chamber vents by a share, which is linear in m and not in ln m. Where the step
+    would lead away from where the stride went, it is taken in m and σ.
+    """
+    step = _step(slopes, change)
+    if step @ change >= 0.0:
+        return step * min(1.0, LARGEST / max(float(np.max(np.abs(step))), LARGEST))
+    ratio = np.exp(change)
+    step = np.linalg.lstsq(np.eye(len(change)) - ratio[:, np.newaxis] * slopes, ratio - 1.0, rcond=STILL)[0]
+    low, high = math.expm1(-LARGEST), math.expm1(LARGEST)
+    found: np.ndarray = np.log1p(step * min(1.0, low / min(step.min(), low), high / max(step.max(), high)))
+    return found

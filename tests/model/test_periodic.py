@@ -1,0 +1,117 @@
+"""A stride of whole steps, and for which scenarios there is one."""
+
+import math
+
+import numpy as np
+import pytest
+
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import build
+from afo_sim.model.periodic import AFTER, as_run, start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.model.walk import stride_time_of
+
+
+def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:
+    return load("scenario", name, {key.replace("__", "."): value for key, value in sets.items()})
+
+
+@pytest.mark.parametrize("step", ["0.1 ms", "0.3 ms", "1 ms", "2 ms", "7 ms", "10 ms"])
+@pytest.mark.parametrize("stride", [None, "0.7 s", "1.2 s", "1.7999 s"])
+def test_a_stride_is_a_whole_number_of_steps(step: str, stride: str | None) -> None:
+    sets = {} if stride is None else {"gait.stride_time": stride}
+    described = scenario(timestep=step).set(sets)
+    assert described.gait is not None
+    n, adjusted = steps_of_stride(described), two_strides(described)
+    duration = stride_time_of(described.gait)
+    assert n * adjusted.timestep == pytest.approx(duration, rel=1e-14)
+    # by less than half a step in a stride
+    assert abs(n * described.timestep - duration) <= 0.5 * described.timestep * (1.0 + 1e-9)
+    assert adjusted.n_step == 2 * n + AFTER
+
+
+@pytest.mark.parametrize("step", ["1 ms", "4 ms"])
+@pytest.mark.parametrize("start", [0.0, 0.37, 1.0])
+def test_the_second_stride_takes_the_inputs_of_the_first(step: str, start: float) -> None:
+    described = scenario(timestep=step).set({"gait.start_phase": start})
+    built, n = build(two_strides(described)), steps_of_stride(described)
+    control = schedule.controls(built)
+    coils = list(built.index.valves.values())
+    assert np.array_equal(control[:n, coils], control[n : 2 * n, coils])
+    scale = np.maximum(np.abs(control).max(axis=0), 1e-9)
+    # the shank's acceleration is a second difference of metres: rounding over h²
+    rounding = 1e-15 / built.scenario.timestep**2 * 100.0
+    assert np.abs(control[:n] - control[n : 2 * n]).max(axis=0) / scale == pytest.approx(0.0, abs=rounding)
+    assert built.walk is not None and built.walk.phase[1] == 0.0  # from heel strike
+
+
+@pytest.mark.parametrize("start", [0.0, 0.2, 0.37, 0.499, 0.501, 0.9, 0.9999, 1.0])
+@pytest.mark.parametrize("duration", [0.1, 1.3, 2.5, 3.61, 5.0, 14.4])
+def test_strides_from_the_start_end_at_a_heel_strike(duration: float, start: float) -> None:
+    described = scenario().set({"duration": f"{duration} s", "gait.start_phase": start})
+    begun, n = start_up(described), steps_of_stride(described)
+    assert begun.gait is not None
+    first = begun.gait.start_phase * n
+    assert first == pytest.approx(round(first), abs=1e-6) and abs(first - start * n) <= 0.5 + 1e-9
+    assert (round(first) + begun.n_step) % n == 0
+    assert begun.n_step >= n // 2  # about a stride at least
+    whole = math.floor((start * stride_time_of(begun.gait) + duration) / stride_time_of(begun.gait) + 0.02)
+    if whole >= 4:  # with the two that follow, what was asked for, less the part of a stride at its end
+        assert round(first) + begun.n_step + 2 * n == whole * n
+
+
+@pytest.mark.parametrize("rate", ["500 Hz", "250 Hz", "100 Hz", "1000 Hz"])
+def test_every_so_many_steps_are_recorded_as_was_asked_for(rate: str) -> None:
+    described = scenario(record_rate=rate)
+    for adjusted in (start_up(described), two_strides(described)):
+        assert adjusted.record_stride == described.record_stride
+    assert start_up(scenario()).record_stride == 1  # at about 1 kHz, though the step is a little shorter
+
+
+def test_the_scenario_as_run_is_its_own_where_nothing_is_solved() -> None:
+    seated = load("scenario", "seated")
+    assert as_run(seated) is seated
+    plain = scenario().set({"gait.settled": "walked"})
+    assert as_run(plain) is plain
+    assert as_run(scenario()).timestep == two_strides(scenario()).timestep
+
+
+SOLVED = {"gait.settled": "solved"}  # the shipped timer's scenario is walked
+
+
+def timed(period: float, stride: float) -> Scenario:
+    valves = {"dorsiflexor": {"inlet": [["0.1 s", "0.2 s"]], "outlet": [["0.3 s", "0.4 s"]]}}
+    described = load("scenario", "walk-dropfoot-afo-timer", SOLVED | {"gait.stride_time": f"{stride} s"})
+    return described.set({"timer": {"period": f"{period} s"} | valves})
+
+
+@pytest.mark.parametrize("part", [1, 2, 3, 7])
+def test_a_timer_fits_whose_period_is_a_whole_part_of_the_stride(part: int) -> None:
+    stride = 3.5
+    described = timed(stride / part, stride)
+    assert why_walked(described) == ""
+    control = schedule.controls(build(two_strides(described)))
+    n = steps_of_stride(described)
+    assert control[:n].max(axis=0) == pytest.approx(control[n : 2 * n].max(axis=0), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("period", "stride"), [(2.4, 1.2), (1.2, 1.20325), (0.8, 1.2), (1.2 * (1 + 1e-6), 1.2)]
+)
+def test_a_timer_that_drifts_against_the_stride_is_walked(period: float, stride: float) -> None:
+    assert "timer" in why_walked(timed(period, stride))
+
+
+def test_the_shipped_timer_is_walked_with_a_warning_where_it_is_to_be_solved() -> None:
+    described = scenario("walk-dropfoot-afo-timer")
+    assert why_walked(described)
+    assert not [w for w in build(described).warnings if "walked" in w]
+    described = described.set(SOLVED)
+    assert "1.2 s" in why_walked(described)
+    assert [w for w in build(described).warnings if "walked to, not solved for" in w]
+
+
+def test_a_timer_that_switches_nothing_may_have_any_period() -> None:
+    described = scenario("walk-dropfoot-afo-timer").set(SOLVED | {"timer": {"period": "0.77 s"}})
+    assert why_walked(described) == ""

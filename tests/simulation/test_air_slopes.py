@@ -1,0 +1,175 @@
+"""Slopes of a chamber's air over a stride, against finite differences of an integration of its own."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from afo_sim.common.units import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    HEAT_CAPACITY_RATIO,
+    STANDARD_DENSITY,
+)
+from afo_sim.simulation.air_slopes import AirRows, air_slopes, giving
+
+STRIDE, ROWS = 0.2, 800  # [s], rows of it
+BAR, C, CRITICAL = 1e5, 5.5e-10, 0.3
+VOLUME, REFERENCE = 3e-4, 3e5  # V = VOLUME (p/REFERENCE)^give
+PUFF = 1e-5  # change of ln m and ln σ for the differences
+
+
+def flow(p_from: float, p_to: float, temperature: float, conductance: float) -> float:
+    """ISO 6358 written down once more: choked, elliptic, and a straight end from a ratio of 0.98."""
+    if p_to > p_from:
+        raise ValueError("runs back")
+    choked = conductance * STANDARD_DENSITY * p_from * np.sqrt(AMBIENT_TEMPERATURE / temperature)
+    ratio = p_to / p_from
+    share = min(max(ratio - CRITICAL, 0.0) / (1.0 - CRITICAL), (0.98 - CRITICAL) / (1.0 - CRITICAL))
+    return choked * np.sqrt(1.0 - share**2) * min((1.0 - ratio) / 0.02, 1.0)
+
+
+class Chamber:
+    """Mass and σ = p V^γ of a chamber whose volume follows its pressure, by the first law."""
+
+    def __init__(self, supply: float, inlet: float, outlet: float, wall: float, give: float):
+        self.supply, self.inlet, self.outlet = supply, inlet, outlet
+        self.wall, self.give = wall, give
+
+    def state(self, pressure: float, temperature: float) -> np.ndarray:
+        """(ln m, ln σ) at absolute pressure [Pa] and temperature [K]."""
+        volume = VOLUME * (pressure / REFERENCE) ** self.give
+        mass = pressure * volume / (GAS_CONSTANT * temperature)
+        return np.log([mass, pressure * volume**HEAT_CAPACITY_RATIO])
+
+    def air(self, state: np.ndarray) -> tuple[float, float, float, float, float]:
+        """Mass, absolute pressure, volume, inward flow of the inlet, outward flow of the outlet."""
+        mass, sigma = np.exp(state)
+        power = 1.0 + HEAT_CAPACITY_RATIO * self.give
+        p = (sigma / VOLUME**HEAT_CAPACITY_RATIO * REFERENCE ** (HEAT_CAPACITY_RATIO * self.give)) ** (
+            1.0 / power
+        )
+        volume = VOLUME * (p / REFERENCE) ** self.give
+        temperature = p * volume / (mass * GAS_CONSTANT)
+        if self.supply >= p:
+            enters = flow(self.supply, p, AMBIENT_TEMPERATURE, self.inlet)
+        else:
+            enters = -flow(p, self.supply, temperature, self.inlet)
+        if p >= AMBIENT_PRESSURE:
+            leaves = flow(p, AMBIENT_PRESSURE, temperature, self.outlet)
+        else:
+            leaves = -flow(AMBIENT_PRESSURE, p, AMBIENT_TEMPERATURE, self.outlet)
+        return mass, p, volume, enters, leaves
+
+    def rates(self, _: float, state: np.ndarray) -> np.ndarray:
+        """d(ln m, ln σ)/dt: what flows carries γ R T of where it comes from."""
+        mass, p, volume, enters, leaves = self.air(state)
+        temperature = p * volume / (mass * GAS_CONSTANT)
+        gamma = HEAT_CAPACITY_RATIO
+        hot = enters * (AMBIENT_TEMPERATURE if enters >= 0.0 else temperature)
+        hot -= leaves * (temperature if leaves >= 0.0 else AMBIENT_TEMPERATURE)
+        heat = (gamma - 1.0) * self.wall * (AMBIENT_TEMPERATURE - temperature)
+        return np.array([(enters - leaves) / mass, (gamma * GAS_CONSTANT * hot + heat) / (p * volume)])
+
+    def walked(self, start: np.ndarray) -> np.ndarray:
+        """States after each row of a stride (ROWS, 2)."""
+        times = np.linspace(0.0, STRIDE, ROWS + 1)[1:]
+        done = solve_ivp(self.rates, (0.0, STRIDE), start, "LSODA", times, rtol=1e-11, atol=1e-13)
+        assert done.success
+        return done.y.T
+
+    def rows(self, start: np.ndarray) -> AirRows:
+        """The same as the search sees it."""
+        found = np.array([self.air(state) for state in self.walked(start)]).T
+        mass, pressure, volume, enters, leaves = found[:, np.newaxis]
+        return AirRows(
+            mass=mass,
+            pressure=pressure,
+            volume=volume,
+            inlet=enters,
+            outlet=leaves,
+            supply=np.full_like(mass, self.supply),
+            inlet_ratio=np.array([[CRITICAL]]),
+            outlet_ratio=np.array([[CRITICAL]]),
+            wall=np.array([[self.wall]]),
+            step=STRIDE / ROWS,
+        )
+
+    def differences(self, start: np.ndarray) -> np.ndarray:
+        """∂(ln m, ln σ) at the end by those at the start, by central differences."""
+        columns = [
+            (self.walked(start + puff)[-1] - self.walked(start - puff)[-1]) / (2.0 * PUFF)
+            for puff in PUFF * np.eye(2)
+        ]
+        return np.stack(columns, axis=1)
+
+
+AIRS = {
+    # supply, inlet, outlet, wall, give, pressure and temperature at the start
+    "filled, choked": (Chamber(8 * BAR, C, 0.0, 0.5, 0.0), 1.2 * BAR, 285.0),
+    "filled, subsonic": (Chamber(5 * BAR, C, 0.0, 0.5, 0.2), 3.5 * BAR, 300.0),
+    "filled to the end": (Chamber(3 * BAR, 20 * C, 0.0, 0.5, 0.3), 2.0 * BAR, 293.15),
+    "vented, choked": (Chamber(5 * BAR, 0.0, C, 0.5, 0.2), 5.0 * BAR, 310.0),
+    "vented, subsonic": (Chamber(5 * BAR, 0.0, C, 0.0, 0.3), 1.8 * BAR, 280.0),
+    "vented to the end": (Chamber(5 * BAR, 0.0, 10 * C, 0.5, 0.1), 2.0 * BAR, 293.15),
+    "back through the inlet": (Chamber(2 * BAR, C, 0.0, 0.5, 0.2), 4.0 * BAR, 320.0),
+    "sucked through the outlet": (Chamber(2 * BAR, 0.0, C, 0.5, 0.0), 0.5 * BAR, 290.0),
+    "through both valves": (Chamber(5 * BAR, C, 0.5 * C, 0.5, 0.3), 2.5 * BAR, 300.0),
+    "sealed, warm": (Chamber(5 * BAR, 0.0, 0.0, 0.5, 0.3), 2.0 * BAR, 330.0),
+    "sealed, adiabatic": (Chamber(5 * BAR, 0.0, 0.0, 0.0, 0.3), 2.0 * BAR, 330.0),
+}
+
+
+@pytest.mark.parametrize("name", AIRS)
+def test_the_slopes_are_those_of_the_stride_that_was_walked(name: str) -> None:
+    chamber, pressure, temperature = AIRS[name]
+    start = chamber.state(pressure, temperature)
+    rows = chamber.rows(start)
+    slopes = air_slopes(rows, np.full(rows.volume.shape, chamber.give))[0]
+    # rows are the states after each step: half a step of the rates is the error
+    assert slopes == pytest.approx(chamber.differences(start), abs=0.01)
+
+
+def test_a_sealed_chamber_without_a_wall_keeps_what_it_holds() -> None:
+    chamber, pressure, temperature = AIRS["sealed, adiabatic"]
+    rows = chamber.rows(chamber.state(pressure, temperature))
+    assert air_slopes(rows, np.full(rows.volume.shape, chamber.give))[0] == pytest.approx(
+        np.eye(2), abs=1e-12
+    )
+
+
+def test_a_chamber_that_comes_to_the_supply_and_the_wall_forgets_what_it_held() -> None:
+    """Pressure and temperature are then those of supply and wall, whatever they were."""
+    chamber = Chamber(3 * BAR, 100 * C, 0.0, 50.0, 0.0)
+    start = chamber.state(2.8 * BAR, AMBIENT_TEMPERATURE)
+    slopes = air_slopes(chamber.rows(start), np.zeros((1, ROWS)))[0]
+    assert slopes == pytest.approx(np.zeros((2, 2)), abs=1e-3)
+
+
+def test_each_chamber_has_its_own_slopes() -> None:
+    chosen = [AIRS[name] for name in ("filled, choked", "vented, subsonic", "sealed, warm")]
+    alone = [chamber.rows(chamber.state(p, t)) for chamber, p, t in chosen]
+    values = {
+        name: np.concatenate([getattr(rows, name) for rows in alone])
+        for name in vars(alone[0])
+        if name != "step"
+    }
+    together = AirRows(**values, step=STRIDE / ROWS)
+    give = np.full(together.volume.shape, 0.2)
+    expected = [air_slopes(rows, give[:1])[0] for rows in alone]
+    assert np.array_equal(air_slopes(together, give), expected)
+
+
+def test_two_strides_tell_how_the_volume_follows_the_pressure() -> None:
+    chamber, pressure, temperature = AIRS["through both valves"]
+    one = chamber.rows(chamber.state(pressure, temperature))
+    other = chamber.rows(chamber.state(1.05 * pressure, temperature))
+    assert giving(one, other) == pytest.approx(np.full((1, ROWS), chamber.give), abs=1e-9)
+
+
+def test_strides_that_are_alike_tell_nothing_of_the_volume() -> None:
+    chamber, pressure, temperature = AIRS["through both valves"]
+    rows = chamber.rows(chamber.state(pressure, temperature))
+    known = np.full(rows.volume.shape, 0.123)
+    assert np.array_equal(giving(rows, rows, known), known)
+    assert np.array_equal(giving(rows, None, known), known)
