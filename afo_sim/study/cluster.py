@@ -6,6 +6,7 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
@@ -19,7 +20,7 @@ _one_chunk = threading.Lock()
 
 
 def chunks(
-    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str
+    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str, asked: Asked = EVERYTHING
 ) -> Iterator[tuple[int, list[Outcome]]]:
     """Chunks as workers return them, in no particular order.
 
@@ -32,6 +33,7 @@ def chunks(
     jobs : the cases
     pending : chunks to compute
     scheduler : address of a running cluster
+    asked : metrics and warnings of each case
 
     Raises
     ------
@@ -42,13 +44,18 @@ def chunks(
     distributed = library()
     try:
         with _client(distributed, scheduler) as client:
-            yield from _computed(distributed, client, scenario, jobs, iter(pending))
+            yield from _computed(distributed, client, scenario, jobs, iter(pending), asked)
     except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
         raise _broken(error) from None
 
 
 def _computed(
-    distributed: Any, client: Any, scenario: Mapping[str, Any], jobs: Jobs, waiting: Iterator[int]
+    distributed: Any,
+    client: Any,
+    scenario: Mapping[str, Any],
+    jobs: Jobs,
+    waiting: Iterator[int],
+    asked: Asked,
 ) -> Iterator[tuple[int, list[Outcome]]]:
     running = distributed.as_completed()
     numbers: dict[str, int] = {}
@@ -59,7 +66,7 @@ def _computed(
         ahead = AHEAD * max(len(client.nthreads()), 1)
         while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
             cases = [(number, jobs.sets(number)) for number in jobs.numbers(chunk)]
-            future = client.submit(compute, scenario, cases, mine, pure=False)
+            future = client.submit(compute, scenario, cases, mine, asked, pure=False)
             numbers[future.key] = chunk
             running.add(future)
 
@@ -89,12 +96,13 @@ def compute(
     scenario: Mapping[str, Any],
     cases: list[tuple[int, dict[str, Any]]],
     wanted: Mapping[str, Any] | None = None,
+    asked: Asked = EVERYTHING,
 ) -> list[Outcome]:
     """A chunk's outcomes in order, on whatever machine this is called.
 
     Parameters
     ----------
-    scenario, cases : as `engine.outcomes` takes them
+    scenario, cases, asked : as `engine.outcomes` takes them
     wanted : the code that must run here, as `folder.program` tells it
 
     Raises
@@ -108,7 +116,7 @@ def compute(
                 if here["versions"].get(name) != v]  # fmt: skip
         raise InputError(f"a worker runs other code than this process: {', '.join(each) or 'of afo-sim'}")
     with _one_chunk:
-        found = dict(engine.outcomes(scenario, cases, _threads(), len(cases)))
+        found = dict(engine.outcomes(scenario, cases, _threads(), len(cases), asked))
     return [found[number] for number, _ in cases]
 
 

@@ -10,10 +10,8 @@ import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Protocol
 
-import mujoco
 import numpy as np
 
 from afo_sim import native
@@ -22,8 +20,11 @@ from afo_sim.description.reader import load
 from afo_sim.metrics.metric import Metric
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.simulation.examine import examine
+from afo_sim.model.periodic import two_strides, why_walked
+from afo_sim.simulation.examine import EVERYTHING, Asked, examine
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
+from afo_sim.simulation.settle import Settled, settle
+from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
 from afo_sim.simulation.simulate import simulate, simulate_together
 from afo_sim.study.memory import keep_flat
 
@@ -49,13 +50,13 @@ class Prepared:
     number: int
     built: Built
     control: np.ndarray
+    solved: bool = False  # two strides, of which the settled one is solved for
 
     @property
     def layout(self) -> tuple[Any, ...]:
         """The parts that cases must have in common to share a roll-out."""
-        model = self.built.model
-        sizes = tuple(getattr(model, name) for name in _size_names())
-        return (self.built.scenario.callback, len(self.control), *sizes)
+        sizes = self.built.model._sizes.tobytes()  # all of them: some are in no attribute of their own
+        return (self.built.scenario.callback, self.solved, len(self.control), sizes)
 
 
 class Jobs(Protocol):
@@ -74,13 +75,8 @@ class Jobs(Protocol):
 
 
 Numbered = tuple[int, Outcome]
+Rolled = Rollout | Settled
 Batched = list[Prepared] | Numbered
-
-
-@cache
-def _size_names() -> list[str]:
-    empty = mujoco.MjModel.from_xml_string("<mujoco/>")
-    return [n for n in dir(empty) if n.startswith("n") and isinstance(getattr(empty, n), int)]
 
 
 def outcomes(
@@ -88,6 +84,7 @@ def outcomes(
     cases: Iterable[tuple[int, Mapping[str, Any]]],
     threads: int = 1,
     chunk: int = 32,
+    asked: Asked = EVERYTHING,
 ) -> Iterator[Numbered]:
     """Run cases.
 
@@ -97,6 +94,7 @@ def outcomes(
     cases : number and overrides of each
     threads : that roll out, beside the one that calls; below two that one does it
     chunk : cases after which all that were begun are brought to their end
+    asked : metrics and warnings of each
 
     Yields
     ------
@@ -105,27 +103,27 @@ def outcomes(
     keep_flat()
     batches = _batches(scenario, cases, chunk, BATCH_BYTES / (1 if threads < 2 else threads + AHEAD))
     with native.installed():
-        yield from _in_turn(batches) if threads < 2 else _side_by_side(batches, threads)
+        yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
 
 
-def _in_turn(batches: Iterable[Batched]) -> Iterator[Numbered]:
+def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
     workspace = Workspace({})
     for batch in batches:
         if isinstance(batch, tuple):
             yield batch
         else:
-            yield from _finish(batch, _roll(batch, workspace))
+            yield from _finish(batch, _roll(batch, workspace), asked)
 
 
-def _side_by_side(batches: Iterable[Batched], threads: int) -> Iterator[Numbered]:
+def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Iterator[Numbered]:
     """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
-    running: dict[Future[list[Rollout]], tuple[list[Prepared], Workspace]] = {}
+    running: dict[Future[list[Rolled]], tuple[list[Prepared], Workspace]] = {}
     free = [Workspace({}) for _ in range(threads + AHEAD)]
 
     def collected(how_many: str) -> Iterator[Numbered]:
         for ended in wait(running, return_when=how_many).done:
             batch, workspace = running.pop(ended)
-            yield from _finish(batch, ended.result())
+            yield from _finish(batch, ended.result(), asked)
             free.append(workspace)
 
     with ThreadPoolExecutor(threads) as pool:
@@ -134,7 +132,7 @@ def _side_by_side(batches: Iterable[Batched], threads: int) -> Iterator[Numbered
                 yield batch
             elif _in_python(batch):  # its callbacks would be those of all threads
                 yield from collected(ALL_COMPLETED)
-                yield from _finish(batch, _roll(batch, free[0]))
+                yield from _finish(batch, _roll(batch, free[0]), asked)
             else:
                 if not free:
                     yield from collected(FIRST_COMPLETED)
@@ -147,8 +145,10 @@ def _side_by_side(batches: Iterable[Batched], threads: int) -> Iterator[Numbered
 def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any]) -> Prepared | Outcome:
     """Read and compile a case, or say why that cannot be."""
     try:
-        built = build(load("scenario", scenario, sets))
-        return Prepared(number, built, schedule.controls(built))
+        description = load("scenario", scenario, sets)
+        solved = description.walking and not why_walked(description)
+        built = build(two_strides(description) if solved else description)
+        return Prepared(number, built, schedule.controls(built), solved)
     except Exception as error:  # one case's trouble is not the others'
         return _failed(error)
 
@@ -169,7 +169,8 @@ def _batches(
         else:
             layout = case.layout
             if layout not in room:
-                row = 8.0 * row_width(case.built.model)
+                # a search for a stride keeps two strides beside the result's two
+                row = 8.0 * row_width(case.built.model) * (2.0 if case.solved else 1.0)
                 room[layout] = max(int(most_bytes / (row * len(case.control))), 1)
             groups.setdefault(layout, []).append(case)
             if len(groups[layout]) == room[layout]:
@@ -185,10 +186,14 @@ def _in_python(batch: Sequence[Prepared]) -> bool:
     return batch[0].built.scenario.callback == "python"
 
 
-def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
+def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
+    builts, controls = [case.built for case in batch], [case.control for case in batch]
+    if batch[0].solved:
+        mode: native.Mode = "python" if _in_python(batch) else "native"
+        return list(settle(builts, controls, mode=mode, workspace=workspace))
     if _in_python(batch):
         return [_roll_alone(case) for case in batch]
-    return simulate_together([case.built for case in batch], [case.control for case in batch], workspace)
+    return list(simulate_together(builts, controls, workspace))
 
 
 def _roll_alone(case: Prepared) -> Rollout:
@@ -198,23 +203,25 @@ def _roll_alone(case: Prepared) -> Rollout:
         return Rollout({}, case.control[:0], error)
 
 
-def _finish(batch: Sequence[Prepared], rollouts: Sequence[Rollout]) -> Iterator[Numbered]:
-    for case, rollout in zip(batch, rollouts, strict=True):
-        yield case.number, _outcome(case, rollout)
+def _finish(batch: Sequence[Prepared], rolled: Sequence[Rolled], asked: Asked) -> Iterator[Numbered]:
+    for case, each in zip(batch, rolled, strict=True):
+        yield case.number, _outcome(case, each, asked)
 
 
-def _outcome(case: Prepared, rollout: Rollout) -> Outcome:
+def _outcome(case: Prepared, rolled: Rolled, asked: Asked) -> Outcome:
+    settled = rolled if isinstance(rolled, Settled) else None
+    rollout = rolled.rollout if isinstance(rolled, Settled) else rolled
     if rollout.failure is not None:
         return _failed(rollout.failure)
     try:
-        _, found = examine(case.built, rollout, transient=False)
+        _, found = examine(case.built, rollout, transient=False, solved=settled is not None, asked=asked)
     except Exception as error:
         return _failed(error)
+    totals, warnings = found.totals, found.warnings
+    if settled is not None:
+        totals, warnings = totals | settled_metrics(settled), (*unsettled_warning(settled), *warnings)
     return Outcome(
-        OK,
-        "",
-        {name: _finite(m) for name, m in found.totals.items()},
-        (*case.built.warnings, *found.warnings),
+        OK, "", {name: _finite(m) for name, m in totals.items()}, (*case.built.warnings, *warnings)
     )
 
 

@@ -2,7 +2,7 @@
 
 import hashlib
 import pathlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from afo_sim.common import assets
@@ -39,6 +39,12 @@ class Plan:
         """The scenario in a word."""
         named = self.scenario if isinstance(self.scenario, str) else self.scenario.get("name")
         return str(named or "scenario")
+
+    def walked(self) -> "Plan":
+        """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
+        if not load("scenario", self.scenario, self.set).walking:
+            return self
+        return replace(self, set=self.set | {"gait.settled": "walked"})
 
     def canonical(self) -> dict[str, Any]:
         """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.

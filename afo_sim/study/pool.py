@@ -6,11 +6,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import cluster, engine
 from afo_sim.study.engine import Jobs, Outcome
 
 Evaluate = Callable[
-    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int], Iterator[tuple[int, Outcome]]
+    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int, Asked],
+    Iterator[tuple[int, Outcome]],
 ]  # as engine.outcomes
 
 
@@ -27,6 +29,7 @@ class Pool:
         jobs: Jobs,
         due: Iterable[int],
         evaluate: Evaluate = engine.outcomes,
+        asked: Asked = EVERYTHING,
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes.
 
@@ -36,6 +39,7 @@ class Pool:
         jobs : the cases
         due : chunks to compute
         evaluate : what computes cases in this process
+        asked : metrics and warnings of each
 
         Raises
         ------
@@ -43,11 +47,11 @@ class Pool:
             The cluster cannot be reached, or its workers die over and over.
         """
         if self.scheduler:
-            yield from cluster.chunks(scenario, jobs, due, self.scheduler)
+            yield from cluster.chunks(scenario, jobs, due, self.scheduler, asked)
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
-        for number, outcome in evaluate(scenario, cases, self.threads, jobs.chunk):
+        for number, outcome in evaluate(scenario, cases, self.threads, jobs.chunk, asked):
             chunk = number // jobs.chunk
             rows = found.setdefault(chunk, {})
             rows[number] = outcome

@@ -9,9 +9,8 @@ from typing import Any
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
-from afo_sim.model.build import build
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_built
+from afo_sim.simulation.run import run_scenario
 from afo_sim.study.engine import OK
 from afo_sim.study.results import OVERRIDES, Results, read
 from afo_sim.study.store import RECORDINGS, SWEEP
@@ -57,8 +56,8 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     row = row_of(results, case)
     scenario = SWEEP.read(folder)["scenario"]
     try:
-        built = build(load("scenario", scenario, json.loads(row[OVERRIDES])))
-        recording = run_built(built, progress=progress)
+        description = load("scenario", scenario, json.loads(row[OVERRIDES]))
+        recording = run_scenario(description, progress=progress)
     except (InputError, SimulationError):
         raise
     except Exception as error:  # as in the sweep, where it is a row's reason

@@ -11,6 +11,7 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
+from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
@@ -173,10 +174,12 @@ def run(
     if pending:
         _check_room(store)
         scenario = SWEEP.read(store.folder)["scenario"]
+        metrics = store.cases.plan.metrics
+        asked = Asked(frozenset(metrics)) if metrics else EVERYTHING
         due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
         with (
             pool(threads, workers, scheduler) as who,
-            closing(who.outcomes(scenario, store, due, evaluate)) as done,
+            closing(who.outcomes(scenario, store, due, evaluate, asked)) as done,
         ):
             for chunk, outcomes in done:
                 if store.finished:  # another process has gathered the results
@@ -285,9 +288,12 @@ def probe(
     InputError
         None of them runs.
     """
-    next(evaluate(scenario, [(0, sets[0])], 1, 1))  # compiles what only the first run compiles
+    next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
     begun = time.perf_counter()
-    found = [outcome for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets)), key=_number)]
+    found = [
+        outcome
+        for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets), EVERYTHING), key=_number)
+    ]
     seconds = (time.perf_counter() - begun) / len(sets)
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))

@@ -146,7 +146,7 @@ def test_replay_of_a_case_that_raises_is_one_message(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     swept(tmp_path, SEATED)
-    monkeypatch.setattr(replay, "run_built", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr(replay, "run_scenario", lambda *_, **__: 1 / 0)
     code, _, complained = call(capsys, "replay", tmp_path / "out", 3)
     assert code == 2 and "CASE = 3: fails: ZeroDivisionError" in complained
 

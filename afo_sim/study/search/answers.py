@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.simulation.examine import Asked
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK
 from afo_sim.study.pool import Pool
 
-CHUNK = 32  # cases that a thread or a worker takes at a time
+CHUNK = 20  # cases that a thread or a worker takes at a time
 
 Columns = dict[str, np.ndarray]
 
@@ -50,7 +51,7 @@ def answers(
     """
     jobs = _Jobs(designs, patients)
     many, chunks = jobs.many, range(-(-len(jobs) // CHUNK))
-    done = who.outcomes(scenario, jobs, chunks)
+    done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
     found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
     shape = len(designs), many
     values = {name: np.full(shape, np.nan) for name in metrics}

@@ -82,6 +82,10 @@ class SearchPlan:
     population: int | None
     starts: int = STARTS
 
+    def walked(self) -> "SearchPlan":
+        """The same with settled strides that are walked to, not solved for."""
+        return replace(self, designs=self.designs.walked())
+
     def problem(self, aim: Aim) -> Problem:
         """The problem that the optimiser solves."""
         plan = self.designs

@@ -1,0 +1,115 @@
+"""Sweeps whose settled strides are solved for: the same rows however they are computed, run or replayed."""
+
+import json
+import pathlib
+from typing import Any
+
+import numpy as np
+import pytest
+from sweep_runs import assert_same, exact, swept, table
+
+import afo_sim
+import afo_sim.study
+from afo_sim.study import engine, replay
+
+# Cases of three layouts, with two settings that end in failures: at 1 kN·m the ankle goes through its
+# stops, and without a link the muscles are taut too far.
+SOLVED = """
+scenario = "walk-dropfoot-afo"
+design = "random"
+cases = 18
+chunk = {chunk}
+seed = 3
+[set]
+duration = "2.6 s"
+timestep = "4 ms"
+orthosis.anchor.shank.stiffness = "400 kN/m"
+orthosis.anchor.foot.stiffness = "400 kN/m"
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "4 bar"
+[parameters.count]
+key = "orthosis.muscle.dorsiflexor.count"
+values = [1, 2, 3]
+[parameters.fill_end]
+key = "phases.dorsiflexor.inlet[0][1]"
+from = 0.55
+to = 0.95
+[parameters.load]
+key = "load_moment"
+values = ["0 N*m", "0.5 N*m", "1 N*m", "1000 N*m"]
+[parameters.link]
+key = "orthosis.muscle.dorsiflexor.link_length"
+values = ["120 mm", "125 mm", "130 mm", "0 mm"]
+"""
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """The folder of the sweep, computed case after case."""
+    folder = tmp_path_factory.mktemp("solved")
+    swept(folder, SOLVED, chunk=1, threads=1)
+    return folder / "out"
+
+
+def differing(results: Any, row: dict[str, Any], metrics: dict[str, Any]) -> list[str]:
+    """Metrics of a run that are not those of its row, to the bit."""
+    told = {name: row[name] for name in results.metrics}
+    now = {name: metrics[name].value if name in metrics else np.nan for name in told}
+    return [n for n in told if not (told[n] == now[n] or (np.isnan(told[n]) and not np.isfinite(now[n])))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("chunk", "threads"), [(3, 1), (16, 1), (16, 2)])
+def test_solved_rows_depend_on_neither_chunk_nor_threads(
+    rows: pathlib.Path, tmp_path: pathlib.Path, chunk: int, threads: int
+) -> None:
+    assert_same(table(rows), swept(tmp_path, SOLVED, chunk=chunk, threads=threads))
+
+
+@pytest.mark.slow
+def test_a_solved_row_is_what_run_and_replay_say(rows: pathlib.Path) -> None:
+    results = afo_sim.study.read(rows)
+    assert set(results["status"]) == {"ok", "unstable", "infeasible"}
+    assert np.nanmax(results["strides_solved"]) > 2
+    for row in results.table.to_pylist():
+        if row["status"] == "infeasible":
+            continue
+        run = afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
+        assert run.ok == (row["status"] == "ok")
+        if run.ok:
+            assert differing(results, row, run.metrics) == []
+    for case in np.flatnonzero(results["status"] != "infeasible")[:3]:
+        assert replay.replay(rows, int(case)).same
+
+
+def test_python_callbacks_solve_what_native_ones_do() -> None:
+    """In few steps; the same arithmetic, but for what compiling contracts."""
+    sets = {"timestep": "10 ms", "duration": "2.6 s"}
+    native, python = (
+        dict(engine.outcomes("walk-dropfoot-afo", [(0, sets | {"callback": mode})]))[0]
+        for mode in ("native", "python")
+    )
+    assert native.status == python.status == "ok", (native.reason, python.reason)
+    assert python.metrics["strides_solved"] == native.metrics["strides_solved"]
+    for name in ("toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque_10ms"):
+        assert python.metrics[name] == pytest.approx(native.metrics[name], rel=1e-6), name
+
+
+def test_cases_that_are_solved_and_walked_stand_beside_each_other() -> None:
+    sets: list[dict[str, Any]] = [
+        {},
+        {"gait.settled": "walked"},
+        {"gait.variability": 0.05},
+        {"supply.pressure": "2 bar"},
+    ]
+    cases = [(k, {"timestep": "4 ms", "duration": "3.7 s"} | each) for k, each in enumerate(sets)]
+    together = dict(engine.outcomes("walk-dropfoot-afo", cases))
+    for number, each in cases:
+        alone = dict(engine.outcomes("walk-dropfoot-afo", [(number, each)]))[number]
+        assert exact(together[number]) == exact(alone)
+    solved = ["strides_solved" in together[k].metrics for k in range(len(sets))]
+    assert solved == [True, False, False, True]
+    warned = [any("not solved for" in w for w in together[k].warnings) for k in range(len(sets))]
+    assert warned == [False, False, True, False]
