@@ -1,5 +1,6 @@
 """Parts that the commands share: options, progress, tables, quantities from text."""
 
+import gc
 import shutil
 import tomllib
 from collections.abc import Callable, Iterator
@@ -18,6 +19,7 @@ Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun fi
 Threads = Annotated[int, typer.Option(help="threads; all of this machine's by default")]
 Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
 Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
+Plain = Annotated[bool, typer.Option("--plain", help="walk to the settled stride instead of solving for it")]
 MOST_WORKERS = 4096
 MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
@@ -39,12 +41,22 @@ def read_sets(
     return values
 
 
+def plainly(plain: bool, walks: bool) -> dict[str, Any]:
+    """The keys that `--plain` sets."""
+    return {"gait.settled": "walked"} if plain and walks else {}
+
+
 def hertz_of(text: str) -> float:
     """A rate given on the command line [Hz]."""
     hertz = quantity("--rate", text, "Hz")
     if hertz <= 0.0:
         raise InputError("is out of range", field="--rate", value=text, allowed="more than 0 Hz")
     return hertz
+
+
+def short_lived() -> None:
+    """Spare a process that ends soon the search for garbage among all that is imported: 0.2 s of a run."""
+    gc.set_threshold(100_000)
 
 
 @contextmanager

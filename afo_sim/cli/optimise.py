@@ -7,6 +7,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import (
+    Plain,
     Scheduler,
     Threads,
     Workers,
@@ -35,6 +36,7 @@ def optimise(
     if_changed: Annotated[
         str, typer.Option(help="where search file or code changed: refuse, restart or continue")
     ] = "refuse",
+    plain: Plain = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
     """Search the design that serves an objective best within limits; started again, it goes on."""
@@ -47,6 +49,7 @@ def optimise(
         from afo_sim.study.search import plan, runner, store, words
 
         search = plan.read(source)
+        search = search.walked() if plain else search
         folder = out or pathlib.Path("runs") / search.file.stem
         opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or processors()

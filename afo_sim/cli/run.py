@@ -8,14 +8,17 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import (
+    Plain,
     Rate,
     Scenario,
     Sets,
     hertz_of,
+    plainly,
     print_table,
     progress,
     quantity,
     read_sets,
+    short_lived,
     watching,
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder
@@ -31,6 +34,7 @@ def run(
     sets: Sets = None,
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
     rate: Rate = None,
+    plain: Plain = False,
     live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
     force: Annotated[bool, typer.Option("--force", help="replace the run of another description")] = False,
 ) -> None:
@@ -40,17 +44,18 @@ def run(
     """
     values = read_sets(sets)
     hertz = None if rate is None else hertz_of(rate)
+    short_lived()
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
-        from afo_sim.model.build import build
-        from afo_sim.simulation.run import run_built
+        from afo_sim.simulation.run import run_scenario
 
-        built = build(load("scenario", scenario, values))
-        folder = out or pathlib.Path("runs") / built.scenario.name
-        check_run_folder(folder, built.scenario.resolved(), force=force)
+        description = load("scenario", scenario, values)
+        description = description.set(plainly(plain, description.walking))
+        folder = out or pathlib.Path("runs") / description.name
+        check_run_folder(folder, description.resolved(), force=force)
         check_writable(folder)
-        recording = run_built(built, progress=report, watch=watch)
+        recording = run_scenario(description, progress=report, watch=watch)
         recording.save(folder, rrd=rrd, rate=hertz)
         _print_run(recording, folder)
     if not recording.ok:
@@ -161,7 +166,7 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
     for warning in recording.warnings:
         print(f"warning: {warning}")
-    for caution in cautions(recording.scenario, metrics):
+    for caution in cautions(recording.scenario, metrics, recording.strides):
         print(f"note: {caution}")
     timing = recording.timing
     print(

@@ -12,6 +12,7 @@ import typer
 
 from afo_sim.cli.apps import app
 from afo_sim.cli.common import (
+    Plain,
     Scheduler,
     Threads,
     Workers,
@@ -48,6 +49,7 @@ def sweep(
     if_changed: Annotated[
         str, typer.Option(help="where sweep file or code changed: refuse, restart or continue")
     ] = "refuse",
+    plain: Plain = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
     yes_many: Annotated[
         bool, typer.Option("--yes-many", help="more than ten million cases are no slip")
@@ -73,6 +75,7 @@ def sweep(
         from afo_sim.study import design, pool, runner, sweep_file
 
         plan = sweep_file.read(source)
+        plan = plan.walked() if plain else plan
         folder = out or pathlib.Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if yes_many else design.MOST)
         store = runner.open_store(plan, cases, folder, if_changed)  # type: ignore[arg-type]

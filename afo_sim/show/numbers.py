@@ -8,6 +8,7 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import number
 
 UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
+FIRST = 8  # strides of a run whose toe clearance is told
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -32,21 +33,28 @@ def printed(name: str, metric: Metric) -> str:
     return f"{metric.value:.4g}" if reason is None else f"– ({reason})"
 
 
-def cautions(scenario: Mapping[str, Any], metrics: Mapping[str, Metric]) -> list[str]:
+def cautions(
+    scenario: Mapping[str, Any],
+    metrics: Mapping[str, Metric],
+    strides: Mapping[int, Mapping[str, Metric]],
+) -> list[str]:
     """What a reader of a run's numbers must know: strides that are left out, assumed stiffness that decides.
 
     Parameters
     ----------
     scenario : resolved, as a recording holds it
     metrics : of the run
+    strides : metrics of each whole stride, by its number
     """
     found = []
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         counted = float(metrics["strides_counted"])
-        found.append(
-            f"the numbers are means over the last {counted:.0f} strides; the wearer walks the first ones "
-            "too, in which the muscles are not yet full"
+        of = (
+            "those of the settled stride, which was solved for"
+            if "strides_solved" in metrics
+            else f"means over the last {counted:.0f} strides"
         )
+        found.append(f"the numbers are {of}; the wearer walks the first ones too{_from_start(strides)}")
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         found.append(
@@ -54,3 +62,12 @@ def cautions(scenario: Mapping[str, Any], metrics: Mapping[str, Metric]) -> list
             "run it with half and double too"
         )
     return found
+
+
+def _from_start(strides: Mapping[int, Mapping[str, Metric]]) -> str:
+    """Toe clearance of the first strides, as a part of a sentence."""
+    heights = [metrics["toe_clearance"] for metrics in strides.values() if "toe_clearance" in metrics][:FIRST]
+    if len(heights) < 2:
+        return ", in which the muscles are not yet full"
+    told = ", ".join(number(height.value, height.unit) for height in heights)
+    return f", and their toe clearance is {told} {heights[0].unit}"

@@ -19,6 +19,7 @@ NORM_LABEL = "norm: published means"
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 STILL = 1e-6  # range below which an angle is no motion [deg]
 LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+SETTLED = "settled"  # beside the line at which settled strides begin
 SIDES = ("inlet", "outlet")
 OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
@@ -206,13 +207,28 @@ def _dot(x: np.ndarray) -> str | None:
 
 
 def shade_stance(axis: Any, run: RunView) -> None:
-    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
+    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks.
+
+    A line marks where settled strides, which are solved for, follow those walked from the start; a word
+    says so once in a figure.
+    """
     if not run.walks:
         return
     stands = np.r_[False, run.stands, False]
     time = np.r_[run.recording["time"], run.recording["time"][-1]]
     for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
         axis.axvspan(time[start], time[end], color=STANCE, alpha=0.10, lw=0.0, zorder=-1)
+    if (first := run.first_solved) is not None:
+        _mark_settled(axis, time[first])
+
+
+def _mark_settled(axis: Any, time: float) -> None:
+    whole = axis.get_xaxis_transform()
+    axis.vlines(time, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
+    if any(text.get_text() == SETTLED for other in axis.figure.axes for text in other.texts):
+        return
+    look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 7.0, "color": "0.4"}
+    axis.annotate(SETTLED, (time, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
 
 
 def legend(figure: Any, axes: Iterable[Any]) -> None:

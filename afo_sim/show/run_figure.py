@@ -177,7 +177,7 @@ def _force_contraction(figure: Any, run: RunView) -> None:
         curves = panels.group_curves(run, group, "force", "contraction")
         for _, muscle, _ in curves:
             contraction = 100.0 * recording[f"muscle/{muscle}/contraction"]
-            _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour)
+            _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour, run.first_solved)
         axis.margins(0.06)
         low, high = axis.get_xlim()
         if high - low < LEAST_SPAN:  # a muscle that never leaves its rest
@@ -188,8 +188,10 @@ def _force_contraction(figure: Any, run: RunView) -> None:
     figure.colorbar(colour, ax=axes, label="gauge pressure [bar]", aspect=30.0)
 
 
-def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour: Any) -> None:
-    """A curve with a dot at its start, and arrows in the direction of time where it pulls."""
+def _loop(
+    axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour: Any, gap: int | None
+) -> None:
+    """A curve with a dot at its start, arrows in time's direction where it pulls, a gap before a row."""
     from matplotlib.collections import LineCollection
 
     steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
@@ -199,7 +201,9 @@ def _loop(axis: Any, x: np.ndarray, y: np.ndarray, pressure: np.ndarray, colour:
     points = np.column_stack([x, y])[rows]
     segments = np.stack([points[:-1], points[1:]], axis=1)
     shades = colour.to_rgba(pressure[rows])
-    axis.add_collection(LineCollection(list(segments), colors=shades[:-1], lw=1.6, capstyle="round"))
+    whole = np.full(len(segments), True) if gap is None else (rows[:-1] >= gap) | (rows[1:] < gap)
+    parts, colours = list(segments[whole]), shades[:-1][whole]
+    axis.add_collection(LineCollection(parts, colors=colours, lw=1.6, capstyle="round"))
     axis.plot(*points[0], "o", ms=3.5, color=shades[0])
     pulling = np.flatnonzero(points[4:, 1] > 0.1 * max(y.max(), 1e-9))
     for k in pulling[[len(pulling) * part // 10 for part in (1, 3, 5, 7, 9)]] if len(pulling) else ():

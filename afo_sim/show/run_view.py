@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
-from afo_sim.metrics.strides import Stride, settled, stance, strides
+from afo_sim.metrics.strides import SOLVED, Stride, settled, stance, strides
 from afo_sim.metrics.walking import chambers, has_orthosis
 from afo_sim.show.style import COLOURS, RUNS, plain
 from afo_sim.simulation.recording import Recording
@@ -66,6 +66,12 @@ class RunView:
     def stands(self) -> np.ndarray:
         """Mask of the rows in stance (n,)."""
         return stance(self.recording.columns, self.body_mass)
+
+    @cached_property
+    def first_solved(self) -> int | None:
+        """The first row of the settled strides that were solved for; None where there are none."""
+        solved = self.recording.columns.get(SOLVED)
+        return None if solved is None or not solved.any() else int(solved.argmax())
 
     @property
     def toe_off(self) -> float:

@@ -30,12 +30,18 @@ def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> 
 
 
 @pytest.mark.slow
-def test_help_loads_no_simulator(tmp_path: pathlib.Path) -> None:
-    heavy = ("mujoco", "numba", "pint", "rerun")
-    code = f"import sys, afo_sim.cli; print([m for m in {heavy} if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
-    assert done.stdout.strip() == "[]"
-    assert "torque-map" in afo_sim("--help", folder=tmp_path).stdout
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["list"]], ids=" ".join)
+def test_help_and_lists_load_no_simulator(arguments: list[str]) -> None:
+    heavy = ("mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pandas", "matplotlib")
+    code = (
+        f"import atexit, sys\nsys.argv = {['afo-sim', *arguments]}\n"
+        f"atexit.register(lambda: print([m for m in {heavy} if m in sys.modules]))\n"
+        "from afo_sim.cli import main\nmain()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert ("torque-map" if arguments == ["--help"] else "seated") in done.stdout
 
 
 SETS = {
@@ -358,6 +364,8 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
 ) -> None:
     short = ["--set", "duration=3.7 s", "--no-rrd", "--out"]
     _, said, _ = call(capsys, "run", "walk-dropfoot-afo", *short, str(tmp_path / "a"))
+    assert "note: the numbers are those of the settled stride, which was solved for" in said
+    _, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--plain", *short, str(tmp_path / "b"))
     assert "note: the numbers are means over the last" in said
     assert "note: how far the cuff gives is assumed (orthosis.anchor.shank)" in said
     own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]

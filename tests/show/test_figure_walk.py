@@ -1,14 +1,18 @@
 """Figures and films of walking: what they draw is the run's, with and without an orthosis."""
 
+import dataclasses
 import pathlib
 
 import numpy as np
 import pytest
 from figures import lines, opengl_missing, panel
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.show import panels, run_figure, video_painter
 from afo_sim.show.carriage import Carriage
+from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
 STANDING = 0.05 * 75.0 * 9.80665  # 5 % of the body weight [N]
@@ -49,9 +53,36 @@ def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
 def test_stance_is_shaded_where_the_ground_pushes(bare: Recording) -> None:
     axis = panel(panels.sole, bare)
     spans = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
-    assert len(spans) == 2  # strides of 1.2 s; the third's force is still below 5 % in the last rows
+    assert len(spans) == len(bare.strides) == 3  # one a stride
     for time, force in zip(bare["time"][::50], bare["ground/force/z"][::50], strict=True):
         assert any(span.x0 <= time < span.x1 for span in spans) == (force > STANDING)
+
+
+def test_where_solved_strides_begin_a_line_says_so_once_in_a_figure(helped: Recording) -> None:
+    """The air jumps there, to what it has at the same instant a stride later."""
+    first = int(np.flatnonzero(helped["gait/solved"])[0])
+    figure = Figure()
+    above, below = figure.subplots(2, 1)
+    panels.angle(above, [alone(helped)])
+    panels.pressures(below, [alone(helped)])
+    for axis in (above, below):
+        [(line,)] = [c.get_segments() for c in axis.collections if isinstance(c, LineCollection)]
+        assert line[:, 0].tolist() == [helped["time"][first]] * 2
+    words = [text.get_text() for axis in (above, below) for text in axis.texts]
+    assert words.count("settled") == 1
+    walked = {name: values[:first] for name, values in helped.columns.items()}
+    axis = panel(panels.pressures, dataclasses.replace(helped, columns=walked))
+    assert not axis.texts and not any(isinstance(c, LineCollection) for c in axis.collections)
+
+
+def test_force_over_contraction_has_a_gap_where_the_air_jumps(helped: Recording) -> None:
+    first = int(np.flatnonzero(helped["gait/solved"])[0])
+    figure = Figure()
+    run_figure._force_contraction(figure, alone(helped))
+    [curve] = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
+    jump = 100.0 * helped["muscle/dorsiflexor_1/contraction"][[first - 1, first]]
+    assert jump[1] - jump[0] > 10.0
+    assert not any(start < jump.mean() < end for start, end in (s[[0, -1], 0] for s in curve.get_segments()))
 
 
 def test_a_toe_that_drags_does_not_shade_the_swing() -> None:

@@ -20,7 +20,7 @@ SHAPES = {
 
 def thickness(scenario: str, sets: dict[str, object] | None = None) -> float:
     built = build(load("scenario", scenario, sets))
-    return sole_thickness(built.model, built.scenario.leg.foot, ANKLE)
+    return sole_thickness(built.full_model, built.scenario.leg.foot, ANKLE)
 
 
 def test_s1s_plate_is_as_thick_as_its_file_says() -> None:

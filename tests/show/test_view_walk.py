@@ -13,6 +13,7 @@ import afo_sim
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
+from afo_sim.show.rerun.source import from_recording
 from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
 from afo_sim.simulation.recording import Recording, read_recording
 from afo_sim.simulation.run import run_built
@@ -46,8 +47,20 @@ def file(folders: list[pathlib.Path]) -> pathlib.Path:
 
 def rows_of(bare: Recording, time: np.ndarray) -> dict[str, np.ndarray]:
     """The recording's rows at times [ns]."""
-    rows = np.round(time * 1e-6).astype(int)
+    rows = row_numbers(bare, time)
     return {name: values[rows] for name, values in bare.columns.items()}
+
+
+def row_numbers(run: Recording, time: np.ndarray) -> np.ndarray:
+    """Of the rows that stand at times [ns]."""
+    rows = np.searchsorted(run["time"], 1e-9 * time - 1e-6)
+    assert run["time"][rows] == pytest.approx(1e-9 * time, abs=1e-8)
+    return rows
+
+
+def nanoseconds(run: Recording, rows: np.ndarray) -> np.ndarray:
+    """Times of rows, as Rerun counts them."""
+    return np.round(1e9 * run["time"][rows]).astype(np.int64)
 
 
 def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, list[list]]:
@@ -84,7 +97,7 @@ def test_ghost_is_the_foot_at_the_recorded_angle(file: pathlib.Path, bare: Recor
     rows = rows_of(bare, time)
     half = 0.5 * (rows["gait/ankle_angle"] - rows["shank/angle"])
     expected = np.column_stack([0.0 * half, -np.sin(half), 0.0 * half, np.cos(half)])  # about −y
-    assert len(time) == 300
+    assert len(time) == len(bare["time"][::10])  # 100 Hz
     assert np.abs(np.sum(turned * expected, axis=1)) == pytest.approx(1.0, abs=1e-6)
     assert moved[:, 0] == pytest.approx(rows["ankle/position/x"], abs=1e-6)
     assert moved[:, 2] == pytest.approx(rows["ankle/position/z"], abs=1e-6)
@@ -195,11 +208,24 @@ def test_lanes_are_stance_and_strides(file: pathlib.Path, bare: Recording) -> No
     time, support = read(file, "/gait/support", "StateChange:state")
     stands = bare["ground/force/z"] > STANDING
     changes = np.r_[0, np.flatnonzero(stands[1:] != stands[:-1]) + 1]
-    assert np.array_equal(time, changes * 1_000_000)
+    assert np.array_equal(time, nanoseconds(bare, changes))
     assert support[:, 0].tolist() == ["stance" if stands[k] else "swing" for k in changes]
     time, strides = read(file, "/gait/stride", "StateChange:state")
-    assert strides[:, 0].tolist() == ["stride 1", "stride 2", "stride 3"]
-    assert np.array_equal(bare["gait/stride"][np.round(time * 1e-6).astype(int)], [0.0, 1.0, 2.0])
+    assert strides[:, 0].tolist() == ["stride 1", "stride 2, settled", "stride 3, settled"]
+    assert np.array_equal(bare["gait/stride"][row_numbers(bare, time)], [0.0, 1.0, 2.0])
+
+
+def test_an_event_tells_where_solved_strides_begin(file: pathlib.Path, bare: Recording) -> None:
+    time, texts = read(file, "/events/run", "TextLog:text")
+    told = [at for at, text in zip(time, texts.ravel(), strict=True) if text.startswith("settled: ")]
+    assert told == nanoseconds(bare, np.flatnonzero(bare["gait/solved"])[:1]).tolist()
+
+
+def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
+    """Whole ones, though a part of one was asked."""
+    source = from_recording(bare)
+    assert source.cycle == pytest.approx(3 * bare.metrics["stride_time"].value, rel=1e-12)
+    assert 1.0 / source.rate == pytest.approx(bare["time"][-1] / (len(bare["time"]) - 1), rel=1e-12)
 
 
 def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
@@ -233,7 +259,7 @@ def test_every_row_has_its_time_in_strides(file: pathlib.Path, bare: Recording) 
         stream = rr.chunk.RrdReader(str(file)).stream().filter(content=entity, is_static=False)
         for batch in (chunk.to_record_batch() for chunk in stream.to_chunks()):
             time, walked = (batch.column(n).cast(pa.int64()).to_numpy() for n in ("sim_time", "strides"))
-            assert walked == pytest.approx(strides[np.round(time * 1e-6).astype(int)], abs=1e4)
+            assert walked == pytest.approx(strides[row_numbers(bare, time)], abs=1e4)
 
 
 def test_carriage_goes_evenly_beside_the_ankle(file: pathlib.Path, bare: Recording) -> None:

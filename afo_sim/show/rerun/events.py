@@ -3,7 +3,7 @@
 import numpy as np
 import rerun as rr
 
-from afo_sim.metrics.strides import stance, stance_force
+from afo_sim.metrics.strides import SOLVED, stance, stance_force
 from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.curves import colour_of
 from afo_sim.show.rerun.source import Columns, Source
@@ -12,6 +12,8 @@ KNOTS = 50  # rows from one remembered pair of time and strides to the next
 SHUT = [55, 58, 64]
 STANCE, SWING = [60, 125, 85], [70, 95, 150]
 STRIDES = ([88, 92, 102], [62, 66, 74])  # in turn
+
+SETTLED = "settled: from here the strides are solved for, before it they are walked from the start"
 
 Change = tuple[float, str]  # time [s], the state from then on
 
@@ -25,6 +27,8 @@ class EventFinder:
         self._body_mass = source.body_mass
         self.lanes: dict[str, list[Change]] = {}
         self._peaks: dict[str, tuple[float, float]] = {}
+        self._solved = (SOLVED,) if source.solved else ()
+        self._settled: float | None = None  # time from which strides are solved for [s]
         self._knots: list[tuple[float, float]] = []  # time [s], strides
         self._torque = bool(source.named("muscle"))
         self.positive, self.negative = source.scenario.leg.directions
@@ -34,7 +38,7 @@ class EventFinder:
         """The columns that `see` reads."""
         walking = (*GAIT, self._stance, "toe/height") if self.walks else ()
         valves = (f"valve/{valve}/opening" for valve in self.valves)
-        return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking]
+        return ["time", "ankle/angle", "ankle/moment/orthosis", *valves, *walking, *self._solved]
 
     def see(self, block: Columns) -> None:
         """Take in a block of rows."""
@@ -51,10 +55,15 @@ class EventFinder:
         if self.walks:
             stands = stance({self._stance: block[self._stance]}, self._body_mass)
             self._lane("gait/support", time, np.where(stands, "stance", "swing"))
-            self._lane("gait/stride", time, np.char.mod("stride %d", block["gait/stride"] + 1.0))
+            names = np.char.mod("stride %d", block["gait/stride"] + 1.0)
+            if self._solved:
+                names = np.where(block[SOLVED] == 1.0, np.char.add(names, ", settled"), names)
+            self._lane("gait/stride", time, names)
             self._knots += zip(time[::KNOTS], strides(block)[::KNOTS], strict=True)
             self._knots.append((time[-1], strides(block)[-1]))
             peaks["toe lowest in swing"] = np.where(stands, -np.inf, -block["toe/height"])
+        if self._solved and self._settled is None and block[SOLVED].any():
+            self._settled = float(time[block[SOLVED].argmax()])
         for name, values in peaks.items():
             top = int(np.argmax(values))
             if np.isfinite(values[top]) and values[top] > self._peaks.get(name, (0.0, -np.inf))[1]:
@@ -79,6 +88,8 @@ class EventFinder:
         found = [(0.0, "WARN", warning) for warning in source.header.warnings]
         if not source.header.ok:
             found.append((source.n_row / source.rate, "ERROR", source.header.status))
+        if self._settled is not None:
+            found.append((self._settled, "INFO", SETTLED))
         for valve in self.valves:
             for time, state in self.lanes[f"valves/{valve}"]:
                 if time > 0.0 or state == "open":

@@ -1,8 +1,10 @@
 """A muscle in space: a tube as long as its braid, and the cable that carries it, taut or slack."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 
 from afo_sim.description.muscle import Muscle
@@ -103,15 +105,28 @@ class DrawnMuscle:
         """A straight line where the cable is taut; where it is slack, a thin dark bow as long as it is."""
         slack = block[f"muscle/{self.name}/force"] <= 0.0
         bows = bow(ends, excess, axis).astype(np.float32)
-        strips = [
-            points if more > HANGS else points[[0, -1]] for points, more in zip(bows, excess, strict=True)
-        ]
+        drawn = np.ones(bows.shape[:2], bool)
+        drawn[excess <= HANGS, 1:-1] = False
         cable = rr.LineStrips3D.columns(
-            strips=strips,
+            strips=_strips(bows[drawn], drawn.sum(axis=1)),
             radii=np.where(slack, SLACK_RADIUS, CABLE_RADIUS).astype(np.float32),
             colors=np.where(slack[:, None], SLACK_CABLE, CABLE).astype(np.uint8),
         )
         send(stream, f"{self.root}/cables/{self.name}", block, cable)
+
+
+def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
+    """Lines of so many points each, as Arrow has them: Rerun would convert each line alone.
+
+    Parameters
+    ----------
+    points : of all lines, one after the other (sum of counts, 3) [m]
+    counts : points of each line (n,)
+    """
+    form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    inner = rr.components.Position3DBatch(points).as_arrow_array()
+    return pa.ListArray.from_arrays(pa.array(offsets, pa.int32()), inner, type=form)
 
 
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:

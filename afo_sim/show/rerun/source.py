@@ -10,6 +10,8 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.strides import SOLVED
+from afo_sim.model.periodic import as_run
 from afo_sim.simulation.files import open_parquet
 from afo_sim.simulation.recording import Recording, recording_header
 
@@ -41,13 +43,15 @@ class Source:
     @property
     def rate(self) -> float:
         """Rows per second [Hz]."""
-        scenario = self.scenario
-        return 1.0 / (scenario.timestep * scenario.record_stride)
+        ran = as_run(self.scenario) if self.solved else self.scenario
+        return 1.0 / (ran.timestep * ran.record_stride)
 
     @property
     def cycle(self) -> float:
         """Duration of the viewer's loop: the timer's period, or the whole run in walking [s]."""
         timer = self.scenario.timer
+        if self.solved:  # whole strides, about as long as was asked
+            return self.n_row / self.rate
         if timer is None or self.walks:
             return float(self.scenario.duration)
         return float(timer.period)
@@ -56,6 +60,11 @@ class Source:
     def walks(self) -> bool:
         """True where recorded walking drives the run."""
         return "gait/phase" in self.columns
+
+    @property
+    def solved(self) -> bool:
+        """True where the run ends with the settled stride, which was solved for."""
+        return SOLVED in self.columns
 
     @property
     def body_mass(self) -> float:
