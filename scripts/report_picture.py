@@ -36,7 +36,7 @@ def draw(figure: Any, runs: list[RunView]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--duration", default="14.5 s", help="of each run; by 13 s the air has settled")
+    parser.add_argument("--duration", default="14.5 s", help="of each run; its settled stride is drawn")
     place = pathlib.Path(__file__).resolve().parents[1] / "models" / "scenarios" / "pictures"
     parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
     given = parser.parse_args()

@@ -1,6 +1,5 @@
 """README, scripts and the wheel do what they say."""
 
-import json
 import os
 import pathlib
 import re
@@ -57,25 +56,6 @@ def test_documents_name_every_command_and_law() -> None:
         assert f"`afo-sim {name}" in PAGES["commands"]
     for law in LAWS:
         assert f"`{law}`" in PAGES["physics"]
-
-
-@pytest.mark.slow
-def test_benchmark_prints_ratios(tmp_path: pathlib.Path) -> None:
-    script = str(ROOT / "scripts" / "benchmark.py")
-    small = ["--simulations", "2", "--steps", "50", "--repeats", "1"]
-    found = json.loads(run([sys.executable, script, *small], tmp_path).stdout)
-    assert found["native_to_motors_1_thread"] > 0.0
-    assert found["native_to_python"] > 1.0
-    assert found["cold_run_wall_seconds"] > 0.0
-
-
-@pytest.mark.slow
-def test_benchmark_of_sweeps_prints_ratios(tmp_path: pathlib.Path) -> None:
-    script = str(ROOT / "scripts" / "benchmark_sweep.py")
-    small = ["--cases", "2", "--repeats", "1", "--parts", "speed"]
-    said = run([sys.executable, script, *small], tmp_path).stdout
-    assert said.count("sweep/bare") == 2 and said.count("2 threads to 1:") == 2
-    assert "2 cases of 12.0 strides" in said
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,181 @@
+"""Designs and strides per second, of cases that differ in pressure, valve phase and body mass."""
+
+import pathlib
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from measuring import Figure, figure, in_turn, ratio, spent
+from mujoco.batch import Batch
+
+from afo_sim import native
+from afo_sim.model.start import walking_start
+from afo_sim.study import design, engine, runner, sweep_file
+from afo_sim.study.plan import Plan
+
+SCENARIO = "walk-dropfoot-afo"
+SWEEP = """
+scenario = "{scenario}"
+design = "sobol"
+cases = {cases}
+[set]
+{sets}
+[parameters.pressure]
+key = "supply.pressure"
+from = "2 bar"
+to = "5 bar"
+[parameters.start]
+key = "phases.dorsiflexor.inlet[0][0]"
+from = 0.45
+to = 0.6
+[parameters.mass]
+key = "patient.body_mass"
+from = "60 kg"
+to = "90 kg"
+"""
+STEPS = ("1 ms", "2 ms", "3 ms")
+THREADS = (1, 2)
+WALKED = {"gait.settled": "walked"}  # overrides with which a case walks all its strides
+WAYS = {"settled designs": {}, "settled designs, walked": WALKED}
+BARE = 16  # models of a bare roll-out
+
+
+def plan_of(count: int, sets: Mapping[str, str], folder: pathlib.Path) -> Plan:
+    """A sweep of these cases."""
+    file = folder / "sweep.toml"
+    lines = "\n".join(f'{key} = "{value}"' for key, value in sets.items())
+    file.write_text(SWEEP.format(scenario=SCENARIO, cases=count, sets=lines), encoding="utf-8")
+    return sweep_file.read(file)
+
+
+def cases_of(count: int, sets: Mapping[str, str]) -> list[dict[str, object]]:
+    """The overrides of each case."""
+    with tempfile.TemporaryDirectory() as name:
+        cases = design.cases_of(plan_of(count, sets, pathlib.Path(name)))
+        return [cases.sets(case) for case in range(count)]
+
+
+def designs(count: int, sets: Mapping[str, str], threads: int) -> Callable[[], float]:
+    """A measurement: designs per second, from descriptions to all metrics."""
+    cases = cases_of(count, sets)
+
+    def measure() -> float:
+        begun = time.perf_counter()
+        found = [outcome for _, outcome in engine.outcomes(SCENARIO, enumerate(cases), threads)]
+        seconds = time.perf_counter() - begun
+        bad = [outcome.reason for outcome in found if outcome.status != engine.OK]
+        if bad:
+            raise SystemExit(f"{len(bad)} of {count} cases do not run: {bad[0]}")
+        return count / seconds
+
+    return measure
+
+
+def sweeps(count: int, sets: Mapping[str, str], threads: int, strides: float) -> Callable[[], float]:
+    """A measurement: strides per second, from a sweep's description to its file of results."""
+
+    def measure() -> float:
+        with tempfile.TemporaryDirectory() as name:
+            plan = plan_of(count, sets, pathlib.Path(name))
+            store = runner.open_store(plan, design.cases_of(plan), pathlib.Path(name) / "out")
+            begun = time.perf_counter()
+            runner.run(store, threads=threads)
+            return count * strides / (time.perf_counter() - begun)
+
+    return measure
+
+
+def bare(cases: list[engine.Prepared], threads: int, strides: float) -> Callable[[], float]:
+    """A measurement: strides per second of `mujoco.batch` alone, on the same models."""
+    batch = Batch(cases[0].built.model, nsim=len(cases), nthread=threads)
+    batch.set_models([case.built.model for case in cases])
+    with native.installed():
+        first = np.array([walking_start(case.built, case.control[0]) for case in cases])
+    controls = np.stack([case.control for case in cases])
+
+    def measure() -> float:
+        batch.state[:] = first
+        with native.installed(), native.without_clock():
+            begun = time.perf_counter()
+            batch.rollout(controls.shape[1], controls, record=["qpos"])
+            return len(cases) * strides / (time.perf_counter() - begun)
+
+    return measure
+
+
+def design_rates(count: int, repeats: int) -> list[Figure]:
+    """Settled designs per second, as a scenario settles them by default, and walked beside.
+
+    Parameters
+    ----------
+    count : cases of a sweep
+    repeats : rounds
+    """
+    processor: dict[str, list[float]] = {}  # time of each design [ms]: what else runs disturbs it least
+
+    def watched(name: str, once: Callable[[], float]) -> Callable[[], float]:
+        def measure() -> float:
+            with spent() as took:
+                rate = once()
+            processor.setdefault(name, []).append(1e3 * took.processor / count)
+            return rate
+
+        return measure
+
+    names = {f"{way}, {step}": {"timestep": step, **sets} for way, sets in WAYS.items() for step in STEPS}
+    measures = {
+        f"{name}, threads {n}": watched(name, designs(count, sets, n)) if n == 1 else designs(count, sets, n)
+        for name, sets in names.items()
+        for n in THREADS
+    }
+    return [
+        *_told(measures, "designs/s", repeats),
+        *(figure(f"{name}, processor time of each", "ms", "lower", v[1:]) for name, v in processor.items()),
+    ]
+
+
+def stride_rates(count: int, repeats: int) -> list[Figure]:
+    """Walked strides per second of whole sweeps, with metrics and files, and of the engine alone.
+
+    Parameters
+    ----------
+    count : cases of a sweep
+    repeats : rounds
+    """
+    measures: dict[str, Callable[[], float]] = {}
+    for step in STEPS:
+        sets = {"timestep": step, **WALKED}
+        models = [_ready(k, case) for k, case in enumerate(cases_of(min(count, BARE), sets))]
+        walk = models[0].built.walk
+        assert walk is not None
+        strides = float(walk.phase[-1] - walk.phase[0])
+        for n in THREADS:
+            measures[f"bare strides, {step}, threads {n}"] = bare(models, n, strides)
+            measures[f"strides end to end, {step}, threads {n}"] = sweeps(count, sets, n, strides)
+    return _told(measures, "strides/s", repeats)
+
+
+def _ready(number: int, sets: Mapping[str, object]) -> engine.Prepared:
+    case = engine.prepare(SCENARIO, number, {"timestep": STEPS[0], **WALKED, **sets})
+    if isinstance(case, engine.Outcome):
+        raise SystemExit(f"case {number} does not run: {case.reason}")
+    return case
+
+
+def _told(measures: Mapping[str, Callable[[], float]], unit: str, repeats: int) -> list[Figure]:
+    """Rates, and what two threads are to one."""
+    rates = in_turn(measures, repeats, first=True)
+    one = [name for name in rates if name.endswith("threads 1")]
+    return [
+        *(figure(name, unit, "higher", values) for name, values in rates.items()),
+        *(
+            ratio(
+                f"{name.removesuffix(' 1')} 2 over 1",
+                rates[name.removesuffix("1") + "2"],
+                rates[name],
+                "higher",
+            )
+            for name in one
+        ),
+    ]
