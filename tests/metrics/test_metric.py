@@ -14,9 +14,10 @@ from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
+from afo_sim.metrics import walking
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.energy import energy_metrics
-from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, tells
+from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, telling, tells
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
@@ -137,3 +138,12 @@ def test_a_metric_without_a_row_is_refused_and_a_row_stands_once() -> None:
         measured("something_new", 1.0)
     with pytest.raises(AssertionError, match="twice"):
         tells(OTHER, ("rise_time", "s", "Rise time"))(lambda: None)
+
+
+def test_what_is_asked_for_is_what_is_told_beside_it() -> None:
+    parts = [walking._timing, walking._clearance, walking._air]
+    assert telling(parts, None) == parts
+    assert telling(parts, {"toe_clearance", "stance"}) == parts[:2]
+    assert telling(parts, {"air_per_stride_dorsiflexor"}) == parts[2:]
+    assert telling(parts, {"known_to_nobody"}) == parts
+    assert telling(parts, set()) == []

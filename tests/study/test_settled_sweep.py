@@ -10,6 +10,8 @@ from sweep_runs import assert_same, exact, swept, table
 
 import afo_sim
 import afo_sim.study
+from afo_sim.description.reader import expand
+from afo_sim.simulation.examine import Asked
 from afo_sim.study import engine, replay
 
 # Cases of three layouts, with two settings that end in failures: at 1 kN·m the ankle goes through its
@@ -113,3 +115,17 @@ def test_cases_that_are_solved_and_walked_stand_beside_each_other() -> None:
     assert solved == [True, False, False, True]
     warned = [any("not solved for" in w for w in together[k].warnings) for k in range(len(sets))]
     assert warned == [False, False, True, False]
+
+
+def test_a_metric_is_the_same_to_the_bit_whatever_else_is_asked_for() -> None:
+    scenario = json.loads(json.dumps(expand("scenario", "walk-dropfoot-afo")))
+    sets = {"timestep": "4 ms", "supply.pressure": "3 bar"}
+    few = frozenset({"lowest_toe_clearance", "air_per_stride", "strides_solved"})
+    ((_, whole),) = engine.outcomes(scenario, [(0, sets)])
+    ((_, part),) = engine.outcomes(scenario, [(0, sets)], asked=Asked(few, doubts=False))
+    assert few <= part.metrics.keys() < whole.metrics.keys()
+    assert {name: whole.metrics[name] for name in part.metrics} == part.metrics
+    ((_, balanced),) = engine.outcomes(
+        scenario, [(0, sets)], asked=Asked(frozenset({"air_work"}), doubts=False)
+    )
+    assert balanced.metrics["air_work"] == whole.metrics["air_work"]

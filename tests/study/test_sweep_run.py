@@ -808,7 +808,7 @@ def test_options_out_of_range(
 def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathlib.Path) -> None:
     keys = {"load_moment": "N*m", "leg.damping": "N*m*s/rad", "leg.friction": "N*m"}
 
-    def ishigami(_: Any, cases: Any, threads: int, chunk: int) -> Iterator[tuple[int, Outcome]]:
+    def ishigami(_: Any, cases: Any, threads: int, chunk: int, asked: Any) -> Iterator[tuple[int, Outcome]]:
         for number, sets in cases:
             x, y, z = (np.pi * (2.0 * float(sets.get(key, "0").split()[0]) - 1.0) for key in keys)
             value = np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
