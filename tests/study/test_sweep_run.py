@@ -414,7 +414,8 @@ def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
     monkeypatch.setattr(os, "fsync", fsync)
     code, _, complained = call(capsys, "sweep", file, "--out", out)
     assert code == 2 and "the disk is full" in complained and "what is computed is kept" in complained
-    assert sorted(p.name for p in (out / "chunks").iterdir()) == ["0000000.parquet", "0000001.parquet"]
+    kept = {p.name for p in (out / "chunks").iterdir()}  # of two threads either may be the first to end
+    assert len(kept) == 2 and kept < {f"000000{k}.parquet" for k in range(3)}
     monkeypatch.undo()
     code, said, _ = call(capsys, "sweep", file, "--out", out)
     assert code == 0 and "4 cases computed" in said and "12 of 12 are done" in said
