@@ -44,6 +44,7 @@ def optimise(
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import replacing
+        from afo_sim.show.numbers import UNSEEN
         from afo_sim.show.search_figure import draw_search
         from afo_sim.study.pool import pool, processors
         from afo_sim.study.search import plan, runner, store, words
@@ -70,6 +71,8 @@ def optimise(
         print_table(title, header, rows)
     for line in words.statement(best):
         print(line)
+    if opened.scenario.get("gait"):
+        print(UNSEEN)
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
 
 

@@ -72,7 +72,9 @@ def sweep(
     check_counts(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
+        from afo_sim.show.numbers import UNSEEN
         from afo_sim.study import design, pool, runner, sweep_file
+        from afo_sim.study.store import SWEEP
 
         plan = sweep_file.read(source)
         plan = plan.walked() if plain else plan
@@ -91,6 +93,8 @@ def sweep(
         took = time.monotonic() - begun
         _keep_recordings(store)
     print(_end_text(store, state, took, "" if part == "1/1" else f" of part {part}"))
+    if SWEEP.read(folder)["scenario"].get("gait"):
+        print(UNSEEN)
 
 
 def _keep_recordings(store: "Store") -> None:

@@ -1,7 +1,10 @@
 """The peak of a torque as its largest mean over 10 ms: what a single instant shows may be an impact."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+ROUNDING = 1e-9  # of torques [N·m], powers [W/kg] and works [J/kg]: what is less is nothing
 WINDOW = 0.010  # [s]
 OVER = "_10ms"  # ends the name of a peak that is a mean over the window
 MEANING = "largest mean over 10 ms"
@@ -37,3 +40,29 @@ def _from_rows(values: np.ndarray, timestep: float, window: float) -> float:
         begun = values[whole:]
         found = found[:-1] + rest * begun[:-1] + 0.5 * rest**2 * np.diff(begun)
     return float(found.max()) * timestep / window
+
+
+def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Rows of the registry for the peak of a torque over 10 ms, and for that of an instant [N·m]."""
+    over = "; ".join(filter(None, (MEANING, meaning)))
+    return (
+        (f"{name}{OVER}", "N*m", f"{label}, peak over 10 ms", over),
+        (name, "N*m", f"{label}, peak of an instant", meaning),
+    )
+
+
+def told(name: str, torque: np.ndarray, timestep: float) -> Iterator[tuple[str, float]]:
+    """Peak of a torque [N·m] (n,) over 10 ms, and beside it that of an instant, as `rows` registers them."""
+    mean = largest_mean(torque, timestep) if len(torque) else 0.0
+    yield f"{name}{OVER}", clean(max(mean, 0.0))
+    yield name, highest(torque)
+
+
+def highest(values: np.ndarray) -> float:
+    """Highest of some values (n,), at least zero."""
+    return clean(max(float(values.max()), 0.0)) if len(values) else 0.0
+
+
+def clean(value: float) -> float:
+    """Without what rounding leaves where there is nothing."""
+    return 0.0 if abs(value) < ROUNDING else value

@@ -7,7 +7,12 @@ from afo_sim.metrics.metric import TIME, Metric, measured, tells
 
 @tells(
     TIME,
-    ("strides_solved", "", "Strides walked to solve", "until one repeats the one before"),
+    (
+        "strides_solved",
+        "",
+        "Strides that the solver walked",
+        "a wearer walks more until it settles",
+    ),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
     ("settled_angle_change", "deg", "Distance of the last two strides", "largest, of the ankle's angle"),
 )

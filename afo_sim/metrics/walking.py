@@ -34,7 +34,6 @@ from afo_sim.metrics.metric import (
 )
 from afo_sim.metrics.strides import Stride, settled, strides
 
-ROUNDING = 1e-9  # of torques, powers and works
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
@@ -54,15 +53,6 @@ HEALTHY = "of the recorded healthy ankle's"
 NORMAL = "at 1 bar, 20 °C, 65 % humidity (ISO 8778)"
 TO_RECORDED = "the same foot with the recorded ankle angle"
 SHARE = "of the recorded healthy ankle's whole internal moment, each at its peak"
-
-
-def _peaks_of(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Rows of the registry for the peak of a torque over 10 ms, and for that of an instant."""
-    over = "; ".join(filter(None, (peak.MEANING, meaning)))
-    return (
-        (f"{name}{peak.OVER}", "N*m", f"{label}, peak over 10 ms", over),
-        (name, "N*m", f"{label}, peak of an instant", meaning),
-    )
 
 
 @dataclass(frozen=True)
@@ -262,7 +252,7 @@ def _contact(stride: Stride) -> Found:
         yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH)
     loading = np.count_nonzero(stride.phase <= LOADING)
     lowest = int(np.argmin(stride["ankle/angle"][:loading]))
-    yield "foot_slap_velocity", math.degrees(_highest(-stride["ankle/velocity"][: lowest + 1]))
+    yield "foot_slap_velocity", math.degrees(peak.highest(-stride["ankle/velocity"][: lowest + 1]))
 
 
 @tells(
@@ -300,44 +290,44 @@ def _ankle(stride: Stride) -> Found:
 
 @tells(
     NEED,
-    *_peaks_of("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
-    *_peaks_of("needed_plantarflexion_torque", "Plantarflexion torque needed", "likewise"),
-    *_peaks_of("needed_swing_torque", "Dorsiflexion torque needed in swing", "likewise"),
+    *peak.rows("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
+    *peak.rows("needed_plantarflexion_torque", "Plantarflexion torque needed", "likewise"),
+    *peak.rows("needed_swing_torque", "Dorsiflexion torque needed in swing", "likewise"),
 )
 def _need(stride: Stride) -> Found:
     """Torque that the patient lacks in the healthy ankle's motion."""
     needed = stride["gait/needed_moment"]
     for side, sign in SIDES.items():
-        yield from _peaks(f"needed_{side}_torque", sign * needed, stride.timestep)
-    yield from _peaks("needed_swing_torque", needed[stride.swing], stride.timestep)
+        yield from peak.told(f"needed_{side}_torque", sign * needed, stride.timestep)
+    yield from peak.told("needed_swing_torque", needed[stride.swing], stride.timestep)
 
 
 @tells(
     TORQUE,
-    *_peaks_of("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
+    *peak.rows("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
     ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
-    *_peaks_of("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
+    *peak.rows("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
     ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
     ("share_of_dorsiflexion_moment", "percent", "Share of the biological dorsiflexion moment", SHARE),
     ("share_of_plantarflexion_moment", "percent", "Share of the biological plantarflexion moment", SHARE),
     ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
-    *_peaks_of("torque_missing", "Torque missing", "need that the orthosis leaves open"),
-    *_peaks_of("torque_unneeded", "Torque not needed", "beyond the need or against it"),
+    *peak.rows("torque_missing", "Torque missing", "need that the orthosis leaves open"),
+    *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
 )
 def _torque(stride: Stride) -> Found:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
     torque, healthy = stride[ORTHOSIS], stride["gait/ankle_moment"]
     for side, sign in SIDES.items():
-        yield from _peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
-        yield f"orthosis_mean_{side}_torque", _clean(float(np.maximum(sign * torque, 0.0).mean()))
-        yield f"share_of_{side}_moment", _share(_highest(sign * torque), _highest(sign * healthy))
+        yield from peak.told(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
+        yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
+        yield f"share_of_{side}_moment", _share(peak.highest(sign * torque), peak.highest(sign * healthy))
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.clip(way * torque, 0.0, np.abs(needed))
-    if _highest(np.abs(needed)) > 0.0:
+    if peak.highest(np.abs(needed)) > 0.0:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield from _peaks("torque_missing", np.abs(needed) - given, stride.timestep)
-    yield from _peaks("torque_unneeded", np.abs(torque - way * given), stride.timestep)
+    yield from peak.told("torque_missing", np.abs(needed) - given, stride.timestep)
+    yield from peak.told("torque_unneeded", np.abs(torque - way * given), stride.timestep)
 
 
 @tells(
@@ -354,12 +344,12 @@ def _work(stride: Stride) -> Found:
     velocity = np.gradient(stride["gait/ankle_angle"], stride.timestep)
     healthy = stride["gait/ankle_moment"] * velocity / stride.body_mass
     given, taken, own = (
-        _clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
+        peak.clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
     )
     yield "orthosis_positive_work", given
     yield "orthosis_negative_work", 0.0 - taken
-    yield "orthosis_peak_power", _highest(power)
-    yield "orthosis_peak_absorption", _highest(-power)
+    yield "orthosis_peak_power", peak.highest(power)
+    yield "orthosis_peak_absorption", peak.highest(-power)
     yield "share_of_positive_work", _share(given, own)
 
 
@@ -385,23 +375,6 @@ def _air(stride: Stride) -> Found:
     yield "air_per_stride", total
     yield "free_air_per_stride", total / STANDARD_DENSITY  # 1 g/l = 1 kg/m³
     yield from pressures
-
-
-def _peaks(name: str, torque: np.ndarray, timestep: float) -> Found:
-    """Peak of a torque over 10 ms, and beside it that of an instant, as `_peaks_of` registers them."""
-    mean = peak.largest_mean(torque, timestep) if len(torque) else 0.0
-    yield f"{name}{peak.OVER}", _clean(max(mean, 0.0))
-    yield name, _highest(torque)
-
-
-def _highest(values: np.ndarray) -> float:
-    """At least zero."""
-    return _clean(max(float(values.max()), 0.0)) if len(values) else 0.0
-
-
-def _clean(value: float) -> float:
-    """Without what rounding leaves where there is nothing."""
-    return 0.0 if abs(value) < ROUNDING else value
 
 
 def _share(part: float, whole: float) -> float:

@@ -8,6 +8,11 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import number
 
 UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
+# of a sweep's or search's answer, whose numbers do not know of a start
+UNSEEN = (
+    "note: the numbers are of settled strides; the wearer walks the first ones after every stop too, and may "
+    "trip in them: look at them with afo-sim run"
+)
 FIRST = 8  # strides of a run whose toe clearance is told
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 

@@ -15,7 +15,6 @@ import numpy as np
 from afo_sim import native
 from afo_sim.model.build import Built
 from afo_sim.model.periodic import AFTER, steps_of_stride
-from afo_sim.model.start import walking_start
 from afo_sim.model.walk import JOINTS
 from afo_sim.simulation.first_air import first_air
 from afo_sim.simulation.policy import Rows, fixed
@@ -102,8 +101,7 @@ def _begun(built: Built, control: np.ndarray) -> Case | Rollout:
     n = steps_of_stride(built.scenario)
     try:
         guess = None if sticks(built) else lambda built, data: first_air(built, data, control[n : 2 * n])
-        state = walking_start(built, control[0], guess)
-        case = case_of(built, fixed(control), control[0], state)
+        case = case_of(built, fixed(control), control[0], air=guess)
     except Exception as error:
         return not_begun(built.model, error)
     if isinstance(case, Case) and (reason := limp(case)) is not None:
@@ -184,7 +182,10 @@ class _Party:
         assert before is not None and last is not None
         inputs = search.control[2 * self.n :]
         out = {name: np.empty((1, AFTER, width)) for name, width in self.widths.items()}
-        self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
+        stopped = self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
+        if k in stopped:
+            step = search.strides * self.n
+            return not_begun(search.built.model, failed(search.built.model, stopped[k].reason, step))
         for name, values in rows.items():
             parts = [before.out[name], last.out[name], out[name][0]]
             if name in STATE:  # after a step; the rows want it before

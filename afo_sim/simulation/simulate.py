@@ -10,7 +10,7 @@ from afo_sim.common.errors import SimulationError
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE
-from afo_sim.model.start import equilibrium, walking_start
+from afo_sim.model.start import Guess, equilibrium, walking_start
 from afo_sim.simulation.policy import Policy, fixed
 from afo_sim.simulation.rollout import (
     BLOCK,
@@ -121,13 +121,25 @@ def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> t
 
 
 def case_of(
-    built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None
+    built: Built,
+    policy: Policy,
+    first: np.ndarray,
+    state: np.ndarray | None = None,
+    air: Guess | None = None,
 ) -> Case | Rollout:
-    """The case to roll out, or an empty Rollout where a kernel refuses the start."""
+    """The case to roll out, or an empty Rollout where a kernel refuses the start.
+
+    Parameters
+    ----------
+    built, policy : scenario and inputs
+    first : inputs at the first step (nu,)
+    state : mjSTATE_INTEGRATION row to start from; at rest, or in walking, by default
+    air : that walking starts with, as `walking_start` takes it
+    """
     try:
         native.assert_rows(built.model)
         if state is None:
-            state = equilibrium(built, first) if built.walk is None else walking_start(built, first)
+            state = equilibrium(built, first) if built.walk is None else walking_start(built, first, air)
     except FAILURES as error:
         return not_begun(built.model, failed(built.model, str(error), 0))
     return Case(built.model, state, policy)

@@ -100,11 +100,11 @@ class StrideSearch:
         if last is None or not self.chambers:
             return True
         air = self._air(last)
-        slopes = self._slopes()
-        step = np.abs(_step(slopes, self.change.ravel())).reshape(-1, 2)
+        own = self._own_slopes()
+        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
         flowing = np.maximum(air.inlet, 0.0).sum(axis=1) * air.step / self.held(last.start)[:, 0]
         filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not told
-        shares = np.abs(np.linalg.eigvals(self._own_slopes()[np.ix_(filled, filled)]))
+        shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
         self.slowest = float(np.max(shares, initial=0.0))
         enough = np.where(flowing > 0.0, np.clip(OF_FLOW * flowing, LEAST, NEAR), NEAR)
         return bool((step <= enough[:, np.newaxis]).all())
@@ -140,29 +140,30 @@ class StrideSearch:
         wanted = self.first
         if self.jumps < JUMPS:
             begun = np.log(self.held(self.last.start)).ravel()
-            wanted = np.exp(begun + _bounded(self._slopes(), self.change.ravel())).reshape(-1, 2)
+            slopes = self._slopes(self._own_slopes())
+            wanted = np.exp(begun + _bounded(slopes, self.change.ravel())).reshape(-1, 2)
         for row, chamber in enumerate(self.chambers):
             native.write_held(self.built.model, act, chamber, wanted[row])
         self.start["act"] = act.copy()
         self.jumps += 1
         self.since_jump = 0
 
-    def _slopes(self) -> np.ndarray:
+    def _slopes(self, own: np.ndarray) -> np.ndarray:
         """∂(ln m, ln σ) of all chambers at a stride's end by those at its start (2c, 2c).
 
-        To the slopes along the last stride comes what the last two strides show beyond them (Broyden 1965):
+        To `own`, those along the last stride, comes what the last two show beyond them (Broyden 1965):
         chambers that move each other, and volumes that follow late.
         """
         last, before = self.last, self.before
         assert last is not None
-        found = self._own_slopes()
         if before is None or self.strides < 3:  # the first stride has not the past of one
-            return found
+            return own
         moved = np.log(self.held(last.start) / self.held(before.start)).ravel()
         if not np.max(np.abs(moved)) > TINY:
-            return found
+            return own
         became = np.log(self.held(self.start) / before.ended).ravel()
-        return found + np.outer(became - found @ moved, moved) / (moved @ moved)
+        found: np.ndarray = own + np.outer(became - own @ moved, moved) / (moved @ moved)
+        return found
 
     def _own_slopes(self) -> np.ndarray:
         """The slopes along the last stride, of each chamber by itself (2c, 2c)."""
