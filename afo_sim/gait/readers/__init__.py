@@ -1,1 +1,1 @@
-"""Walking data as laboratories write it: OpenSim .mot and .sto, .trc, .c3d → gait cycles."""
+"""Walking data as laboratories write it: OpenSim models and tables, .trc, .c3d, CSV → tables, unread."""

@@ -1,14 +1,19 @@
-"""C3D files through ezc3d, which is installed only on request."""
+"""C3D files: markers and force plates."""
 
 import pathlib
-from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait.readers.markers import Markers
-from afo_sim.gait.readers.plates import Plate, plate
+from afo_sim.gait.readers.c3d_file import C3dFile, read_c3d_file
+from afo_sim.gait.readers.c3d_plates import plates_of_c3d
+from afo_sim.gait.readers.length_unit import length_name, metres
+from afo_sim.gait.readers.markers import Markers, lost_as_nan, marker_set
+from afo_sim.gait.readers.plates import Plate
+
+# Results of a model that Vicon stores as points; each of these parameters lists their names.
+RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
@@ -16,59 +21,73 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
 
     Parameters
     ----------
-    path : with POINT data, and FORCE_PLATFORM if it has plates; the unit is the file's own
+    path : with POINT data, analog channels with FORCE_PLATFORM of types 1 to 4, or both
 
     Returns
     -------
-    (markers, plates named "1", "2", … in the file's order), both in the laboratory's axes; a force is the
-    file's own, by C3D's convention the foot's on the plate, which `ground_force` finds out and turns round
+    (markers, possibly none; plates named "1", "2", … in the file's order), both in the laboratory's axes;
+    a force is the file's own, by C3D's convention the foot's on the plate, which `ground_force` finds out
+    and turns round. Remarks and warnings on plates that were left out stand with the markers.
 
     Raises
     ------
     InputError
-        ezc3d is not installed, or cannot read the file.
+        ezc3d is not installed, or cannot read the file; the file is cut; a frame rate of 0.
     """
+    file = read_c3d_file(path)
+    rate = _rate(path, file)
+    names, points, remarks = _markers(file)
+    metre, warnings = _metre(path, file, points)
+    time = (file.first_frame + np.arange(file.frames)) / rate
+    samples = file.analogs.shape[1]
+    ratio = max(round(samples / file.frames), 1) if file.frames else 1
+    analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
+    plates, left_out = plates_of_c3d(path, file, analog_time, metre)
+    remarks += _events(file)
+    return marker_set(path, time, names, points * metre, remarks, [*warnings, *left_out]), plates
+
+
+def _rate(path: pathlib.Path, file: C3dFile) -> float:
+    """Frames a second."""
+    rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
+    rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
+    if not 1.0 <= rate <= 1e5:
+        raise InputError("is no frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
+    return rate
+
+
+def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[str]]:
+    """Names, coordinates (n, markers, 3) in the file's unit, and remarks."""
+    count = file.points.shape[1]
+    names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
+    results = {name for kind in RESULTS for name in file.texts("POINT", kind) if name}
+    kept = [k for k, name in enumerate(names) if name not in results]
+    results_there = count - len(kept)
+    remarks = [f"{results_there} of its points are a model's results, no markers"] if results_there else []
+    points = np.where(file.residuals[..., None] < 0.0, np.nan, file.points)
+    return [names[k] for k in kept], lost_as_nan(points[:, kept]), remarks
+
+
+def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[str]]:
+    """Metres in the file's unit of length, and warnings."""
+    stated = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
     try:
-        import ezc3d
-    except ImportError:
-        raise InputError(
-            "reading C3D needs the library ezc3d", file=path, allowed="after: pip install 'afo-sim[c3d]'"
-        ) from None
-    if not path.is_file():
-        raise InputError("there is no such file", file=path)
-    try:
-        file = ezc3d.c3d(str(path), extract_forceplat_data=True)
-    except Exception as error:  # ezc3d passes on what its C++ threw
-        raise InputError(f"ezc3d cannot read it: {' '.join(str(error).split())}", file=path) from None
-    point = file["parameters"]["POINT"]
-    points = np.moveaxis(file["data"]["points"][:3], 0, -1)  # (marker, frame, 3)
-    points = points * _unit(path, point.get("UNITS", {}).get("value", ["mm"]))
-    rate = float(file["header"]["points"]["frame_rate"])
-    first = int(file["header"]["points"]["first_frame"])
-    names = [
-        name for group in ("LABELS", "LABELS2", "LABELS3") for name in point.get(group, {}).get("value", [])
-    ]
-    time = (first + np.arange(points.shape[1])) / rate
-    markers = Markers(path, time, dict(zip(names, points, strict=False)))
-    analog = float(file["header"]["analogs"]["frame_rate"])
-    return markers, [
-        _plate(path, str(k), platform, analog, float(time[0]))
-        for k, platform in enumerate(file["data"]["platform"], start=1)
-    ]
-
-
-def _plate(path: pathlib.Path, name: str, platform: Any, rate: float, start: float) -> Plate:
-    force = np.array(platform["force"]).T
-    place = np.array(platform["center_of_pressure"]).T * _unit(path, [platform["unit_position"]])
-    return plate(path, name, start + np.arange(len(force)) / rate, force, place)
-
-
-def _unit(path: pathlib.Path, names: list[str]) -> float:
-    """Metres in the file's unit of length."""
-    name = names[0].strip() if names else "mm"
-    try:
-        return parse_quantity(f"1 {name or 'mm'}", "m")
+        factor = parse_quantity(f"1 {stated}", "m")
     except ValueError:
         raise InputError(
-            "is no length", file=path, field="POINT:UNITS", value=name, allowed="mm, m"
+            "is no length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
         ) from None
+    found, warnings = metres(points, factor, stated)
+    assert found is not None
+    return found, warnings
+
+
+def _events(file: C3dFile) -> list[str]:
+    """A remark on events that somebody marked by hand or program."""
+    labels, times = file.texts("EVENT", "LABELS"), file.numbers("EVENT", "TIMES")
+    if not labels:
+        return []
+    seconds = [60.0 * a + b for a, b in zip(times[::2], times[1::2], strict=False)]  # minutes and seconds
+    shown = ", ".join(f"{name} {at:.2f} s" for name, at in zip(labels[:4], seconds, strict=False))
+    more = ", …" if len(labels) > 4 else ""
+    return [f"its {len(labels)} events ({shown}{more}) are not used: force and motion tell them again"]

@@ -1,30 +1,14 @@
-"""Marker trajectories, and which marker sits where on the leg."""
+"""Marker trajectories."""
 
 import pathlib
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.gait.readers.choices import ROLES, Choices
+from afo_sim.gait.readers.text import unique_names
 
-# Usual names by role, lower case without punctuation, "?" for the side's letter. The first line is the
-# outer side's marker; where the inner side's of the second line is there too, their midpoint counts.
-USUAL = {
-    "hip": (("?hjc", "?gtro", "?gtr", "?troch", "?hip", "?hipjc"), ()),
-    "knee": (
-        ("?kjc", "?kneelat", "?lek", "?kne", "?knee", "?lfc", "?lfe", "?fle"),
-        ("?kneemed", "?mek", "?mfc", "?mfe", "?fme", "?kneem"),
-    ),
-    "ankle": (
-        ("?ajc", "?anklelat", "?lm", "?ank", "?ankle", "?lmal", "?fal", "?mall"),
-        ("?anklemed", "?mm", "?mmal", "?tam", "?medmal"),
-    ),
-    "heel": (("?heel", "?hee", "?cal", "?calc", "?fcc"), ()),
-    "toe": (("?mt5", "?toelat", "?5mt", "?toe", "?vmh", "?fm5", "?d5m", "?fmt5"), ()),
-}
+FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,52 +17,56 @@ class Markers:
 
     file: pathlib.Path
     time: np.ndarray  # [s] (n,)
-    positions: dict[str, np.ndarray]  # name: (n, 3) [m]
-
-    def name(self, role: str, choices: Choices) -> tuple[str, ...]:
-        """The markers that give a point of the leg; their midpoint is meant.
-
-        Raises
-        ------
-        InputError
-            A name that the file has not, or none of the usual names for this role.
-        """
-        if role in choices.markers:
-            for name in choices.markers[role]:
-                if name not in self.positions:
-                    raise unknown(
-                        name,
-                        self.positions,
-                        field=f"marker.{role}",
-                        problem=f"there is no such marker in {self.file}",
-                    )
-            return choices.markers[role]
-        outer, inner = (self._usual(names, choices.letter) for names in USUAL[role])
-        if outer is None:
-            raise InputError(
-                f"no marker of the {choices.side} {role} in {self.file} is known by its name",
-                field=f"marker.{role}",
-                allowed=f"one of {', '.join(self.positions)}",
-            )
-        return (outer,) if inner is None else (outer, inner)
-
-    def has(self, role: str, choices: Choices) -> bool:
-        """Whether `name` would find something."""
-        return role in choices.markers or self._usual(USUAL[role][0], choices.letter) is not None
+    positions: dict[str, np.ndarray]  # name as in the file: (n, 3) [m]
+    remarks: tuple[str, ...] = ()  # what was odd about the file and how it was read
+    warnings: tuple[str, ...] = ()
 
     def point(self, names: Sequence[str]) -> np.ndarray:
         """The midpoint of some markers [m] (n, 3)."""
         return np.asarray(np.mean([self.positions[name] for name in names], axis=0))
 
-    def _usual(self, patterns: Sequence[str], letter: str) -> str | None:
-        plain = {re.sub("[^a-z0-9]", "", name.split(":")[-1].lower()): name for name in self.positions}
-        for pattern in patterns:
-            found = plain.get(pattern.replace("?", letter))
-            if found is not None:
-                return found
-        return None
+
+def lost_as_nan(points: np.ndarray) -> np.ndarray:
+    """Coordinates in which a lost marker is NaN, however the file says it.
+
+    Parameters
+    ----------
+    points : in the file's unit (n, markers, 3); lost is 0 0 0, NaN in one of three, 9999999, -9999 thrice
+    """
+    with np.errstate(invalid="ignore"):
+        size = np.abs(points)
+        lost = ~np.isfinite(points).all(axis=2) | (size >= FILLER).any(axis=2) | (points == 0.0).all(axis=2)
+        lost |= (points[..., :1] == points).all(axis=2) & (size[..., 0] >= 999.0)
+    return np.where(lost[..., None], np.nan, points)
 
 
-def known_roles(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...]]:
-    """The roles that markers are known for, each with its markers."""
-    return {role: markers.name(role, choices) for role in ROLES if markers.has(role, choices)}
+def marker_set(
+    file: pathlib.Path,
+    time: np.ndarray,
+    names: list[str],
+    points: np.ndarray,
+    remarks: Sequence[str],
+    warnings: Sequence[str],
+) -> Markers:
+    """Markers by name: none twice, and none that is never seen.
+
+    Parameters
+    ----------
+    file, time : [s] (n,)
+    names : as in the file; an empty one is called "unnamed 3" by its place
+    points : [m] (n, markers, 3)
+    remarks, warnings : so far
+    """
+    titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]
+    titles, doubles = unique_names(titles, "marker")
+    seen = np.isfinite(points).all(axis=2).any(axis=0)
+    remarks, warnings = list(remarks), [*warnings, *doubles]
+    if not all(names):
+        unnamed = [title for title, name in zip(titles, names, strict=True) if not name]
+        have = "marker has" if len(unnamed) == 1 else "markers have"
+        warnings.append(f"{len(unnamed)} {have} no name: {', '.join(unnamed[:6])}")
+    if not seen.all():
+        unseen = [title for title, there in zip(titles, seen, strict=True) if not there]
+        remarks.append(f"never seen: {', '.join(unseen[:12])}")
+    positions = {title: points[:, k] for k, title in enumerate(titles) if seen[k]}
+    return Markers(file, time, positions, tuple(remarks), tuple(warnings))

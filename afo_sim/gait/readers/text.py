@@ -1,0 +1,127 @@
+"""Text files of other people's making: any encoding, any line end, numbers written in any manner."""
+
+import math
+import pathlib
+import re
+
+from afo_sim.common.errors import InputError
+
+_MISSING = re.compile(
+    r"-?(nan(\(.*\))?|n/?a|null|none|-+|\?+|[+-]?1[.,]#(qnan|snan|ind|nan)[0-9]*)?$", re.IGNORECASE
+)
+_INFINITE = re.compile(r"([+-]?)(inf(inity)?|1[.,]#inf[0-9]*)$", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,4})?$", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d{1,4})?$", re.ASCII)
+
+
+def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
+    """Lines of a text file in UTF-8, UTF-16 with its mark, or Latin-1.
+
+    Parameters
+    ----------
+    path : the file
+
+    Returns
+    -------
+    (lines without their ends, whether the last one has an end: if not, the file may be cut in it)
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is no text.
+    """
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = raw.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("latin-1")
+    if "\0" in text:
+        raise InputError("is no text file", file=path)
+    ended = text.endswith(("\n", "\r"))
+    lines = re.split("\r\n|\r|\n", text)  # not splitlines, which splits at Latin-1's 0x85 too
+    return (lines[:-1] if ended else lines), ended
+
+
+def parse_number(cell: str) -> float:
+    """A cell as a number; NaN for all the ways in which programs write that there is none.
+
+    Raises
+    ------
+    ValueError
+        The cell is neither.
+
+    Examples
+    --------
+    >>> parse_number(" 1,5 "), parse_number("1.0D+02"), parse_number("-1.#IND")
+    (1.5, 100.0, nan)
+    """
+    text = cell.strip().strip('"').strip()
+    if _NUMBER.match(text):
+        return float(text.replace("D", "e").replace("d", "e"))
+    if _MISSING.match(text):
+        return math.nan
+    infinite = _INFINITE.match(text)
+    if infinite:
+        return -math.inf if infinite[1] == "-" else math.inf
+    if _DECIMAL_COMMA.match(text):
+        return parse_number(text.replace(",", "."))
+    raise ValueError(f"{text!r} is no number")
+
+
+def parse_row(cells: list[str]) -> list[float]:
+    """All of a row's cells as numbers; ValueError as `parse_number`."""
+    try:
+        return [float(cell) for cell in cells]  # by far the most rows
+    except ValueError:
+        return [parse_number(cell) for cell in cells]
+
+
+def separator_of(line: str) -> str | None:
+    """What stands between the cells of a line: tab, semicolon or comma; None is any blanks."""
+    return next((mark for mark in "\t;," if mark in line), None)
+
+
+def cells_of(line: str, separator: str | None) -> list[str]:
+    """Cells of a line, without blanks about them; None separates at any blanks."""
+    if separator is None:
+        return line.split()
+    return [cell.strip().strip('"').strip() for cell in line.split(separator)]
+
+
+def without_empty_end(cells: list[str]) -> list[str]:
+    """Cells up to the last that is not empty: some programs end each line with tabs."""
+    last = len(cells)
+    while last and not cells[last - 1]:
+        last -= 1
+    return cells[:last]
+
+
+def unique_names(names: list[str], what: str) -> tuple[list[str], list[str]]:
+    """Names of which none comes twice, and a warning if one did: the second NAME becomes NAME.2.
+
+    Parameters
+    ----------
+    names : as they are in the file
+    what : "marker" or "column", for the warning
+    """
+    taken: set[str] = set()
+    found, renamed = [], []
+    for name in names:
+        new, number = name, 1
+        while new in taken:
+            number += 1
+            new = f"{name}.{number}"
+        if new != name:
+            renamed.append(new)
+        taken.add(new)
+        found.append(new)
+    if not renamed:
+        return found, []
+    shown = ", ".join(renamed[:6]) + (f" and {len(renamed) - 6} more" if len(renamed) > 6 else "")
+    return found, [f"some {what} names come more than once; what came later is called {shown} here"]
