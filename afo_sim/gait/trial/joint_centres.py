@@ -1,0 +1,178 @@
+"""Joint centres from markers on the skin: regressions and offsets, with their errors.
+
+Laboratories have axes of any handedness, and people walk any way. So every direction here is taken from
+the body: to the right from the left iliac spine to the right one, up from the legs to the pelvis and from
+the ankle to the knee, forward from the heel to the toe.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+MARKER_RADIUS = 0.007  # centre of a 14 mm marker above the skin (assumed) [m]
+MM = 1e-3
+
+# Standard errors in the sagittal plane [m]. The regressions' own are leave-one-out errors forward and upward;
+# they were found on landmarks in images, and markers on the skin lie a centimetre off them (assumed).
+PALPATION = 0.010
+HARRINGTON_ERROR = math.hypot(5.2 * MM, 3.6 * MM, PALPATION)  # Harrington et al. 2007, 32 persons
+HARA_ERROR = math.hypot(5.2 * MM, 4.4 * MM, PALPATION)  # Hara et al. 2016, 180 persons
+TROCHANTER_ERROR = 0.025  # of the greater trochanter as the hip centre (assumed) [m]
+
+# The plane of the iliac spines in standing leans forward and down; about 10 deg, 5 deg from person to person
+# (assumed, for marker sets without any marker at the back of the pelvis).
+PELVIC_TILT, PELVIC_TILT_SPREAD = math.radians(10.0), math.radians(5.0)
+
+# From the lateral malleolus' marker to the midpoint of both malleoli, forward and up: 10.5 and 9.5 mm in the
+# example walk of BMClab, 6.7 and -1.4 mm in OpenSim's example of 3-D walking, 7.2 and 9.4 mm in subject01 of
+# gait2354, 1.0 and 7.9 mm in OpenSim's example C3D files: their mean, and their standard deviation (derived).
+ANKLE_FROM_MALLEOLUS = (0.0063, 0.0064)
+ANKLE_LATERAL_ERROR = math.hypot(3.9 * MM, 5.2 * MM)
+# The knee's lateral marker lies 5 mm behind to 11 mm ahead of the midpoint in these persons (derived).
+KNEE_LATERAL_ERROR = 0.008
+MEDIAL_ERROR = 0.015  # of the medial marker alone (assumed) [m]
+MIDPOINT_ERROR = 0.005  # of palpation (assumed) [m]
+
+
+@dataclass(frozen=True, eq=False)
+class PelvisFrame:
+    """Origin midway between the anterior iliac spines, and unit vectors; each (n, 3)."""
+
+    origin: np.ndarray
+    forward: np.ndarray
+    up: np.ndarray
+    right: np.ndarray
+
+    def place(self, offset: tuple[float, float, float]) -> np.ndarray:
+        """A point by its way forward, up and to the right [m] → its path (n, 3) [m]."""
+        forward, up, right = offset
+        return np.asarray(self.origin + forward * self.forward + up * self.up + right * self.right)
+
+
+def pelvis_frame(right: np.ndarray, left: np.ndarray, back: np.ndarray, below: np.ndarray) -> PelvisFrame:
+    """The pelvis' own axes: its plane holds the iliac spines and the back of the pelvis.
+
+    Parameters
+    ----------
+    right, left : anterior superior iliac spines [m] (n, 3)
+    back : midpoint of the posterior ones, or the sacrum [m] (n, 3)
+    below : anything far below the pelvis, for the sign of up [m] (n, 3)
+    """
+    origin = 0.5 * (right + left)
+    across = unit(right - left)
+    forward = unit(without(origin - back, across))
+    up = np.cross(across, forward)
+    if _mostly_negative(np.sum(up * (origin - below), axis=1)):
+        up = -up  # the laboratory's axes are left-handed
+    return PelvisFrame(origin, forward, up, across)
+
+
+def level_pelvis_frame(
+    right: np.ndarray, left: np.ndarray, vertical: np.ndarray, ahead: np.ndarray
+) -> PelvisFrame:
+    """The pelvis' axes where nothing marks its back: `PELVIC_TILT` is assumed.
+
+    Parameters
+    ----------
+    right, left : anterior superior iliac spines [m] (n, 3)
+    vertical : the laboratory's unit vector upward (3,)
+    ahead : a direction that points roughly forward, for the sign (3,) or (n, 3)
+    """
+    across = unit(right - left)
+    up = unit(without(np.broadcast_to(vertical, across.shape), across))
+    forward = np.cross(up, across)
+    if _mostly_negative(np.sum(forward * ahead, axis=-1)):
+        forward = -forward
+    cosine, sine = math.cos(PELVIC_TILT), math.sin(PELVIC_TILT)
+    return PelvisFrame(
+        0.5 * (right + left), cosine * forward - sine * up, cosine * up + sine * forward, across
+    )
+
+
+def hip_by_harrington(width: float, depth: float, side: str) -> tuple[float, float, float]:
+    """The hip centre by the width and depth of the pelvis.
+
+    Harrington, Zavatsky, Lawson, Yuan and Theologis (2007), doi:10.1016/j.jbiomech.2006.02.003, the
+    regressions on one variable each. Less the marker's radius forward, as the markers lie on the skin.
+
+    Parameters
+    ----------
+    width : between the anterior iliac spines [m]
+    depth : from their midpoint to that of the posterior ones [m]
+    side : "right" or "left"
+
+    Returns
+    -------
+    forward, up, right of the midpoint of the anterior iliac spines [m]
+    """
+    forward = -0.24 * depth - 9.9 * MM - MARKER_RADIUS
+    up = -0.30 * width - 10.9 * MM
+    right = 0.33 * width + 7.3 * MM
+    return forward, up, right if side == "right" else -right
+
+
+def hip_by_hara(leg_length: float, side: str) -> tuple[float, float, float]:
+    """The hip centre by the length of the leg.
+
+    Hara, McGinley, Briggs, Baker and Sangeux (2016), doi:10.1038/srep37707. Less the marker's radius
+    forward.
+
+    Parameters
+    ----------
+    leg_length : from the anterior iliac spine to the malleolus [m]
+    side : "right" or "left"
+
+    Returns
+    -------
+    forward, up, right of the midpoint of the anterior iliac spines [m]
+    """
+    forward = 11.0 * MM - 0.063 * leg_length - MARKER_RADIUS
+    up = -9.0 * MM - 0.078 * leg_length
+    right = 8.0 * MM + 0.086 * leg_length
+    return forward, up, right if side == "right" else -right
+
+
+def hara_error_without_back(leg_length: float) -> float:
+    """Standard error of Hara's hip where the pelvis' tilt is assumed [m]."""
+    forward, up, _ = hip_by_hara(leg_length, "right")
+    return math.hypot(HARA_ERROR, PELVIC_TILT_SPREAD * math.hypot(forward, up))
+
+
+def ankle_by_malleolus(
+    malleolus: np.ndarray, knee: np.ndarray, heel: np.ndarray, toe: np.ndarray
+) -> np.ndarray:
+    """The ankle centre by the lateral malleolus alone: moved forward and up by the usual offset.
+
+    Up is along the shank, forward is across it where the foot points; where the foot is not seen, it points
+    where it does in the median.
+
+    Parameters
+    ----------
+    malleolus, knee, heel, toe : [m] (n, 3)
+
+    Returns
+    -------
+    [m] (n, 3)
+    """
+    up = unit(knee - malleolus)
+    foot = unit(toe - heel)
+    unseen = ~np.isfinite(foot).all(axis=1)
+    foot[unseen] = np.median(foot[~unseen], axis=0) if not unseen.all() else np.nan
+    ahead, above = ANKLE_FROM_MALLEOLUS
+    return np.asarray(malleolus + ahead * unit(without(foot, up)) + above * up)
+
+
+def _mostly_negative(values: np.ndarray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(len(known)) and float(np.median(known)) < 0.0
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (…, 3) at length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def without(vectors: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Vectors (…, 3) less their part along a unit direction."""
+    return np.asarray(vectors - np.sum(vectors * direction, axis=-1, keepdims=True) * direction)
