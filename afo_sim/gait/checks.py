@@ -288,6 +288,7 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
     top, bottom, peak = int(ankle.argmax()), int(ankle.argmin()), int(moment.argmax())
     on = cycle.grf_z > STANCE_FORCE
     error = np.sqrt(np.mean((moment - demand)[on] ** 2))
+    low = int(np.where(on & (cycle.phase < LATE_SWING), moment, np.inf).argmin())
     length = cycle.ankle_x[-1] - cycle.ankle_x[0]
     closing = closing_errors(cycle)
     residual = {n: np.degrees(s.residual) for n, s in cycle.series.items() if n.endswith("_angle")}
@@ -310,6 +311,7 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
         ("peak vertical force", f"{cycle.grf_z.max():.2f} body weights"),
         ("centre of pressure", f"{100 * cop.min():.1f} to {100 * cop.max():.1f} cm ahead of the ankle"),
         ("peak plantarflexor moment", f"{moment[peak]:.2f} N·m/kg at {100 * cycle.phase[peak]:.0f} %"),
+        ("peak dorsiflexor moment", f"{_signless(-moment[low])} N·m/kg at {100 * cycle.phase[low]:.0f} %"),
         ("moment less ground force's", f"{error:.3f} N·m/kg RMS in stance"),
         (
             "taken out as drift",
@@ -321,6 +323,10 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
             ", ".join(f"{n.split('_')[0]} {value:.2f}" for n, value in residual.items()) + " deg RMS",
         ),
     ] + [(key.replace("_", " "), text) for key, text in cycle.notes.items()]
+
+
+def _signless(value: float) -> str:
+    return f"{max(0.0, value):.2f}"  # a foot that only pushes has no dorsiflexor moment
 
 
 def _signed(value: float, digits: int) -> str:

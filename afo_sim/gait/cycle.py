@@ -1,7 +1,7 @@
 """One stride of recorded walking: sagittal leg motion and ground force over gait phase."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -27,6 +27,7 @@ COLUMNS = {
     "cop_x_m": ("cop_x", 1.0),
     "ankle_moment_nm_per_kg": ("ankle_moment", -1.0),  # laboratories publish plantarflexion positive
 }
+WARNING = "warning"  # notes "warning 1", "warning 2", …: what a person should look at
 KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 
@@ -66,6 +67,17 @@ class GaitCycle:
         return FourierSeries.fit(
             self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
         )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a person should look at before the stride is believed, one sentence each."""
+        return tuple(text for key, text in self.notes.items() if key.startswith(f"{WARNING} "))
+
+    def with_warnings(self, warnings: Sequence[str]) -> "GaitCycle":
+        """The same stride with these warnings in its notes, so that its file carries them."""
+        notes = {key: text for key, text in self.notes.items() if not key.startswith(f"{WARNING} ")}
+        notes |= {f"{WARNING} {number}": text for number, text in enumerate(warnings, 1)}
+        return dataclasses.replace(self, notes=notes)
 
     def signal(self, name: str, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
         """A kinematic signal at any phase, or its velocity or acceleration, all from one Fourier series.

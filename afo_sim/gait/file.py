@@ -53,7 +53,8 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     Parameters
     ----------
     path : file to write
-    cycle : what to write; its moment is turned back to plantarflexion positive
+    cycle : what to write; its moment is turned back to plantarflexion positive, and each of its notes, such
+        as a warning, becomes a header line
     """
     header = {key: str(getattr(cycle, name)) for key, name in TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}

@@ -11,7 +11,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import file as gait
-from afo_sim.gait.checks import closing_errors, examine, stance
+from afo_sim.gait.checks import closing_errors, examine, findings, stance
 from afo_sim.gait.cycle import COLUMNS, KINEMATICS, GaitCycle, fit_to_leg
 from afo_sim.gait.fourier import FourierSeries
 
@@ -372,3 +372,13 @@ def test_the_norm_is_the_published_points_with_a_band() -> None:
         assert given == pytest.approx(sorted(-moment for moment in published))
     assert "children" in norm.header["ankle_moment_low_nm_per_kg"]
     assert norm.at("ankle_angle", 1.25) == pytest.approx(float(norm.at("ankle_angle", 0.25)))
+
+
+def test_warnings_travel_with_the_file(stride: GaitCycle, tmp_path: pathlib.Path) -> None:
+    told = ("the mass, 60 kg, is a guess", "walk.trc: has 3 columns")
+    path = tmp_path / "a.csv"
+    gait.write(path, stride.with_warnings(("an old one",)).with_warnings(told))
+    again = gait.read(path)
+    assert again.warnings == told
+    assert {key: text for key, text in again.notes.items() if "warning" not in key} == stride.notes
+    assert ("warning 2", told[1]) in findings(again)
