@@ -24,11 +24,11 @@ import scipy.io
 from afo_sim.gait.checks import examine, findings
 from afo_sim.gait.cycle import FLAT
 from afo_sim.gait.file import write
-from afo_sim.gait.readers.choices import Choices
-from afo_sim.gait.readers.importing import Imported, cut_cycle
 from afo_sim.gait.readers.markers import Markers
 from afo_sim.gait.readers.plates import Plate
-from afo_sim.gait.readers.trial import WalkingTrial
+from afo_sim.gait.trial.choices import Choices
+from afo_sim.gait.trial.files import WalkingTrial
+from afo_sim.gait.trial.importing import Imported, cut_cycle
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"
@@ -93,7 +93,7 @@ def belt_speed(trial: WalkingTrial, strides: Imported) -> float:
     assert trial.markers is not None
     speeds = []
     for stride in strides.strides:
-        start, end = stride.window(FLAT)
+        start, end = (stride.start + share * (stride.end - stride.start) for share in FLAT)
         inside = (trial.markers.time >= start) & (trial.markers.time <= end)
         for name in ("RHEE", "RMT5"):
             x = trial.markers.positions[name][:, 0]
@@ -127,8 +127,8 @@ def main() -> None:
     print(f"belt speed {choices.belt_speed:.4f} m/s")
     for number in (1, 2):
         done = cut_cycle(trial, dataclasses.replace(choices, stride=number))
-        stride = done.strides[done.chosen]
-        time = stride.start + done.cycle.phase * stride.time
+        stride = done.strides[done.chosen[0]]
+        time = stride.start + done.cycle.phase * done.cycle.stride_time
         assert trial.markers is not None
         notes = {
             "description": f"healthy adult on a treadmill at {choices.belt_speed:.2f} m/s, stride {number}",

@@ -138,7 +138,8 @@ def print_table(title: str, header: list[str], rows: list[list[str]], droppable:
     if droppable is not None and console.width < 140:
         header = header[:droppable] + header[droppable + 1 :]
         rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
-    table = Table(title=escape(title), title_justify="left", title_style="bold", pad_edge=False, box=None)
+    look: dict[str, Any] = {"title_justify": "left", "title_style": "bold", "pad_edge": False, "box": None}
+    table = Table(title=escape(title), show_header=any(header), **look)
     for k, name in enumerate(header):
         longest = max((len(row[k]) for row in rows), default=0)
         if droppable is None:

@@ -12,52 +12,132 @@ from afo_sim.common.errors import InputError
 
 @gait_app.command("import")
 def gait_import_command(
-    files: Annotated[list[pathlib.Path], typer.Argument(help=".mot, .sto, .trc, .c3d of one trial")],
-    out: Annotated[pathlib.Path, typer.Option(help="CSV to write; a picture of the same name goes with it")],
-    mass: Annotated[str | None, typer.Option(help='of the body, for example "72 kg"')] = None,
-    side: Annotated[str, typer.Option(help="right|left")] = "right",
-    stride: Annotated[int | None, typer.Option(help="which stride; the first found by default")] = None,
+    files: Annotated[
+        list[pathlib.Path],
+        typer.Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
+    ],
+    out: Annotated[
+        pathlib.Path | None,
+        typer.Option(help="needed: the CSV to write; its picture, of the same name, goes with it"),
+    ] = None,
+    side: Annotated[str, typer.Option(help="right|left|both (the mean of both legs)")] = "right",
+    stride: Annotated[
+        str | None, typer.Option(metavar="N|mean", help="which stride; the first that is whole by default")
+    ] = None,
+    mass: Annotated[
+        str | None, typer.Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
+    ] = None,
+    model: Annotated[pathlib.Path | None, typer.Option(help="the person's scaled OpenSim model")] = None,
+    static: Annotated[pathlib.Path | None, typer.Option(help="standing trial: .trc, .c3d, .csv")] = None,
+    map: Annotated[pathlib.Path | None, typer.Option(help="TOML that says which marker sits where")] = None,
+    write_map: Annotated[
+        pathlib.Path | None, typer.Option(help="write such a TOML with what is guessed, and stop")
+    ] = None,
     marker: Annotated[
         list[str] | None,
         typer.Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
     ] = None,
     plate: Annotated[list[str] | None, typer.Option(help="force plate to look at; all by default")] = None,
-    forward: Annotated[str | None, typer.Option(help="axis of walking: x, -x, y, …")] = None,
-    up: Annotated[str | None, typer.Option(help="axis upward")] = None,
+    forward: Annotated[
+        str | None, typer.Option(help="axis of walking, x, -x, y, …: found by default")
+    ] = None,
+    up: Annotated[str | None, typer.Option(help="axis upward; found by default")] = None,
     angles: Annotated[str | None, typer.Option(help="deg|rad, where the header is silent or wrong")] = None,
-    belt_speed: Annotated[str, typer.Option(help="of the treadmill")] = "0 m/s",
-    cutoff: Annotated[str, typer.Option(help="of the low-pass; 0 Hz leaves the data alone")] = "6 Hz",
-    thigh: Annotated[str | None, typer.Option(help="hip to knee, if no file has the ankle's place")] = None,
-    shank: Annotated[str | None, typer.Option(help="knee to ankle, likewise")] = None,
+    belt_speed: Annotated[
+        str | None, typer.Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
+    ] = None,
+    cutoff: Annotated[
+        str, typer.Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')
+    ] = "6 Hz",
+    thigh: Annotated[
+        str | None,
+        typer.Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place"),
+    ] = None,
+    shank: Annotated[str | None, typer.Option(help='knee to ankle, "43 cm", likewise')] = None,
     hip: Annotated[
         tuple[str, str] | None,
-        typer.Option(help="from the pelvis' origin; -6.3 cm -7.2 cm by default", metavar="FORWARD UP"),
+        typer.Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
     ] = None,
-    ankle_height: Annotated[str | None, typer.Option(help="above the floor, foot flat")] = None,
+    ankle_height: Annotated[str | None, typer.Option(help='above the floor, foot flat, "7 cm"')] = None,
     ankle_zero: Annotated[str, typer.Option(help="flat (foot level where flat) or file")] = "flat",
     source: Annotated[str, typer.Option(help="where the data come from")] = "",
     licence: Annotated[str, typer.Option(help="what one may do with them")] = "not stated",
 ) -> None:
-    """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood."""
-    given = {name: value for name, value in locals().items() if name not in ("files", "out")}
+    """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood.
+
+    Ground forces are needed always, and for the leg one of: markers, or joint angles with the model.
+
+    \b
+        afo-sim gait import walk.c3d --static standing.c3d --out walk.csv
+        afo-sim gait import ik.mot grf.mot scaled.osim --mass "72 kg" --out walk.csv
+
+    docs/gait_data.md tells which files belong together, and how far to trust each.
+    """
+    given = {name: value for name, value in locals().items() if name not in ("files", "out", "write_map")}
+    if write_map is not None:
+        _write_map(files, write_map)
+        return
+    if out is None or out.suffix.lower() != ".csv":
+        shown = None if out is None else str(out)
+        problem = "is missing: the file to write" if out is None else "is no CSV"
+        raise InputError(
+            problem, field="out", value=shown, allowed="a name ending in .csv, such as my_walk.csv"
+        )
     with progress("reading the trial"):
         from afo_sim.common.writing import check_writable, together
         from afo_sim.gait.file import write
-        from afo_sim.gait.readers.importing import import_gait
-        from afo_sim.gait.readers.options import read_options
+        from afo_sim.gait.trial.importing import import_gait
+        from afo_sim.gait.trial.options import read_options
+        from afo_sim.gait.trial.understood import ten_lines
+        from afo_sim.gait.trial.verdict import verdict
         from afo_sim.show.gait_figure import draw_gait
 
         choices = read_options(given)
-        if out.suffix.lower() != ".csv":
-            raise InputError("is no CSV", field="--out", value=str(out), allowed="a name ending in .csv")
         check_writable(out.parent)
-        done = import_gait(files, choices)
+        try:
+            done = import_gait(files, choices)
+        except InputError as error:
+            raise _with_map(error) from error
         picture = out.with_suffix(".png")
         with together(out.parent) as scratch:
             draw_gait(done.cycle, scratch / picture.name, done)
             write(scratch / out.name, done.cycle)
-    print_table(str(out), ["what", "found"], [list(row) for row in done.findings()])
+    print(verdict(done))
+    print_table("", ["", ""], [list(row) for row in ten_lines(done)])
+    for warning in done.warnings:
+        print(f"warning: {warning}")
     print(f"written to {out}; look at {picture} before you believe it")
+
+
+def _write_map(files: list[pathlib.Path], path: pathlib.Path) -> None:
+    """Write which marker seems to sit where, for a person to mend."""
+    with progress("reading the markers"):
+        from afo_sim.gait.trial.files import read_trial
+        from afo_sim.gait.trial.role_map import write_role_map
+
+        if path.exists():
+            raise InputError("exists already", field="write_map", value=str(path), allowed="another name")
+        markers = read_trial(files).markers
+        if markers is None:
+            names = ", ".join(map(str, files))
+            raise InputError("no file holds markers", file=names, allowed="a .trc, .c3d or .csv with markers")
+        write_role_map(path, markers)
+    print(f"written to {path}; edit it, and give it with --map {path}")
+
+
+def _with_map(error: InputError) -> InputError:
+    """The same error; where a map of markers would help, it says how to get one."""
+    if "`map`" not in error.allowed:
+        return error
+    allowed = error.allowed.replace("`map`", "`map`, which `write_map=roles.toml` writes to be edited", 1)
+    return InputError(
+        error.problem,
+        file=error.file,
+        field=error.field,
+        value=error.value,
+        allowed=allowed,
+        nearest=error.nearest,
+    )
 
 
 @gait_app.command("show")

@@ -1,8 +1,9 @@
 """A gait cycle on one page, for a look before it is used."""
 
 import functools
-import itertools
 import pathlib
+import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,15 @@ import numpy as np
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import closing_errors, stance
 from afo_sim.gait.cycle import FLAT, GaitCycle
-from afo_sim.gait.readers.importing import Imported
+from afo_sim.gait.trial.importing import Imported
+from afo_sim.gait.trial.verdict import taken_words
+from afo_sim.show import stride_panels, trial_panels
 from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 
-POSES = 21  # of the leg in a stride
+POSES = 11  # of the leg in a stride: every 10 %
+WARNED = 3  # warnings that stand on the page
+SMALL, SMALL_LINE = 7.5, 120  # size of a warning's letters [points], and letters of its line
+LONGEST_WARNING = 230  # letters of one; the file has it whole
 FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
 SHANK = 0.38  # drawn [m]
 FORCE = 0.35  # drawn length of one body weight [m]
@@ -27,63 +33,64 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
     ----------
     cycle : to draw
     path : file to write, whole or not at all; its suffix, one of `style.FORMATS`, is the format
-    imported : where the cycle was cut from; adds the plates over time with contacts and strides
+    imported : where the cycle was cut from; adds its trial, all strides, and the points of the leg
 
     Raises
     ------
     InputError
         The suffix is no format.
     """
-    height = 9.0 if imported is None else 10.8
+    height = 9.0 if imported is None else 11.5
+    height += SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
     write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
 
 
 def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
-    ratios = [1.5, 1.0, 1.0, 1.0]
-    rows = [["leg", "leg"], ["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
-    if imported is not None:
-        rows.insert(0, ["plates", "plates"])
-        ratios.insert(0, 0.8)
-    axes: dict[str, Any] = figure.subplot_mosaic(rows, height_ratios=ratios)
-    if imported is not None:
-        _plates(axes["plates"], imported)
-    _leg(axes["leg"], cycle)
-    _angles(axes, cycle)
-    _moment(axes["moment"], cycle)
+    alone = imported is None
+    rows = [["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
+    if imported is None:
+        axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
+        _leg(axes["leg"], cycle, FOOT, alone)
+    else:
+        trial, leg, strides = figure.subfigures(3, 1, height_ratios=[3.5, 2.3, 5.1])
+        foot = stride_panels.foot_ends(imported, FOOT)
+        trial_panels.draw_trial(trial, imported)
+        points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])
+        stride_panels.draw_points(points, imported)
+        _leg(motion, cycle, foot, alone)
+        axes = strides.subplot_mosaic([*rows[:2], ["force", "foot"]], height_ratios=[1.0, 1.0, 1.15])
+        stride_panels.draw_strides(strides, axes, imported)
+        stride_panels.draw_foot(axes["foot"], imported, foot)
+    _angles(axes, cycle, alone)
+    _moment(axes["moment"], cycle, imported)
     _force(axes["force"], cycle)
-    _pressure(axes["pressure"], cycle)
-    figure.suptitle(_title(cycle), x=0.01, ha="left", fontsize=9.0)
+    if alone:
+        _pressure(axes["pressure"], cycle)
+    figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
+    if cycle.warnings:
+        figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=SMALL, color=DORSAL)
 
 
-def _title(cycle: GaitCycle) -> str:
-    facts = f"{cycle.side} leg, {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s, "
-    facts += f"stride {cycle.stride_time:.2f} s, stance {100 * stance(cycle):.0f} %"
-    return paragraph(cycle.source, facts)
+def _title(cycle: GaitCycle, imported: Imported | None) -> str:
+    leg = f"mean {cycle.notes['mean']}" if "mean" in cycle.notes else f"{cycle.side} leg"
+    words = leg if imported is None else taken_words(imported)
+    facts = f"{cycle.body_mass:.3g} kg, {cycle.walking_speed:.2f} m/s, stride {cycle.stride_time:.2f} s, "
+    facts += f"stance {100 * stance(cycle):.0f} %"
+    return paragraph(cycle.source, words, facts)
 
 
-def _plates(axis: Any, imported: Imported) -> None:
-    """Upward force of each plate; contacts of this foot, and the strides found."""
-    for (name, (time, force)), colour in zip(
-        imported.ground.plates.items(), itertools.cycle(COLOURS), strict=False
-    ):
-        axis.plot(time, force, color=colour, lw=0.9, label=f"plate {plain(name)}")
-    for contact in imported.ground.contacts:
-        axis.axvspan(contact.start, contact.end, color="0.92", lw=0.0, zorder=0)
-    top = max(force.max() for _, force in imported.ground.plates.values())
-    for number, stride in enumerate(imported.strides, start=1):
-        chosen = number - 1 == imported.chosen
-        look = {"color": "black" if chosen else GREY, "lw": 2.0 if chosen else 1.0}
-        axis.plot([stride.start, stride.end], [1.08 * top] * 2, "|-", ms=6.0, **look)
-        middle = 0.5 * (stride.start + stride.end)
-        text = f"stride {number}" + (", taken" if chosen else "")
-        axis.text(middle, 1.12 * top, text, ha="center", va="bottom", fontsize=8.0, color=look["color"])
-    axis.set_ylim(top=1.3 * top)
-    axis.set_ylabel("upward force [N]\ngrey: this foot")
-    axis.set_xlabel("time in the trial [s]")
-    axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.0)
+def _warned(warnings: Sequence[str]) -> str:
+    """How many warnings there are, and the first of them, a paragraph each."""
+    lines = [f"{len(warnings)} warning{'s' * (len(warnings) > 1)}:"]
+    for warning in warnings[:WARNED]:
+        short = textwrap.shorten(warning, LONGEST_WARNING, placeholder=" …")
+        lines += textwrap.wrap(f"– {short}", SMALL_LINE, subsequent_indent="   ")
+    if len(warnings) > WARNED:
+        lines.append(f"– {len(warnings) - WARNED} more in the CSV's header")
+    return "\n".join(plain(line, None) for line in lines)
 
 
-def _leg(axis: Any, cycle: GaitCycle) -> None:
+def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
     """Shank and foot through the stride, with the ground's force where it presses."""
     phases = np.linspace(0.0, 1.0, POSES)
     shank, ankle, x, z = (
@@ -91,12 +98,13 @@ def _leg(axis: Any, cycle: GaitCycle) -> None:
     )
     force_x, force_z, cop = cycle.ground(phases)
     off = stance(cycle)
+    drawn = "; foot drawn 25 cm long" if alone else ""
     for k, phase in enumerate(phases):
         colour = "black" if phase <= off else GREY
         knee = x[k] + SHANK * np.sin(shank[k]), z[k] + SHANK * np.cos(shank[k])
         along = np.array([np.cos(ankle[k] - shank[k]), np.sin(ankle[k] - shank[k])])
         under = np.array([x[k], z[k]]) + cycle.ankle_height * np.array([along[1], -along[0]])
-        foot = np.array([(x[k], z[k]), *(under + end * along for end in FOOT), (x[k], z[k])])
+        foot = np.array([(x[k], z[k]), *(under + end * along for end in ends), (x[k], z[k])])
         axis.plot([knee[0], x[k]], [knee[1], z[k]], color=colour, lw=0.8)
         axis.plot(*foot.T, color=colour, lw=0.6)
         if phase <= off and force_z[k] > 0.05:
@@ -107,11 +115,11 @@ def _leg(axis: Any, cycle: GaitCycle) -> None:
     axis.axhline(0.0, color="0.3", lw=0.8, zorder=0)
     axis.set_aspect("equal")
     axis.margins(0.03)
-    axis.set_xlabel("forward [m]; black: stance, with ground force; grey: swing; foot drawn 25 cm long")
+    axis.set_xlabel(f"forward [m]; black: stance, with ground force; grey: swing{drawn}")
     axis.set_ylabel("up [m]")
 
 
-def _angles(axes: dict[str, Any], cycle: GaitCycle) -> None:
+def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     percent = 100.0 * cycle.phase
     fine = np.linspace(0.0, 1.0, 401)
     norm = gait_norm.read()
@@ -131,15 +139,27 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle) -> None:
         axes[name].plot(100 * fine, series, color="black", lw=0.8, ls="--", label="Fourier series")
         error = round(closing[f"{field}_deg"], 2) + 0.0  # no "-0.00"
         axes[name].set_title(f"closing error {error:+.2f} deg", loc="right", fontsize=8.0)
-    axes["ankle"].legend(loc="lower left")
-    axes["knee"].legend(loc="upper left")
+    if alone:
+        axes["ankle"].legend(loc="lower left")
+        axes["knee"].legend(loc="upper left")
 
 
-def _moment(axis: Any, cycle: GaitCycle) -> None:
-    _over_stride(axis, cycle, "ankle moment [N·m/kg]\ninternal, dorsiflexion +")
-    axis.plot(100.0 * cycle.phase, cycle.ankle_moment, color=PLANTAR, label="of the file")
-    axis.plot(100.0 * cycle.phase, cycle.ground_moment(), color="black", lw=0.8, ls="--", label="from force")
-    axis.legend(loc="lower left")
+def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
+    """Plantarflexor moment upward, as laboratories and the file have it; the house's sign is the other."""
+    _over_stride(axis, cycle, "ankle moment [N·m/kg]\nplantarflexion +")
+    percent, alone = 100.0 * cycle.phase, imported is None
+    if not alone:
+        axis.yaxis.label.set_size(8.0)  # its panel is lower
+    norm, fine = gait_norm.read(), np.linspace(0.0, 1.0, 401)
+    low, high = (-norm.at(name, fine) for name in ("moment_high", "moment_low"))
+    look = {"color": NORM, "lw": 1.5, "label": "published means" if alone else None}  # two means, often alike
+    axis.fill_between(100.0 * fine, low, high, **look)
+    axis.plot(percent, -cycle.ankle_moment, color=PLANTAR, label="of the file" if alone else "taken")
+    axis.plot(percent, -cycle.ground_moment(), color="black", lw=0.8, ls="--", label="from force")
+    if imported is not None and imported.reference is not None:
+        look = {"color": DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
+        axis.plot(percent, -imported.reference, label="reference", **look)
+    axis.legend(loc="upper left" if alone else "upper right")
 
 
 def _force(axis: Any, cycle: GaitCycle) -> None:

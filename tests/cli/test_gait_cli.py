@@ -46,8 +46,8 @@ def test_import_writes_a_cycle_and_its_picture(
         capsys, "gait", "import", *trial, "--out", str(out), "--mass", "67.2 kg", *facts
     )
     assert code == 0, complaint
-    assert "right foot on plate 1_ground_force" in printed
-    assert "taken" in printed
+    assert "1 of 2 right (1_ground_force)" in printed or "2 of 2 right (1_ground_force)" in printed
+    assert printed.startswith("right stride 1 of ")
     assert {p.name for p in out.parent.iterdir()} == {"walk.csv", "walk.png"}
     assert (out.parent / "walk.png").read_bytes().startswith(b"\x89PNG")
     cycle = gait.read(out)
@@ -58,6 +58,53 @@ def test_import_writes_a_cycle_and_its_picture(
     picture = tmp_path / "again.pdf"
     assert call(capsys, "gait", "show", str(out), "--out", str(picture))[0] == 0
     assert picture.read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.slow
+def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
+    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The walk is that of 67.2 kg, and its right foot alone is seen."""
+    out = str(tmp_path / "x.csv")
+    code, printed, complaint = call(capsys, "gait", "import", *trial, "--out", out, "--mass", "76 kg")
+    assert code == 0, complaint
+    warnings = [line for line in printed.splitlines() if line.startswith("warning: ")]
+    assert any("76.0 kg" in line for line in warnings)
+    assert gait.read(out).warnings == tuple(line.removeprefix("warning: ") for line in warnings)
+    for command in (("check", out), ("gait", "show", out)):
+        code, again, complaint = call(capsys, *command)
+        assert code == 0, complaint
+        assert "warning 1" in again and "76.0 kg" in again
+    code, printed, complaint = call(capsys, "gait", "import", *trial, "--out", out)
+    assert code == 0, complaint
+    assert "the plates carry" in printed
+    assert abs(gait.read(out).body_mass / 67.2 - 1.0) < 0.05
+
+
+@pytest.mark.slow
+def test_a_map_of_markers_is_written_edited_and_read(
+    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    markers = pathlib.Path(trial[2])
+    renamed = tmp_path / "walk.trc"
+    renamed.write_text(markers.read_text(encoding="utf-8").replace("RKJC", "R.Q7"), encoding="utf-8")
+    arguments = ("gait", "import", str(renamed), trial[1])
+    out = ("--out", str(tmp_path / "x.csv"))
+    code, _, complaint = call(capsys, *arguments, *out)
+    assert code == 2
+    assert "--write-map roles.toml" in complaint
+    map_ = tmp_path / "roles.toml"
+    code, printed, complaint = call(capsys, *arguments, "--write-map", str(map_))
+    assert code == 0, complaint
+    assert f"written to {map_}" in printed
+    code, _, complaint = call(capsys, *arguments, "--write-map", str(map_))
+    assert code == 2
+    assert "exists already" in complaint
+    text = map_.read_text(encoding="utf-8")
+    line = next(line for line in text.splitlines() if line.startswith("# knee_lateral"))
+    map_.write_text(text.replace(line, 'knee_lateral = ["R.Q7"]', 1), encoding="utf-8")
+    code, printed, complaint = call(capsys, *arguments, *out, "--map", str(map_))
+    assert code == 0, complaint
 
 
 @pytest.mark.slow
@@ -74,21 +121,29 @@ def test_second_stride_and_units_are_options(
 
 
 REFUSED = {
-    "no mass": ((), "--mass: the body mass is not in the files"),
-    "another body's mass": (("--mass", "110 kg"), "is the body mass right?"),
-    "a child's mass": (("--mass", "40 kg"), "is the body mass right?"),
-    "mass without unit": (("--mass", "72"), "--mass = '72': has no unit"),
+    "another body's mass": (("--mass", "110 kg"), "is the body mass right"),
+    "a child's mass": (("--mass", "40 kg"), "is the body mass right"),
+    "mass without unit": (("--mass", "72"), "--mass = '72': has no unit; write it like \"72 kg\""),
+    "cutoff without unit": (("--cutoff", "6"), "--cutoff = '6': has no unit; write it like \"6 Hz\""),
+    "cutoff too high": (("--cutoff", "80 Hz"), "--cutoff = '80 Hz': is above 50 Hz; allowed: 6 Hz"),
     "wrong unit": (("--mass", "72 m"), "does not convert to kg"),
     "no such stride": (("--mass", "72 kg", "--stride", "9"), "--stride = 9: there is no such stride"),
+    "stride in words": (("--stride", "first"), "--stride = 'first': is no stride; allowed: 1, 2, …, mean"),
+    "no such side": (("--side", "rigth"), "--side = 'rigth': is no choice; allowed: right, left, both"),
     "no such plate": (("--mass", "72 kg", "--plate", "1_ground_forc"), "did you mean '1_ground_force'"),
     "other foot": (("--mass", "72 kg", "--plate", "ground_force"), "under the right foot throughout"),
-    "left leg": (("--mass", "72 kg", "--side", "left"), "hip_flexion_l: this coordinate is missing"),
+    "left leg": (
+        ("--side", "left"),
+        "hip_flexion_l, knee_angle_l, ankle_angle_l: these coordinates are missing",
+    ),
     "no marker": (("--mass", "72 kg", "--marker", "ankle"), "--marker = 'ankle': is not ROLE=NAME"),
-    "marker unknown": (("--mass", "72 kg", "--marker", "ankle=R.Ankle"), "did you mean 'R.Ankle.Lat'"),
+    "marker unknown": (("--mass", "72 kg", "--marker", "ankle=RAJ"), "did you mean 'RAJC'"),
     "angle unit": (("--mass", "72 kg", "--angles", "grad"), "--angles = 'grad': is no choice"),
-    "radians": (("--mass", "72 kg", "--angles", "rad"), "looks like degrees"),
+    "radians": (("--mass", "72 kg", "--angles", "rad"), "the knee reaches 64.57, which cannot be radians"),
     "zero": (("--mass", "72 kg", "--ankle-zero", "mine"), "--ankle-zero = 'mine': is no choice"),
     "axis": (("--mass", "72 kg", "--forward", "north"), "--forward = 'north': is no choice"),
+    "no model": (("--model", "scaled.mot"), "scaled.mot"),
+    "no map": (("--map", "roles.toml"), "roles.toml"),
     "not a CSV": (("--mass", "72 kg", "--out", "walk.txt"), "--out = 'walk.txt': is no CSV"),
 }
 
@@ -114,7 +169,8 @@ def test_documents_commands_run(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", PAGES["gait_data"], flags=re.M)
+    block = PAGES["gait_data"].split("draws only with `--out`:\n\n")[1].split("\n\n")[0]
+    lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", block, flags=re.M)
     assert [line.split()[1] for line in lines] == ["import", "show"]
     assert all(
         f"`afo-sim gait {command.name}" in PAGES["commands"] for command in cli.gait_app.registered_commands
@@ -125,7 +181,7 @@ def test_documents_commands_run(
     for line in lines:
         code, _, complaint = call(capsys, *shlex.split(line))
         assert code == 0, complaint
-    assert (tmp_path / "walk.png").is_file()
+    assert (tmp_path / "walk.png").is_file() and (tmp_path / "stride.png").is_file()
 
 
 @pytest.mark.slow
@@ -137,7 +193,7 @@ def test_documents_three_commands_go_from_opensims_files_to_a_report(
 ) -> None:
     """The block as it is printed, on a synthetic trial; the leg then walks as that trial does."""
     block = PAGES["walking"].split("to a report in three commands:\n\n")[1].split("\n\n")[0]
-    lines = [line.removeprefix("    afo-sim ") for line in block.splitlines()]
+    lines = [line.removeprefix("    .venv/bin/afo-sim ") for line in block.splitlines()]
     assert [line.split()[0] for line in lines] == ["gait", "run", "report"]
     for file in trial:
         (tmp_path / pathlib.Path(file).name).symlink_to(file)
