@@ -130,7 +130,7 @@ def write_forces(path: pathlib.Path, walk: Walk, time: np.ndarray, *, sign: floa
     return write_table(path, time, columns)
 
 
-NAMES = {"hip": "RGTRO", "knee": "R.Knee.Lat", "ankle": "R.Ankle.Lat", "heel": "R.Heel", "toe": "R.Toe.Lat"}
+NAMES = {"hip": "RHJC", "knee": "RKJC", "ankle": "RAJC", "heel": "R.Heel", "toe": "R.Toe.Lat"}
 
 
 def marker_points(walk: Walk, time: np.ndarray, forward: str, up: str) -> dict[str, np.ndarray]:
