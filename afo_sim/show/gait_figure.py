@@ -159,7 +159,8 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
     if imported is not None and imported.reference is not None:
         look = {"color": DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
         axis.plot(percent, -imported.reference, label="reference", **look)
-    axis.legend(loc="upper left" if alone else "upper right")
+    axis.set_ylim(top=1.6 * axis.get_ylim()[1])  # room for the legend above the push-off
+    axis.legend(loc="upper left")
 
 
 def _force(axis: Any, cycle: GaitCycle) -> None:

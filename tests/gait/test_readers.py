@@ -508,7 +508,7 @@ def test_c3d_is_recovered(walk: Walk, tmp_path: pathlib.Path) -> None:
     write_c3d(tmp_path / "walk.c3d", walk)
     done = import_gait([tmp_path / "walk.c3d"], PLAIN)
     assert done.frame.remarks[0].startswith("walks along -y, up z")
-    assert "plate 1: turned round, it had the foot's force on the ground" in done.remarks
+    assert "plate 1: turned round to be the ground's force on the foot" in done.remarks
     assert_recovered(done, walk)
     (tmp_path / "broken.c3d").write_bytes((tmp_path / "walk.c3d").read_bytes()[:700])
     with pytest.raises(InputError, match="is cut short or damaged: it has 700 bytes"):

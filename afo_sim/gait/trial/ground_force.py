@@ -107,12 +107,13 @@ def foot_force(
     foreign: list[PlateContact] = []
     shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     grid, _ = evenly(chosen[0].time, chosen[0].time)
+    turned: list[str] = []
     for plate in chosen:
         force = frame.plane(plate.force)
         place = frame.over_floor(plate.place)
         if force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max():
             force = -force
-            remarks.append(f"plate {plate.name}: turned round, it had the foot's force on the ground")
+            turned.append(plate.name)
         # the moment about the origin on the floor, from which the pressure on the floor follows
         force[np.abs(force[:, 1]) < 1.0] = 0.0
         moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
@@ -126,6 +127,10 @@ def foot_force(
         smooth = low_pass(*evenly(plate.time, loads), choices.cutoff)
         even = evenly(plate.time, plate.time)[0]
         total.append(np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T]))
+    if turned:
+        plural = "s" if len(turned) > 1 else ""
+        told = f"plate{plural} {', '.join(turned)}: turned round to be the ground's force on the foot"
+        remarks.append(told)
     if not contacts:
         strongest = max(float(force.max()) for _, force in shown.values())
         _refuse_no_contact(chosen, foreign, motion.side, strongest)

@@ -52,7 +52,8 @@ def find_roles(markers: Markers) -> Roles:
     if best.meaning_of("toe") == "metatarsal_2":
         forefeet = [side["metatarsal_2"] for side in found.values() if "metatarsal_2" in side]
         named = [name for name in forefeet if any(rest == "toe" for _, rest in read[name])]
-        remarks += [f"{name} is on the second metatarsal head, as in that set" for name in named]
+        if named:
+            remarks.append(f"{' and '.join(named)} on the second metatarsal head, as in that set")
     used = dict.fromkeys(name for names in found.values() for name in names.values())
     warnings = [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
     sides = {side: {landmark: (name,) for landmark, name in found[side].items()} for side in SIDES}

@@ -87,7 +87,7 @@ def _strides(imported: "Imported") -> str:
             words += f" (plate {plates})" if len(plates) < LONG_NAME else f" ({plates})"
             more += [remark for remark in ground.remarks if not remark.startswith(f"{side} foot on plate")]
         found.append(words)
-    return "; ".join([f"whole stance on plates: {', '.join(found)}", *more])
+    return "; ".join([f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more)])
 
 
 def _taken(imported: "Imported") -> str:
