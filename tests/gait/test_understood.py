@@ -1,13 +1,17 @@
 """The verdict and the ten rows on a trial: each number in them is computed here a second time."""
 
 import dataclasses
+import pathlib
 import re
 from types import SimpleNamespace
 
 import numpy as np
+from gait.faulty_trials import FAULTS
 from understood_trial import stand_in
 
 from afo_sim.common.units import GRAVITY
+from afo_sim.gait.trial.choices import Choices
+from afo_sim.gait.trial.importing import import_gait
 from afo_sim.gait.trial.leg_points import LegPoint
 from afo_sim.gait.trial.understood import ten_lines
 from afo_sim.gait.trial.verdict import verdict
@@ -184,3 +188,9 @@ def test_the_wishes_are_two_and_the_ankles_goes_first() -> None:
     known = {role: LegPoint(point.path, "model") for role, point in done.legs["right"].points.items()}
     done.legs["right"] = dataclasses.replace(done.legs["right"], points=known)
     assert dict(ten_lines(done))["better with"] == "nothing that is known"
+
+
+def test_what_a_plate_reads_without_load_is_told(tmp_path: pathlib.Path) -> None:
+    done = import_gait(FAULTS["plate not zeroed, 30 N"].write(tmp_path), Choices())
+    (row,) = [words for subject, words in ten_lines(done) if subject == "strides"]
+    assert re.search(r"without load taken off: (29\.\d|30\.\d|30) N of plate ", row)

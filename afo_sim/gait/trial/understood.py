@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from afo_sim.gait.trial.recorded_stride import Closing, RecordedStride
 
 MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
+UNLOADED = re.compile(r"plate (\S+): read (\S+ N) without load")  # in the readers' words
+OTHERS = ("right leg: ", "left leg: ", "right stride from", "left stride from")  # what was not taken, and why
 LONG_NAME = 5  # letters of plates' names that tell by themselves what they are
 WISHES = 2  # things that are named as making it better
 # Remarks on a leg whose matter is told of the joint centres, or of the taken stride alone.
@@ -87,7 +89,17 @@ def _strides(imported: "Imported") -> str:
             words += f" (plate {plates})" if len(plates) < LONG_NAME else f" ({plates})"
             more += [remark for remark in ground.remarks if not remark.startswith(f"{side} foot on plate")]
         found.append(words)
-    return "; ".join([f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more)])
+    more += [words for words in imported.remarks if words.startswith(OTHERS)]
+    return "; ".join(
+        [f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more), *_taken_off(imported)]
+    )
+
+
+def _taken_off(imported: "Imported") -> list[str]:
+    """What the plates read without load, which was taken off."""
+    constants = [UNLOADED.search(remark) for remark in imported.remarks]
+    each = ", ".join(f"{match[2]} of plate {match[1]}" for match in constants if match)
+    return [f"without load taken off: {each}"] if each else []
 
 
 def _taken(imported: "Imported") -> str:
