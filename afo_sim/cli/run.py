@@ -156,7 +156,7 @@ def torque_map_command(
 
 
 def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    from afo_sim.show.numbers import cautions, undefined
+    from afo_sim.show.numbers import cautions, of_walker, undefined
 
     metrics = recording.metrics
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
@@ -166,7 +166,8 @@ def _print_run(recording: Any, folder: pathlib.Path) -> None:
         print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
     for warning in recording.warnings:
         print(f"warning: {warning}")
-    for caution in cautions(recording.scenario, metrics, recording.strides):
+    notes = cautions(recording.scenario, metrics, recording.strides)
+    for caution in [*notes, *of_walker(recording.scenario)]:
         print(f"note: {caution}")
     timing = recording.timing
     print(

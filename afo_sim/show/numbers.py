@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from afo_sim.common.errors import InputError
+from afo_sim.description.words import body_mass
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import number
 
@@ -14,6 +16,7 @@ UNSEEN = (
     "trip in them: look at them with afo-sim run"
 )
 FIRST = 8  # strides of a run whose toe clearance is told
+SAME_MASS = 0.05  # of the recorded walker and the patient, as a share; beyond it the two are told
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -65,6 +68,32 @@ def cautions(
         found.append(
             "how far the cuff gives is assumed (orthosis.anchor.shank), and torque and lift hang on it: "
             "run it with half and double too"
+        )
+    return found
+
+
+def of_walker(scenario: Mapping[str, Any]) -> list[str]:
+    """What a reader must know of a run's gait cycle: doubts of its import, another mass than the patient's.
+
+    Parameters
+    ----------
+    scenario : resolved, as a recording holds it; a gait file that was moved away tells nothing
+    """
+    from afo_sim.common.assets import find_gait
+    from afo_sim.gait.file import read
+
+    if not scenario.get("gait"):
+        return []
+    try:
+        cycle = read(find_gait(scenario["gait"]["cycle"]))
+    except InputError:
+        return []
+    found = [f"the gait cycle was imported with a warning: {warning}" for warning in cycle.warnings]
+    mass = body_mass(scenario)
+    if abs(cycle.body_mass / mass - 1.0) > SAME_MASS:
+        found.append(
+            f"the recorded walker weighs {cycle.body_mass:.1f} kg, the patient {mass:g} kg: force and moment "
+            "are scaled to the patient (patient.body_mass)"
         )
     return found
 

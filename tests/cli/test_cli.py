@@ -368,6 +368,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
     _, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--plain", *short, str(tmp_path / "b"))
     assert "note: the numbers are means over the last" in said
     assert "note: how far the cuff gives is assumed (orthosis.anchor.shank)" in said
+    assert "note: the recorded walker weighs 67.2 kg, the patient 75 kg" in said
     own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]
     _, said, _ = call(
         capsys, "run", "seated", "--set", "duration=1 s", *own, "--no-rrd", "--out", str(tmp_path)

@@ -392,6 +392,6 @@ FAULTS: dict[str, Faulty] = {
         r"pressure|foot|plate", r"pressure|foot|plate|clock", right=False,
     ),
     "heel marker named as the ankle": Faulty(
-        _trial, r"ankle", r"ankle", choices={"markers": {"ankle": ("RCAL",)}}, right=False
+        _trial, refuses=r"2\.3 cm.*2\.40 N·m/kg.*the heel", choices={"markers": {"ankle": ("RCAL",)}}
     ),
 }  # fmt: skip

@@ -1,12 +1,10 @@
 """A gait cycle with the trial that it was cut from."""
 
-import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.gait.checks import findings
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.trial.body_mass import BodyMass
 from afo_sim.gait.trial.files import WalkingTrial
@@ -37,20 +35,6 @@ class Imported:
     trial: WalkingTrial
     remarks: tuple[str, ...]
     warnings: tuple[str, ...]
-
-    def findings(self) -> list[tuple[str, str]]:
-        """Findings on the trial and the stride, in words and numbers: (subject, finding)."""
-        found = [("understood", remark) for remark in self.remarks]
-        for number, stride in enumerate(self.strides):
-            taken = ", taken" if number in self.chosen else ""
-            name = f"{stride.side} stride {self.number(number)}"
-            found.append((name, f"{stride.start:.3f} to {stride.end:.3f} s by {stride.by}{taken}"))
-        return found + findings(self.cycle)
-
-    @property
-    def files(self) -> tuple[pathlib.Path, ...]:
-        """The trial's files."""
-        return self.trial.files
 
     def number(self, index: int) -> int:
         """A stride's number among its side's, from 1."""

@@ -63,15 +63,24 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     grounds, strides, remarks = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
     mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass)
+    _require_mass(mass)
     cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
     strides, cycles, left_out = _cycles(strides, cutters, trial, choices)
-    _require_mass(mass)
     chosen, cycle = take_stride(strides, cycles, _names(trial.files), choices)
     alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
     cutter = cutters[choices.side]
     reference = reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows)
     sides = SIDES if choices.both else (choices.side,)
-    doubted = _doubted(sides, cycle, chosen, strides, cycles, cutters, legs, reference)
+    doubted = []
+    for side in sides:
+        own = [s for s in strides if s.side == side]
+        if not choices.both:
+            doubted += _doubted(cycle, own, cutters[side], legs[side], reference)
+            continue
+        k = next(k for k in chosen if strides[k].side == side)  # of the mean of both legs a stride of each
+        given = reference_of(trial, [strides[k]], mass.mass, choices.rows)
+        words = _doubted(cycles[k], own, cutters[side], legs[side], given)
+        doubted += [f"{side} leg: {each}" for each in words]
     told = [
         *trial.warnings,
         *(warning for side in sides for warning in legs[side].warnings),
@@ -111,27 +120,18 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
 
 
 def _doubted(
-    sides: Sequence[str],
     cycle: GaitCycle,
-    chosen: Sequence[int],
     strides: Sequence[RecordedStride],
-    cycles: Sequence[GaitCycle],
-    cutters: Mapping[str, Cutter],
-    legs: Mapping[str, LegPoints],
+    cutter: Cutter,
+    leg: LegPoints,
     reference: np.ndarray | None,
 ) -> list[str]:
-    """Doubts about what was taken; of the mean of both legs about a stride of each, after its side."""
-    found = []
-    for side in sides:
-        cutter = cutters[side]
-        one = cycle if len(sides) == 1 else next(cycles[k] for k in chosen if strides[k].side == side)
-        told = [
-            *clock_doubts(cutter.motion, [s for s in strides if s.side == side]),
-            *cutter.warnings,
-            *doubts(one, legs[side], cutter.motion, cutter.ground, cutter.zero, reference),
-        ]
-        found += told if len(sides) == 1 else [f"{side} leg: {words}" for words in told]
-    return found
+    """Doubts about one leg: its clocks, its calibration, and the stride that was taken of it."""
+    return [
+        *clock_doubts(cutter.motion, strides),
+        *cutter.warnings,
+        *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
+    ]
 
 
 def _cutters(

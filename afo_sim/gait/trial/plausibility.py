@@ -59,6 +59,7 @@ def doubts(
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
     found += [*_forward_force(cycle), *_moment_peak(cycle)]
+    _require_ankle(cycle, points)
     if reference is not None:
         found += _against_reference(cycle, reference)
     found += _clocks(points, motion, ground)
@@ -96,6 +97,20 @@ def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[str]:
         f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat; of this leg "
         f"{100.0 * low:.0f} to {100.0 * high:.0f} cm is usual: is the floor at 0, the foot ever flat?"
     ]
+
+
+def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
+    """Refuse an ankle both too low and with too great a moment: the heel's marker was named as it."""
+    low = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK
+    height = float(cycle.ankle_z[cycle.foot_flat()].min())
+    peak = float(np.nan_to_num(-cycle.ankle_moment).max())
+    if height < low and peak > PEAK[1]:
+        raise InputError(
+            f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat, and its moment peaks "
+            f"at {peak:.2f} N·m/kg: is another point, such as the heel, taken for it?",
+            field="marker.ankle",
+            allowed=f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {PEAK[1]:g}",
+        )
 
 
 def _shank(points: LegPoints | None) -> float:
