@@ -140,7 +140,7 @@ def test_a_given_mass_is_held_against_the_plates() -> None:
     carried = ("the plates carry 64.0 kg (±2 %) over 2 right strides",)
     mass = SimpleNamespace(mass=80.0, how="given", estimated=64.0, remarks=carried)
     words = dict(ten_lines(stand_in(mass=mass)))["body mass"]
-    assert words == "80.0 kg, given; the plates carry 64.0 kg (±2 %), -20.0 %"
+    assert words == "80.0 kg, given, +25.0 % off: the plates carry 64.0 kg (±2 %)"
     mass = SimpleNamespace(mass=64.0, how="by the plates", estimated=64.0, remarks=carried)
     assert dict(ten_lines(stand_in(mass=mass)))["body mass"] == carried[0]
 

@@ -154,7 +154,7 @@ def _mass(imported: "Imported") -> str:
         return said
     found = mass.remarks[0] if mass.remarks else f"the plates carry {mass.estimated:.1f} kg"
     carried = found.partition(" over ")[0]
-    return f"{said}; {carried}, {_signed(100.0 * (mass.estimated / mass.mass - 1.0), 1)} %"
+    return f"{said}, {_signed(100.0 * (mass.mass / mass.estimated - 1.0), 1)} % off: {carried}"
 
 
 def _ankle(imported: "Imported") -> str:
