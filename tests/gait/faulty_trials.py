@@ -392,6 +392,10 @@ FAULTS: dict[str, Faulty] = {
         r"pressure|foot|plate", r"pressure|foot|plate|clock", right=False,
     ),
     "heel marker named as the ankle": Faulty(
-        _trial, refuses=r"2\.3 cm.*2\.40 N·m/kg.*the heel", choices={"markers": {"ankle": ("RCAL",)}}
+        _trial, refuses=r"the ankle lies 0 mm from the heel", choices={"markers": {"ankle": ("RCAL",)}}
+    ),
+    "heel and ankle exchanged": Faulty(
+        _trial, refuses=r"2\.3 cm.*N·m/kg.*the heel",
+        choices={"markers": {"ankle": ("RCAL",), "heel": ("RLMAL",)}},
     ),
 }  # fmt: skip

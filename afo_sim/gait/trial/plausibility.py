@@ -16,6 +16,7 @@ ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in
 PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed
 MARGIN = 0.03  # of the centre of pressure beyond the sole's outline; assumed [m]
 TOES = 0.12  # beyond the metatarsal heads: 38 % of a foot of 24 cm lie ahead of the fifth; derived [m]
+ONE_POINT = 0.02  # distance of ankle and heel below which they are one; an adult's is 7 to 10 cm; assumed [m]
 WHOLE_FOOT = 0.25  # heel to toe of an adult; what is shorter ends at the metatarsal heads; assumed [m]
 TRAVEL = 0.01  # least way of the centre of pressure in a stance; a toe walker's is some cm; assumed [m]
 NO_MOMENT = 0.05  # plantarflexor peak that no stance is without; assumed [N·m/kg]
@@ -100,7 +101,16 @@ def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[str]:
 
 
 def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
-    """Refuse an ankle both too low and with too great a moment: the heel's marker was named as it."""
+    """Refuse an ankle that is the heel, or that is both too low and has too great a moment."""
+    if points is not None:
+        way = points.points["ankle"].path - points.points["heel"].path
+        seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
+        if len(seen) and np.median(seen) < ONE_POINT:
+            raise InputError(
+                f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
+                field="marker.ankle",
+                allowed=f"an ankle {1e3 * ONE_POINT:.0f} mm or more from the heel's marker",
+            )
     low = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK
     height = float(cycle.ankle_z[cycle.foot_flat()].min())
     peak = float(np.nan_to_num(-cycle.ankle_moment).max())
