@@ -1,4 +1,4 @@
-"""Make gait_data/gatk_stride1.csv and gatk_stride2.csv from the walking trial of GaitAnalysisToolKit 0.2.0.
+"""Make gait_data/gatk_stride1.csv, gatk_stride2.csv and their mean from GaitAnalysisToolKit 0.2.0.
 
 The trial is a test file of that package's source distribution: markers and one force plate at 100 Hz, with
 the ankle moment of its own inverse dynamics. It goes through the same code as a user's trial.
@@ -21,14 +21,16 @@ import tempfile
 import numpy as np
 import scipy.io
 
-from afo_sim.gait.checks import examine, findings
-from afo_sim.gait.cycle import FLAT
+from afo_sim.gait.checks import STANCE_FORCE, examine, findings
+from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import write
+from afo_sim.gait.flat_foot import USUAL
 from afo_sim.gait.readers.markers import Markers
 from afo_sim.gait.readers.plates import Plate
 from afo_sim.gait.trial.choices import Choices
 from afo_sim.gait.trial.files import WalkingTrial
 from afo_sim.gait.trial.importing import Imported, cut_cycle
+from afo_sim.gait.trial.mean_stride import mean_cycle
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"
@@ -40,6 +42,8 @@ MASS = 67.2  # of the subject, from the package's test.m [kg]
 MARKERS = ("RSHO", "RGTRO", "RLEK", "RLM", "RHEE", "RMT5")  # columns 2…13, x and y of each [m]
 ANKLE_MOMENT = 8  # column of refresults: plantarflexion positive [N·m/kg]
 CUTOFF = 6.0  # [Hz], both passes together
+TROCHANTER = 0.530  # of body height above the floor (Winter 2009, figure 4.1, after Drillis & Contini)
+HEIGHT_ERROR = 0.06  # of a body height so found [m]: the marker ±25 mm, proportions ±2 % (assumed)
 ROLES = {"hip": ("RGTRO",), "knee": ("RLEK",), "ankle": ("RLM",), "heel": ("RHEE",), "toe": ("RMT5",)}
 
 
@@ -93,13 +97,45 @@ def belt_speed(trial: WalkingTrial, strides: Imported) -> float:
     assert trial.markers is not None
     speeds = []
     for stride in strides.strides:
-        start, end = (stride.start + share * (stride.end - stride.start) for share in FLAT)
+        start, end = (stride.start + share * (stride.end - stride.start) for share in USUAL)
         inside = (trial.markers.time >= start) & (trial.markers.time <= end)
         for name in ("RHEE", "RMT5"):
             x = trial.markers.positions[name][:, 0]
             seen = inside & np.isfinite(x)
             speeds.append(-np.polyfit(trial.markers.time[seen], x[seen], 1)[0])
     return float(np.mean(speeds))
+
+
+def body_height(trial: WalkingTrial, ankle_height: float) -> float:
+    """The subject's height by that of the trochanter over straight legs [m].
+
+    Parameters
+    ----------
+    trial : with the markers on trochanter, epicondyle and malleolus
+    ankle_height : of the malleolus above the floor [m]
+    """
+    assert trial.markers is not None
+    hip, knee, ankle = (trial.markers.positions[name] for name in ("RGTRO", "RLEK", "RLM"))
+    lengths = (np.linalg.norm(upper - lower, axis=1) for upper, lower in ((hip, knee), (knee, ankle)))
+    return (float(sum(np.nanmean(length) for length in lengths)) + ankle_height) / TROCHANTER
+
+
+def mean_of(strides: list[GaitCycle], names: list[str], speed: float) -> GaitCycle:
+    """The mean of the strides, with their moments, and a description of its own."""
+    cycle, band = mean_cycle(strides)
+    stance = cycle.grf_z > STANCE_FORCE
+    ankle, moment = np.degrees(band["ankle_angle"]), band["ankle_moment"][stance]
+    apart = f"ankle {np.sqrt(np.mean(ankle**2)):.1f} deg, "
+    apart += f"moment in stance {np.sqrt(np.mean(moment**2)):.3f} N·m/kg"
+    notes = {
+        "description": f"healthy adult on a treadmill at {speed:.2f} m/s, mean of two strides",
+        **{key: text for key, text in cycle.notes.items() if key != "description"},
+        "published": "body_mass_kg",
+        "derived": "all other numbers: the mean of the two strides, the only ones of the trial",
+        "strides": ", ".join(names),
+        "band": f"standard deviation between the two strides (RMS over the stride): {apart}",
+    }
+    return dataclasses.replace(cycle, notes=notes)
 
 
 def main() -> None:
@@ -125,23 +161,31 @@ def main() -> None:
     )
     choices = dataclasses.replace(choices, belt_speed=belt_speed(trial, cut_cycle(trial, choices)))
     print(f"belt speed {choices.belt_speed:.4f} m/s")
+    strides, names = [], []
     for number in (1, 2):
         done = cut_cycle(trial, dataclasses.replace(choices, stride=number))
         stride = done.strides[done.chosen[0]]
         time = stride.start + done.cycle.phase * done.cycle.stride_time
         assert trial.markers is not None
+        height = body_height(trial, done.cycle.ankle_height)
         notes = {
             "description": f"healthy adult on a treadmill at {choices.belt_speed:.2f} m/s, stride {number}",
             **done.cycle.notes,
             "published": "ankle_moment_nm_per_kg (the package's refresults.mat), body_mass_kg",
             "derived": "all other numbers, from the published markers and ground force (rawdata.txt)",
             "ankle_moment": "refresults.mat",
+            "height_from": f"derived, ±{HEIGHT_ERROR} m: trochanter over straight legs / {TROCHANTER:.3f}",
         }
+        moment = -np.interp(time, trial.markers.time, reference)
         cycle = dataclasses.replace(
-            done.cycle, notes=notes, ankle_moment=-np.interp(time, trial.markers.time, reference)
+            done.cycle, notes=notes, ankle_moment=moment, body_height=round(height, 2)
         )
+        strides.append(cycle)
+        names.append(f"gatk_stride{number}")
+    mean = mean_of(strides, names, float(choices.belt_speed))
+    for name, cycle in zip([*names, "gatk_mean"], [*strides, mean], strict=True):
         examine(cycle)
-        path = given.out / f"gatk_stride{number}.csv"
+        path = given.out / f"{name}.csv"
         write(path, cycle)
         print(f"\n{path}")
         for what, found in findings(cycle):

@@ -7,6 +7,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
+from afo_sim.gait.flat_foot import USUAL
 
 CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
 CLOSING_HEIGHT = 0.03  # likewise of the ankle's height [m]
@@ -28,6 +29,9 @@ RANGES = {
     "walking_speed_m_per_s": (0.05, 4.0),
     "ankle_height_m": (0.02, 0.2),
 }
+BODY_HEIGHT = (0.5, 2.5)  # of a person who walks; an optional key [m]
+SOLE_THICKNESS = (0.0, 0.15)  # likewise, under the ankle [m]
+OPTIONAL_RANGES = {"body_height_m": BODY_HEIGHT, "sole_thickness_m": SOLE_THICKNESS}
 # Column: (least, most, what the number probably is beyond them).
 LIMITS = {
     "shank_angle_deg": (-90.0, 120.0, "degrees converted twice, or another angle"),
@@ -82,6 +86,11 @@ class _Examination:
         self._force_signs()
         self._moment()
 
+    def _usual(self) -> np.ndarray:
+        """Mask of the samples in which a foot usually lies flat, whatever the angles say (n,)."""
+        phase = self.cycle.phase
+        return np.asarray((phase >= USUAL[0]) & (phase <= USUAL[1]))
+
     def _refuse(self, column: str, seen: str, expected: str) -> NoReturn:
         raise InputError(seen, file=self.file, field=column, allowed=expected)
 
@@ -97,7 +106,11 @@ class _Examination:
                 "is no side", file=self.file, field="side", value=cycle.side, allowed="right, left"
             )
         values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
-        for (key, (low, high)), value in zip(RANGES.items(), values, strict=True):
+        known = dict(zip(RANGES, values, strict=True))
+        optional = dict(zip(OPTIONAL_RANGES, (cycle.body_height, cycle.sole_thickness), strict=True))
+        known |= {key: value for key, value in optional.items() if value is not None}
+        for key, value in known.items():
+            low, high = {**RANGES, **OPTIONAL_RANGES}[key]
             if not low <= value <= high:
                 allowed = f"{low:g} to {high:g}"
                 shown = f"{value:.4g}"
@@ -200,10 +213,12 @@ class _Examination:
         self._refuse("ankle_x_m", seen, f"overground, about speed × stride time = {expected:.3g} m")
 
     def _slide(self) -> None:
-        flat = self.cycle.ankle_x[self.cycle.foot_flat()]
+        flat = self.cycle.ankle_x[self._usual()]
         slide = float(flat[-1] - flat[0])
         if abs(slide) > SLIDE:
-            seen = f"goes {slide:+.3g} m between 15 and 35 % of the stride, where the foot is on the floor"
+            low, high = (f"{100.0 * share:.0f}" for share in USUAL)
+            seen = f"goes {slide:+.3g} m between {low} and {high} % of the stride, "
+            seen += "where the foot is on the floor"
             expected = "a foot that stays where it stands; of a treadmill the belt's travel, added once"
             self._refuse("ankle_x_m", seen, expected)
 
@@ -226,7 +241,7 @@ class _Examination:
         if knee.min() < -20.0 and -knee.min() > knee.max():
             seen = f"goes from {knee.min():.3g} to {knee.max():.3g}: wrong sign?"
             self._refuse("knee_angle_deg", seen, "flexion positive")
-        flat = cycle.foot_flat()
+        flat = self._usual()
         pitch = np.degrees(cycle.foot_pitch()[flat])
         flipped = np.degrees(-cycle.ankle_angle - cycle.shank_angle)[flat]
         if np.ptp(pitch) > 8.0 and np.ptp(flipped) < 0.5 * np.ptp(pitch):
@@ -240,7 +255,7 @@ class _Examination:
         if abs(seen - self.cycle.ankle_height) > HEIGHT_ERROR:
             self._refuse(
                 "ankle_z_m",
-                f"is {seen:.3g} m on average over 15 to 35 % of the stride",
+                f"is {seen:.3g} m on average over {self.cycle.flat.words}",
                 f"the stated ankle_height_m = {self.cycle.ankle_height:.3g} there (floor at 0)",
             )
 
@@ -297,12 +312,14 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
         ("source", cycle.source),
         ("licence", cycle.licence),
         ("leg", f"{cycle.side}, of {cycle.body_mass:g} kg"),
+        *_optional(cycle),
         ("stride", f"{cycle.stride_time:.3f} s, {length:.3f} m, {cycle.walking_speed:.3f} m/s"),
         ("stance", f"{100 * stance(cycle):.0f} % of the stride"),
         ("peak dorsiflexion", f"{ankle[top]:.1f} deg at {100 * cycle.phase[top]:.0f} %"),
         ("peak plantarflexion", f"{-ankle[bottom]:.1f} deg at {100 * cycle.phase[bottom]:.0f} %"),
         ("shank", _span(cycle.shank_angle)),
         ("knee", _span(cycle.knee_angle)),
+        ("foot flat", cycle.flat.words + ("" if cycle.flat.steady else ", as usual: it is never steady")),
         (
             "foot pitch where flat",
             f"{pitch.mean():+.1f} deg on average, {pitch.min():+.1f} to {pitch.max():+.1f}",
@@ -323,6 +340,16 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
             ", ".join(f"{n.split('_')[0]} {value:.2f}" for n, value in residual.items()) + " deg RMS",
         ),
     ] + [(key.replace("_", " "), text) for key, text in cycle.notes.items()]
+
+
+def _optional(cycle: GaitCycle) -> list[tuple[str, str]]:
+    """What is known of the walker's size and shoe."""
+    found = []
+    if cycle.body_height is not None:
+        found.append(("body height", f"{cycle.body_height:.2f} m"))
+    if cycle.sole_thickness is not None:
+        found.append(("sole worn", f"{1e3 * cycle.sole_thickness:.0f} mm under the ankle"))
+    return found
 
 
 def _signless(value: float) -> str:

@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
+from afo_sim.gait.flat_foot import FlatFoot, flat_part
 from afo_sim.gait.fourier import FourierSeries, Wave
 
 HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
-FLAT = (0.15, 0.35)  # part of the stride in which the sole lies flat on the floor [-]
+PRESSED = 0.1  # upward force of a foot that stands [body weights]; assumed
 DEGREE = np.pi / 180.0
 
 # Column of the file: (field of GaitCycle, factor from the file's unit and sign to the house's).
@@ -55,15 +56,18 @@ class GaitCycle:
     grf_z: np.ndarray  # upward positive [-]
     cop_x: np.ndarray  # centre of pressure minus ankle centre, NaN in swing [m]
     ankle_moment: np.ndarray  # internal, dorsiflexion positive, per body mass [N·m/kg]
+    body_height: float | None = None  # [m]; None where it is not known
+    sole_thickness: float | None = None  # of what was worn, under the ankle [m]; None where it is not known
     notes: Mapping[str, str] = field(default_factory=dict)  # further header lines of the file
     harmonics: int = HARMONICS
 
     @cached_property
     def series(self) -> dict[str, FourierSeries]:
         """The Fourier series of each kinematic signal, by the field's name."""
-        return {name: self._fitted(name) for name in KINEMATICS}
+        return {name: self.fitted(name) for name in KINEMATICS}
 
-    def _fitted(self, name: str) -> FourierSeries:
+    def fitted(self, name: str) -> FourierSeries:
+        """The Fourier series of one kinematic signal, from its samples."""
         return FourierSeries.fit(
             self.phase, getattr(self, name), self.harmonics, progressing=name == "ankle_x"
         )
@@ -123,38 +127,15 @@ class GaitCycle:
         cop = self.ground(self.phase)[2]
         return -(cop * self.grf_z + self.ankle_z * self.grf_x) * GRAVITY
 
+    @cached_property
+    def flat(self) -> FlatFoot:
+        """Where the sole lies flat, as phases of the stride."""
+        return flat_part(self.phase, self.foot_pitch(), self.ankle_z, ~(self.grf_z < PRESSED))
+
     def foot_flat(self) -> np.ndarray:
-        """Mask of the samples in which the sole lies flat, 15–35 % of the stride (n,)."""
-        return (self.phase >= FLAT[0]) & (self.phase <= FLAT[1])
+        """Mask of the samples in which the sole lies flat (n,)."""
+        return self.flat.holds(self.phase)
 
     def foot_pitch(self) -> np.ndarray:
         """Angle of the sole to the floor at each sample, toe up positive [rad] (n,)."""
         return self.ankle_angle - self.shank_angle
-
-
-def fit_to_leg(cycle: GaitCycle, ankle_height: float) -> tuple[GaitCycle, float]:
-    """Raise or lower the trial's ankle point to a leg's, so that the leg's flat sole touches the floor.
-
-    The malleolus marker of a trial stands higher than a model's ankle axis. The shift is the one that
-    brings the mean height over 15–35 % of the stride to `ankle_height`. The ankle moment is taken about
-    the new point: a point lowered by s has the moment of the horizontal force changed by s · force.
-
-    Parameters
-    ----------
-    cycle : as read
-    ankle_height : of the leg's ankle axis above its flat sole [m]
-
-    Returns
-    -------
-    (the shifted cycle, the shift [m], upward positive)
-    """
-    shift = ankle_height - float(cycle.ankle_z[cycle.foot_flat()].mean())
-    moved = dataclasses.replace(
-        cycle,
-        ankle_height=ankle_height,
-        ankle_z=cycle.ankle_z + shift,
-        ankle_moment=cycle.ankle_moment - shift * cycle.grf_x * GRAVITY,
-        notes={**cycle.notes, "ankle_shift_m": f"{shift:.4f}"},
-    )
-    vars(moved)["series"] = cycle.series | {"ankle_z": moved._fitted("ankle_z")}  # the others are the same
-    return moved, shift

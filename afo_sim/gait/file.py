@@ -15,6 +15,7 @@ NUMBERS = {
     "walking_speed_m_per_s": "walking_speed",
     "ankle_height_m": "ankle_height",
 }
+OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
 
 
 def read(path: str | pathlib.Path) -> GaitCycle:
@@ -40,8 +41,10 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     table = read_table(file, tuple(COLUMNS))
     facts: dict[str, Any] = {name: table.text(key) for key, name in TEXTS.items()}
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
+    facts |= {name: table.number(key) for key, name in OPTIONAL.items() if key in table.header}
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
-    notes = {key: text for key, text in table.header.items() if key not in {**TEXTS, **NUMBERS}}
+    known = {**TEXTS, **NUMBERS, **OPTIONAL}
+    notes = {key: text for key, text in table.header.items() if key not in known}
     cycle = GaitCycle(**facts, notes=notes)
     examine(cycle, table.file)
     return cycle
@@ -58,5 +61,7 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     """
     header = {key: str(getattr(cycle, name)) for key, name in TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
+    told = {key: getattr(cycle, name) for key, name in OPTIONAL.items()}
+    header |= {key: f"{value:.6g}" for key, value in told.items() if value is not None}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
     write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

@@ -63,7 +63,7 @@ class Walker:
     @cached_property
     def _lift(self) -> float:
         """From the known walk's ankle to one that is `SOLE` above the floor with the foot flat [m]."""
-        phase = np.linspace(0.15, 0.35, 41)
+        phase = np.linspace(self.walk.cycle.flat.start, self.walk.cycle.flat.end, 41)
         return SOLE - float(self.walk.cycle.signal("ankle_z", phase).mean())
 
     @cached_property

@@ -130,6 +130,9 @@ def _each_once(cases: list[Case]) -> list[Case]:
 
 
 QUICK = _each_once(PAIRS)
+# This walker's pitch falls and ankle rises evenly while the foot is flat, so that noise chooses which 20 % of
+# it are the flat part; a pitch anywhere within 1 deg of another is off by 1/√3 on average (derived) [deg].
+OPEN_ZERO = 1.0 / np.sqrt(3.0)
 
 
 def _param(case: Case) -> Any:
@@ -361,5 +364,6 @@ def test_a_trial_as_laboratories_have_it(tmp_path: pathlib.Path, seed: int, side
     bounds = noise_bounds(1.0)
     if name in LATERAL_ONLY:
         bounds = {n: v + ONE_MALLEOLUS[n] - BOUNDS[n] for n, v in bounds.items()}
+    bounds["ankle [deg]"] = float(np.hypot(bounds["ankle [deg]"], OPEN_ZERO))
     assert not beyond(differences(done, laboratory, side), bounds), done.warnings
     assert done.cycle.body_mass == pytest.approx(walker.mass, rel=0.03)

@@ -12,7 +12,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import file as gait
 from afo_sim.gait.checks import closing_errors, examine, findings, stance
-from afo_sim.gait.cycle import COLUMNS, KINEMATICS, GaitCycle, fit_to_leg
+from afo_sim.gait.cycle import COLUMNS, KINEMATICS, GaitCycle
 from afo_sim.gait.fourier import FourierSeries
 
 STRIDES = ("gatk_stride1", "gatk_stride2")
@@ -101,6 +101,24 @@ def test_round_trip_keeps_everything(stride: GaitCycle, tmp_path: pathlib.Path) 
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"]
 
 
+def test_height_and_sole_are_written_where_they_are_known(stride: GaitCycle, tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "a.csv"
+    for height, sole in ((1.72, 0.025), (None, 0.0), (1.72, None), (None, None)):
+        gait.write(path, dataclasses.replace(stride, body_height=height, sole_thickness=sole))
+        again, text = gait.read(path), path.read_text()
+        assert (again.body_height, again.sole_thickness) == (height, sole)
+        assert ("body_height_m: 1.72" in text) == (height is not None)
+        assert ("sole_thickness_m: " in text) == (sole is not None)
+        told = findings(again)
+        assert (("body height", "1.72 m") in told) == (height is not None)
+        worn = [found for subject, found in told if subject == "sole worn"]
+        assert worn == ([] if sole is None else [f"{1e3 * sole:.0f} mm under the ankle"])
+    gait.write(path, dataclasses.replace(stride, body_height=172.0))
+    with pytest.raises(InputError) as caught:
+        gait.read(path)
+    assert (caught.value.field, caught.value.value) == ("body_height_m", "172")
+
+
 def test_moment_is_turned_to_the_house_sign(stride: GaitCycle) -> None:
     push_off = (stride.phase > 0.4) & (stride.phase < 0.55)
     assert np.all(stride.ankle_moment[push_off] < -1.0)  # plantarflexor: negative inside
@@ -124,7 +142,7 @@ def test_shipped_stride_is_a_stride(name: str) -> None:
     assert 1.15 < cycle.stride_time < 1.25
     assert stance(cycle) == pytest.approx(0.64, abs=0.02)
     assert cycle.grf_z[0] * cycle.body_mass * GRAVITY < 60.0
-    assert np.degrees(cycle.ankle_angle.max()) == pytest.approx(21.4, abs=0.5)
+    assert np.degrees(cycle.ankle_angle.max()) == pytest.approx(21.1, abs=0.5)  # 21.4 from 15-35 %'s zero
     assert 100 * cycle.phase[cycle.ankle_angle.argmax()] == pytest.approx(49, abs=1)
     closing = closing_errors(cycle)
     assert all(abs(closing[f"{n}_angle_deg"]) < 2.1 for n in ("shank", "knee", "ankle"))
@@ -133,21 +151,6 @@ def test_shipped_stride_is_a_stride(name: str) -> None:
         assert np.degrees(cycle.series[angle].residual) < 0.1
     pitch = np.degrees(cycle.foot_pitch()[cycle.foot_flat()])
     assert np.abs(pitch).max() < 1.0
-
-
-def test_ankle_is_shifted_to_the_leg(stride: GaitCycle) -> None:
-    moved, shift = fit_to_leg(stride, 0.068)
-    flat = moved.foot_flat()
-    assert moved.ankle_z[flat].mean() == pytest.approx(0.068)
-    assert shift == pytest.approx(0.068 - stride.ankle_z[flat].mean())
-    assert shift == pytest.approx(-0.029, abs=0.001)
-    assert moved.ankle_height == 0.068
-    # the moment about the new point balances the same force
-    assert np.allclose(
-        moved.ankle_moment - stride.ankle_moment, moved.ground_moment() - stride.ground_moment()
-    )
-    examine(moved)
-    assert np.array_equal(moved.shank_angle, stride.shank_angle)
 
 
 def test_ankle_moment_about_another_point_is_analytic(stride: GaitCycle) -> None:
@@ -269,8 +272,8 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
     "floor elsewhere": (
         lambda c: c.update(ankle_z_m=c["ankle_z_m"] + 0.05),
         "ankle_z_m",
-        "0.147 m",
-        "0.0968 there",
+        "0.146 m",
+        "0.0962 there",
     ),
     "percent": (scaled("phase", 100.0), "phase", "from 0 to 100 (percent?)", "0 at heel strike to 1"),
     "phase backward": (back_and_forth, "phase", "does not increase", "from 0 to 1"),

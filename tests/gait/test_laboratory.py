@@ -51,7 +51,7 @@ def test_angles_are_those_of_the_centres(walker: Walker) -> None:
         foot = (seen[f"{letter}MT2"] - seen[f"{letter}CAL"])[:, :2]
         pitch = np.unwrap(np.arctan2(foot[:, 1], foot[:, 0]))
         flat = walker.phase(side, TIME) % 1.0
-        flat = (flat > 0.15) & (flat < 0.35)
+        flat = walker.walk.cycle.flat.holds(flat)
         pitch -= pitch[flat].mean()
         expected = walker.angle(side, "ankle", TIME) - walker.angle(side, "shank", TIME)
         assert pitch == pytest.approx(expected - expected[flat].mean(), abs=1e-9)

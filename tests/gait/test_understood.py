@@ -140,9 +140,21 @@ def test_a_given_mass_is_held_against_the_plates() -> None:
     carried = ("the plates carry 64.0 kg (±2 %) over 2 right strides",)
     mass = SimpleNamespace(mass=80.0, how="given", estimated=64.0, remarks=carried)
     words = dict(ten_lines(stand_in(mass=mass)))["body mass"]
-    assert words == "80.0 kg, given, +25.0 % off: the plates carry 64.0 kg (±2 %)"
+    assert words.startswith("80.0 kg, given, +25.0 % off: the plates carry 64.0 kg (±2 %); height ")
     mass = SimpleNamespace(mass=64.0, how="by the plates", estimated=64.0, remarks=carried)
-    assert dict(ten_lines(stand_in(mass=mass)))["body mass"] == carried[0]
+    assert dict(ten_lines(stand_in(mass=mass)))["body mass"].startswith(f"{carried[0]}; height ")
+
+
+def test_height_and_sole_are_told_as_they_are_known() -> None:
+    done = stand_in()
+    done.cycle = dataclasses.replace(done.cycle, body_height=None, sole_thickness=None)
+    told = dict(ten_lines(done))
+    assert told["body mass"].endswith("; height not known: a run keeps its patient's")
+    assert told["ankle"].endswith("; sole not known: taken as barefoot")
+    done.cycle = dataclasses.replace(done.cycle, body_height=1.72, sole_thickness=0.025)
+    told = dict(ten_lines(done))
+    assert told["body mass"].endswith("; height 1.72 m")
+    assert told["ankle"].endswith("; sole 25 mm")
 
 
 def test_a_closed_stride_tells_what_was_recorded_first_and_no_other_times() -> None:

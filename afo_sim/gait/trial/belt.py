@@ -12,7 +12,7 @@ from afo_sim.gait.trial.choices import Choices
 from afo_sim.gait.trial.leg_points import LegPoints
 from afo_sim.gait.trial.travel import SMOOTH, seen
 
-LOWEST = 0.25  # share of a stride in which a foot surely lies flat; derived from 15–35 %, `FLAT` [-]
+LOWEST = 0.25  # share of a stride in which a foot surely lies flat; derived from 15–35 %, `USUAL` [-]
 RIPPLE = 0.005  # of a marker's height while the foot lies flat; assumed [m]
 SWING = 0.03  # least rise of heel or toe that is a step; assumed [m]
 STEADY = 0.08  # shortest time of a foot's rest that tells its speed; assumed [s]

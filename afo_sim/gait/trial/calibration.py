@@ -24,8 +24,8 @@ def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, tupl
         moved = f"{np.degrees(-flat):+.1f} deg"
         return flat, (f"ankle's zero moved by {moved}, so that the flat foot is level",), ()
     raised = (
-        f"the sole is pitched by {np.degrees(flat - sole):+.1f} deg, toe up positive, between 15 and 35 % of "
-        f"the stride, where it should lie flat: the ankle's zero is moved by {np.degrees(-sole):+.1f} deg, "
+        f"the sole is pitched by {np.degrees(flat - sole):+.1f} deg, toe up positive, in the part of stance "
+        f"in which it should lie flat: the ankle's zero is moved by {np.degrees(-sole):+.1f} deg, "
         "as the standing trial or the model tells"
     )
     return sole, (), (raised,)

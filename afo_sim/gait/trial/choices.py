@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from afo_sim.common.errors import InputError
+from afo_sim.gait.checks import BODY_HEIGHT, SOLE_THICKNESS
 
 ROLES = ("hip", "knee", "ankle", "heel", "toe")
 SIDES = ("right", "left")
@@ -18,6 +19,8 @@ class Choices:
 
     side: str = "right"
     mass: float | None = None  # of the body [kg]; by default the model's, or what the plates carry
+    height: float | None = None  # of the body [m]; nothing in the files tells it
+    sole: float | None = None  # thickness of the sole that was worn, under the ankle [m]; likewise
     stride: int | None = None  # which of the side's strides, from 1; the first by default
     mean: bool = False  # of all the side's strides, instead of one of them
     both: bool = False  # the mean of both legs' strides, the left ones mirrored
@@ -60,6 +63,8 @@ class Choices:
             raise InputError("is one stride, and a mean is asked for", field="stride", value=self.stride)
         for name, number, low, high in (
             ("mass", self.mass, 5.0, 300.0),
+            ("height", self.height, *BODY_HEIGHT),
+            ("sole", self.sole, *SOLE_THICKNESS),
             ("cutoff", self.cutoff, 0.0, math.inf),
             ("belt_speed", self.belt_speed, 0.0, 10.0),
             ("thigh", self.thigh, 0.1, 0.8),

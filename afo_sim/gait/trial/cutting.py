@@ -9,7 +9,8 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR
-from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.flat_foot import flat_part
 from afo_sim.gait.readers.opensim_table import OpenSimTable
 from afo_sim.gait.readers.signals import evenly, fill_gaps
 from afo_sim.gait.trial.calibration import ankle_zero, require_height
@@ -50,7 +51,7 @@ class Cutter:
         choices: Choices,
         sole: float | None = None,
     ) -> Self:
-        """Calibrate by 15 to 35 % of all strides, where the sole lies flat: its pitch, the ankle's height.
+        """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height.
 
         `sole` is the pitch of the line heel–toe with the sole flat [rad], where a standing trial or a model
         tells it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
@@ -72,11 +73,14 @@ class Cutter:
         """Pitch of the foot [rad] and height of the ankle [m] where the sole lies flat, (m, 2)."""
         motion = self.motion
         if stride.closed is None:
-            start, end = stride.window(FLAT)
-            inside = (motion.time >= start) & (motion.time <= end)
-            return np.column_stack([motion.ankle_angle - motion.shank_angle, motion.ankle_z])[inside]
-        found = self._motion(stride, np.linspace(*FLAT, 41))
-        return np.column_stack([found[:, 2] - found[:, 0], found[:, 4]])
+            phase = (motion.time - stride.start) / stride.time
+            pitch, height = motion.ankle_angle - motion.shank_angle, motion.ankle_z
+        else:
+            phase = np.linspace(0.0, 1.0, self.choices.rows)
+            found = self._motion(stride, phase)
+            pitch, height = found[:, 2] - found[:, 0], found[:, 4]
+        flat = flat_part(phase, pitch, height, _standing(stride, phase)).holds(phase)
+        return np.column_stack([pitch, height])[flat]
 
     def _motion(self, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
         """Shank, knee, ankle angle, and the ankle's way over the belt and height, (m, 5)."""
@@ -131,7 +135,7 @@ class Cutter:
             given = moment_of(trial.moments, stride, phase) / mass
             if _agree(given, moment, pressed):
                 moment, source = given, f"as in {trial.moments.file.name}"
-        flat = (phase >= FLAT[0]) & (phase <= FLAT[1])
+        flat = flat_part(phase, ankle - shank, z, _standing(stride, phase)).holds(phase)
         return GaitCycle(
             source=choices.source,
             licence=choices.licence,
@@ -150,8 +154,15 @@ class Cutter:
             grf_z=force_z / (mass * GRAVITY),
             cop_x=place,
             ankle_moment=moment,
+            body_height=choices.height,
+            sole_thickness=choices.sole,
             notes=_notes(stride, choices, source),
         )
+
+
+def _standing(stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+    """Mask of the phases before toe-off (n,)."""
+    return np.asarray(stride.start + phase * stride.time < stride.toe_off)
 
 
 def reference_of(

@@ -9,6 +9,8 @@ from afo_sim.gait.trial.choices import SIDES, Choices
 
 QUANTITIES = {  # option: (SI unit, how a person writes it)
     "mass": ("kg", "72 kg"),
+    "height": ("m", "1.72 m"),
+    "sole": ("m", "25 mm"),
     "belt_speed": ("m/s", "1.2 m/s"),
     "cutoff": ("Hz", "6 Hz"),
     "thigh": ("m", "43 cm"),

@@ -5,6 +5,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.flat_foot import LEAST, WITHIN
 from afo_sim.gait.trial.ground_force import GroundForce
 from afo_sim.gait.trial.leg_motion import LegMotion
 from afo_sim.gait.trial.leg_points import LegPoints
@@ -56,7 +57,7 @@ def doubts(
     InputError
         The foot's line lies so far from its sole that heel and toe must be exchanged.
     """
-    found = [*_zero(zero), *_ankle_height(cycle, points), *_knee(cycle)]
+    found = [*_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
     found += [*_forward_force(cycle), *_moment_peak(cycle)]
@@ -83,6 +84,16 @@ def _zero(zero: float) -> list[str]:
     return [
         f"the ankle's zero was moved by {-degrees:+.0f} deg, so that the flat foot is level: more than "
         f"{ZERO[0]:.0f} deg is a marker at another place, or a foot that never lies flat"
+    ]
+
+
+def _flat(cycle: GaitCycle) -> list[str]:
+    if cycle.flat.steady:
+        return []
+    low, high = (f"{100.0 * share:.0f}" for share in WITHIN)
+    return [
+        f"the foot is never steady for {100.0 * LEAST:.0f} % of the stride between {low} and {high} %: "
+        f"{cycle.flat.words} are taken as flat, and with them the ankle's zero and height"
     ]
 
 

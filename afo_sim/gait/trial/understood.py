@@ -43,7 +43,7 @@ def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
         ("joint centres", centres_told(imported.legs[imported.cycle.side].points)),
         ("strides", _strides(imported)),
         ("taken", _taken(imported)),
-        ("body mass", _mass(imported)),
+        ("body mass", f"{_mass(imported)}; {_height(imported)}"),
         ("ankle", _ankle(imported)),
         ("moment", _moment(imported)),
         ("estimated", _estimated(imported)),
@@ -157,11 +157,20 @@ def _mass(imported: "Imported") -> str:
     return f"{said}, {_signed(100.0 * (mass.mass / mass.estimated - 1.0), 1)} % off: {carried}"
 
 
+def _height(imported: "Imported") -> str:
+    """The body's height, which a person alone can tell."""
+    height = imported.cycle.body_height
+    return "height not known: a run keeps its patient's" if height is None else f"height {height:.2f} m"
+
+
 def _ankle(imported: "Imported") -> str:
     height = 1e3 * imported.cycle.ankle_height
     zero = math.degrees(imported.zero)
     moved = "as in the file" if zero == 0.0 else f"moved by {_signed(-zero, 1)} deg"
-    return f"zero {moved}; centre {height:.0f} mm above the floor with the foot flat"
+    sole = imported.cycle.sole_thickness
+    worn = "sole not known: taken as barefoot" if sole is None else f"sole {1e3 * sole:.0f} mm"
+    flat = f"with the foot flat, {imported.cycle.flat.words}"
+    return f"zero {moved}; centre {height:.0f} mm above the floor {flat}; {worn}"
 
 
 def _moment(imported: "Imported") -> str:

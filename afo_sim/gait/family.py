@@ -1,0 +1,172 @@
+"""Walkers of one family, mean curves at several speeds, and those between them."""
+
+import dataclasses
+import functools
+import os
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.phase_table import read_header
+from afo_sim.gait.checks import COP_FORCE
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.file import read
+
+FAMILY = "family"  # header key that the members have alike
+SAME_SPEED = 1e-9  # relative difference that is none
+BLENDED = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z", "grf_x", "grf_z", "ankle_moment")
+NUMBERS = ("body_mass", "ankle_height", "body_height", "sole_thickness")
+Stamp = tuple[tuple[str, int, int], ...]  # name, time of change [ns] and size of each CSV
+
+
+def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle:
+    """The walker of a family at a speed, linear between the two members beside it.
+
+    All columns are interpolated at equal phase. So is the stride's length, and the stride's time is length
+    over speed. The centre of pressure is weighted by the upward force.
+
+    Parameters
+    ----------
+    file : gait CSV of one member; the others stand beside it
+    speed : of a person who is by a factor taller than the members [m/s]
+    taller : that factor; at equal Froude number speeds go with its square root [-]
+
+    Returns
+    -------
+    GaitCycle of a person as tall as the members; at a member's speed that member itself
+
+    Raises
+    ------
+    InputError
+        The file belongs to no family, or the family does not reach that speed.
+    """
+    members = family_of(file)
+    quicker = float(np.sqrt(taller))
+    speeds, told = np.array([cycle.walking_speed for _, cycle in members]), speed
+    speed = told / quicker
+    same = np.flatnonzero(np.abs(speeds - speed) <= SAME_SPEED * speeds)
+    if len(same):
+        return members[int(same[0])][1]
+    if not speeds[0] < speed < speeds[-1]:
+        raise InputError(
+            "its family does not walk at that speed",
+            file=file,
+            field="gait.speed",
+            value=f"{told:g} m/s",
+            allowed=f"{quicker * speeds[0]:.4g} to {quicker * speeds[-1]:.4g} m/s"
+            + (" for a person of this height" if taller != 1.0 else ""),
+        )
+    above = int(np.searchsorted(speeds, speed))
+    (slow_name, slow), (fast_name, fast) = members[above - 1], members[above]
+    share = (speed - slow.walking_speed) / (fast.walking_speed - slow.walking_speed)
+    between = (
+        f"between {slow_name} ({slow.walking_speed:.3g} m/s) and {fast_name} ({fast.walking_speed:.3g} m/s)"
+    )
+    return _blended(slow, fast, share, speed, between)
+
+
+def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
+    """Name and stride of each member of a file's family, by rising speed.
+
+    Parameters
+    ----------
+    file : gait CSV of one member; the others stand beside it
+
+    Raises
+    ------
+    InputError
+        The file belongs to no family, or a member cannot be read or has other rows.
+    """
+    folder = pathlib.Path(file).resolve().parent
+    stamp = _stamp(folder)
+    family = _families(folder, stamp).get(pathlib.Path(file).name)
+    if family is None and pathlib.Path(file).suffix != ".csv":
+        family = read_header(pathlib.Path(file)).get(FAMILY)
+    if not family:
+        known = sorted(name for name, other in _families(folder, stamp).items() if other)
+        raise InputError(
+            "is of no family, so that it has no other speed",
+            file=file,
+            field=FAMILY,
+            allowed="a stride with a line '# family: …'" + (f", such as {', '.join(known)}" if known else ""),
+        )
+    return _members(folder, family, stamp)
+
+
+def _stamp(folder: pathlib.Path) -> Stamp:
+    """What tells that a folder's gait files have changed."""
+    with os.scandir(folder) as entries:
+        files = [(e.name, e.stat()) for e in entries if e.name.endswith(".csv") and e.is_file()]
+    return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in files))
+
+
+@functools.lru_cache(maxsize=8)
+def _families(folder: pathlib.Path, stamp: Stamp) -> dict[str, str | None]:
+    """The family of each CSV of a folder; None of what has none, or cannot be read."""
+    found: dict[str, str | None] = {}
+    for name, _, _ in stamp:
+        try:
+            found[name] = read_header(folder / name).get(FAMILY)
+        except InputError:
+            found[name] = None  # another's file, of any kind
+    return found
+
+
+@functools.lru_cache(maxsize=8)
+def _members(folder: pathlib.Path, family: str, stamp: Stamp) -> tuple[tuple[str, GaitCycle], ...]:
+    names = [name for name, other in _families(folder, stamp).items() if other == family]
+    cycles = {pathlib.Path(name).stem: read(folder / name) for name in names}
+    members = sorted(cycles.items(), key=lambda member: member[1].walking_speed)
+    first_name, first = members[0]
+    for name, cycle in members[1:]:
+        if not np.array_equal(cycle.phase, first.phase):
+            problem = f"has other rows than {first_name} of its family"
+            raise InputError(problem, file=folder / f"{name}.csv", field="phase")
+    return tuple(members)
+
+
+def _blended(slow: GaitCycle, fast: GaitCycle, share: float, speed: float, between: str) -> GaitCycle:
+    """The stride at a share of the way from the slow one to the fast one."""
+
+    def mix(of_slow: np.ndarray, of_fast: np.ndarray) -> np.ndarray:
+        return np.asarray((1.0 - share) * of_slow + share * of_fast)
+
+    columns: dict[str, Any] = {name: mix(getattr(slow, name), getattr(fast, name)) for name in BLENDED}
+    forward = mix(slow.ankle_x - slow.ankle_x[0], fast.ankle_x - fast.ankle_x[0])
+    numbers: dict[str, Any] = {}
+    for name in NUMBERS:
+        of_slow, of_fast = getattr(slow, name), getattr(fast, name)
+        known = of_slow is not None and of_fast is not None
+        numbers[name] = (1.0 - share) * of_slow + share * of_fast if known else None
+    notes = {key: text for key, text in slow.notes.items() if fast.notes.get(key) == text}
+    notes |= {"description": f"{slow.notes.get(FAMILY, '')} {between}", "between": between}
+    return dataclasses.replace(
+        slow,
+        source=_joined((slow.source, fast.source)),
+        licence=_joined((slow.licence, fast.licence)),
+        stride_time=float(forward[-1]) / speed,
+        walking_speed=speed,
+        ankle_x=forward,
+        cop_x=_place((slow, fast), (1.0 - share, share), columns["grf_z"]),
+        notes=notes,
+        **columns,
+        **numbers,
+    )
+
+
+def _joined(texts: Sequence[str]) -> str:
+    return "; ".join(dict.fromkeys(texts))
+
+
+def _place(cycles: Sequence[GaitCycle], weights: Sequence[float], force: np.ndarray) -> np.ndarray:
+    """Centre of pressure that has the moments of both; NaN where hardly anything presses (n,)."""
+    moment, total = np.zeros_like(force), np.zeros_like(force)
+    for cycle, weight in zip(cycles, weights, strict=True):
+        _, upward, place = cycle.ground(cycle.phase)
+        moment += weight * upward * place
+        total += weight * upward
+    known = np.any([np.isfinite(cycle.cop_x) for cycle in cycles], axis=0) & (force > COP_FORCE)
+    return np.where(known, moment / np.where(known, total, 1.0), np.nan)

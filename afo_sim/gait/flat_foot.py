@@ -1,0 +1,82 @@
+"""The part of a stride in which the sole lies flat: after the foot has come down, before the heel rises."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+WITHIN = (0.08, 0.40)  # of the stride; before it the foot comes down, after it every heel rises [-]
+USUAL = (0.15, 0.35)  # that is taken where the foot is never steady [-]
+LEAST = 0.08  # share of the stride in which a foot must be steady to be called flat; assumed [-]
+TURN = np.radians(1.0)  # of the sole about its mean; markers' noise is half of it; assumed [rad]
+RISE = 0.002  # of the ankle over its lowest; a heel that rises by 1 deg lifts it by as much; assumed [m]
+
+
+@dataclass(frozen=True)
+class FlatFoot:
+    """Where the sole lies flat, as phases of the stride; `steady` is False where it was never found to."""
+
+    start: float
+    end: float
+    steady: bool
+
+    def holds(self, phase: np.ndarray) -> np.ndarray:
+        """Mask of phases [-] (n,) that lie in it (n,)."""
+        return np.asarray((phase >= self.start - 1e-9) & (phase <= self.end + 1e-9))
+
+    @property
+    def words(self) -> str:
+        """Such as "12 to 29 % of the stride"."""
+        return f"{100.0 * self.start:.0f} to {100.0 * self.end:.0f} % of the stride"
+
+
+def flat_part(
+    phase: np.ndarray, pitch: np.ndarray, height: np.ndarray, standing: np.ndarray | None = None
+) -> FlatFoot:
+    """The longest part about the steadiest 8 % of a stride in which the foot neither turns nor rises.
+
+    Pitch stays within 1 degree of its mean, and the ankle within 2 mm of its lowest. The pitch itself may be
+    any: of a foot in equinus, which stands on its ball, it is steady too. Where no 8 % are steady it is 15 to
+    35 % of the stride.
+
+    Parameters
+    ----------
+    phase : increasing, 0 and 1 at the heel strikes [-] (n,)
+    pitch : of the sole, from any zero [rad] (n,)
+    height : of the ankle, from any zero [m] (n,)
+    standing : mask of the samples in stance; all by default (n,)
+    """
+    usual = FlatFoot(*USUAL, steady=False)
+    inside = (phase >= WITHIN[0] - 1e-9) & (phase <= WITHIN[1] + 1e-9)
+    inside &= np.isfinite(pitch) & np.isfinite(height)
+    if standing is not None:
+        inside &= standing
+    where, turned, raised = phase[inside], pitch[inside], height[inside]
+    cores = [
+        (_unrest(turned[k:stop], raised[k:stop]), k, stop)
+        for k, stop in enumerate(np.searchsorted(where, where + LEAST - 1e-9) + 1)
+        if stop <= len(where)
+    ]
+    if not cores:
+        return usual
+    _, first, stop = min(cores)
+    if not _steady(turned[first:stop], raised[first:stop]):
+        return usual
+    while grown := _grown(turned, raised, first, stop):
+        first, stop = grown
+    return FlatFoot(float(where[first]), float(where[stop - 1]), steady=True)
+
+
+def _grown(turned: np.ndarray, raised: np.ndarray, first: int, stop: int) -> tuple[int, int] | None:
+    """One sample more, on the side where the foot is the steadier; None where it is on neither."""
+    wider = [(k, m) for k, m in ((first - 1, stop), (first, stop + 1)) if k >= 0 and m <= len(turned)]
+    wider = [(k, m) for k, m in wider if _steady(turned[k:m], raised[k:m])]
+    return min(wider, key=lambda part: _unrest(turned[slice(*part)], raised[slice(*part)]), default=None)
+
+
+def _unrest(turned: np.ndarray, raised: np.ndarray) -> float:
+    """Range of pitch and of height, each over what a flat foot may have [-]."""
+    return float(np.ptp(turned) / (2.0 * TURN) + np.ptp(raised) / RISE)
+
+
+def _steady(turned: np.ndarray, raised: np.ndarray) -> bool:
+    return bool(np.abs(turned - turned.mean()).max() <= TURN and np.ptp(raised) <= RISE)
