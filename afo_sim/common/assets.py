@@ -14,6 +14,7 @@ KINDS = {
     "muscle": "muscles",
     "valve": "valves",
     "patient": "patients",
+    "shoe": "shoes",
     "sweep": "sweeps",
     "search": "searches",
 }

@@ -12,7 +12,8 @@ AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
 AMBIENT_TEMPERATURE = 293.15  # [K]
 GAS_CONSTANT = 287.05  # of dry air [J/(kg·K)]
 HEAT_CAPACITY_RATIO = 1.4  # of dry air [-]
-STANDARD_DENSITY = 1.185  # ISO 8778 reference atmosphere (ANR) [kg/m³]
+STANDARD_DENSITY = 1.185  # ISO 8778 reference atmosphere (ANR): air at 20 °C, 1 bar, 65 % humidity [kg/m³]
+NORMAL_DENSITY = 1.293  # DIN 1343 normal conditions: dry air at 0 °C, 1.01325 bar [kg/m³]
 
 # One well-formed example per SI unit, shown when a quantity is refused.
 EXAMPLES = {

@@ -36,7 +36,7 @@ def product(name: str) -> list[TableOf]:
 
     Parameters
     ----------
-    name : of a scenario, leg, orthosis, muscle, valve, patient, sweep, search, gait, law or friction
+    name : of a scenario, leg, orthosis, muscle, valve, patient, shoe, sweep, search, gait, law or friction
 
     Returns
     -------

@@ -57,7 +57,7 @@ def keys(
     source : a shipped name, a path, or the description as a dict
     word : only keys that mention it
     sets : dotted keys and their values, as `load` takes them
-    kind : "scenario", "leg", "orthosis", "muscle", "valve" or "patient"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient" or "shoe"
 
     Returns
     -------

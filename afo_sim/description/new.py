@@ -1,4 +1,4 @@
-"""Files to start from: a new muscle, orthosis, valve, leg, patient or scenario that runs at once."""
+"""Files to start from: a new muscle, orthosis, valve, leg, patient, shoe or scenario that runs at once."""
 
 import os
 import pathlib
@@ -21,6 +21,7 @@ LIKE = {
     "valve": "mh1",
     "leg": "adult_75kg",
     "patient": "drop-foot",
+    "shoe": "trainer",
     "scenario": "seated",
 }
 SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
@@ -39,7 +40,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 # Keys under which a file names other descriptions.
 PLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
-    "scenario": {"leg": (), "orthosis": (), "patient": ()},
+    "scenario": {"leg": (), "orthosis": (), "patient": (), "shoe": ()},
 }
 NAME = r"[A-Za-z0-9][\w.-]*"
 
@@ -56,7 +57,7 @@ def new(
 
     Parameters
     ----------
-    kind : "muscle", "orthosis", "valve", "leg", "patient" or "scenario"
+    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe" or "scenario"
     name : of the new product; no shipped one's
     out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
     like : shipped product whose numbers it starts with
@@ -139,9 +140,9 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
         allowed = ", ".join(f"`{place}`" for place in places) or "none of these options"
         raise InputError(f"does not go with a new {kind}", field=used, value=name, allowed=allowed)
     if not places[used]:
-        if used == "patient" and "gait" not in values:
+        if used in ("patient", "shoe") and "gait" not in values:
             problem = "goes with a scenario that walks"
-            raise InputError(problem, field="patient", value=name, allowed="`like=walk-dropfoot`")
+            raise InputError(problem, field=used, value=name, allowed="`like=walk-dropfoot`")
         values[used] = name
         return
     group, *keys = places[used]

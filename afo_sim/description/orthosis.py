@@ -14,6 +14,7 @@ from pydantic import Field, field_validator, model_validator
 from afo_sim.common.errors import nearest_name
 from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
 from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.shoe import Outsole
 
 Segment = Literal["shank", "foot"]
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
@@ -263,6 +264,8 @@ class Orthosis(Described):
     """MJCF file of the cuff, which is fixed to the shank."""
     plate: pathlib.Path | None = None
     """MJCF file of the plate, which is fixed under the foot."""
+    outsole: Outsole | None = None
+    """Outsole of the plate, where it is one: worn instead of a shoe."""
     range_of_motion: tuple[Angle, Angle]
     """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
     refused."""

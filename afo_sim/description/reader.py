@@ -17,6 +17,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
 from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.shoe import Shoe
 from afo_sim.description.tree import Path, Tree, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
 from afo_sim.description.walking import Patient
@@ -31,6 +32,7 @@ SPECS: dict[str, type[BaseModel]] = {
     "muscle": Muscle,
     "valve": Valve,
     "patient": Patient,
+    "shoe": Shoe,
 }
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
@@ -74,19 +76,21 @@ def load(kind: Literal["valve"], source: Source, sets: Sets = None) -> Valve: ..
 @overload
 def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient: ...
 @overload
+def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
+@overload
 def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
 def load(kind: str, source: Source, sets: Sets = None) -> Described:
     """Read a description.
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle", "valve" or "patient"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient" or "shoe"
     source : a shipped name, a path, or the description itself as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
-    the frozen Scenario, Leg, Orthosis, Muscle, Valve or Patient
+    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient or Shoe
 
     Raises
     ------
@@ -127,7 +131,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
 
     Parameters
     ----------
-    description : Scenario, Leg, Orthosis, Muscle, Valve or Patient
+    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient or Shoe
     sets : dotted keys and their values, as `load` takes them; a value may be a description itself
 
     Raises

@@ -16,7 +16,9 @@ from afo_sim.common.errors import nearest_name
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.description.walking import Gait, Ground, Patient, Phases
+from afo_sim.description.shoe import Shoe
+from afo_sim.description.toes import Toes
+from afo_sim.description.walking import Gait, Ground, Patient, Phases, Start
 
 Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
@@ -72,6 +74,8 @@ class Leg(Described):
     """Inertia about the joint of what else turns with the foot, on top of the file's."""
     passive: PassiveAnkle = PassiveAnkle()
     """Moment of the relaxed ankle's tissue."""
+    toes: Toes | None = None
+    """Hinge of the toes; a rigid foot without it."""
 
 
 class Supply(Described):
@@ -180,6 +184,14 @@ class Scenario(Described):
     """Patient: a shipped name, or the path of a patient's TOML file or folder. Walking only."""
     ground: Ground | None = None
     """Ground under the foot. Walking only."""
+    shoe: Shoe | None = None
+    """Shoe: a shipped name, or the path of a shoe's TOML file or folder; barefoot by default. An orthosis
+    with an outsole of its own is worn instead of it. Walking only."""
+    start: Start | None = None
+    """Air before the first step; none by default. Walking only."""
+    reference: Literal["barefoot", "shoe", "orthosis-off"] | None = None
+    """What the same patient's run is compared with: barefoot, in the shoe, or with the orthosis and no air.
+    Walking only."""
 
     # filled by `reader`, which follows names; a description reads no files
     with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]
@@ -227,7 +239,7 @@ class Scenario(Described):
                 raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
             if self.walking and not there:
                 raise refusal("is missing; a driven shank needs it", f"a table or name for {key}", key)
-        for key in ("phases", "ground"):
+        for key in ("phases", "ground", "shoe", "start", "reference"):
             if getattr(self, key) is not None and not self.walking:
                 raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
         if self.timer is not None and self.phases is not None:
@@ -240,7 +252,8 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        for kind, switched in (("timer", self.timer), ("phases", self.phases)):
+        told = (("timer", self.timer), ("phases", self.phases), ("start", self.start))
+        for kind, switched in told:
             for name in switched.chambers if switched else ():
                 if name not in self.orthosis.chamber:
                     raise refusal(
@@ -249,6 +262,19 @@ class Scenario(Described):
                         f"{kind}.{name}",
                         nearest_name(name, self.orthosis.chamber) or "",
                     )
+        if self.ground is not None and self.ground.toe_stiffness is not None and self.leg.toes is not None:
+            raise refusal(
+                "is for a leg without toes; this leg's toes have a hinge with a stiffness of its own",
+                "leg.toes.stiffness",
+                "ground.toe_stiffness",
+            )
+        for name, begun in (self.start.chambers if self.start else {}).items():
+            if begun.pressure is not None and begun.pressure > self.supply.pressure * (1.0 + 1e-12):
+                raise refusal(
+                    "is above the supply, from which the chamber is filled",
+                    f"at most the supply's {1e-5 * self.supply.pressure:g} bar (supply.pressure)",
+                    f"start.{name}.pressure",
+                )
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
             raise refusal("is no name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, get_args, get_origin
 
+from pydantic import ValidationError
+
 from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table, marked, parameter_leaf
 from afo_sim.description.meanings import meaning
 from afo_sim.description.ranges import allowed, shown, unit_of
@@ -72,7 +74,7 @@ class Template:
         if kind.model_config.get("extra") == "allow":
             inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
             for chamber in self.chambers:
-                written = given.get(chamber, {}) if live else None
+                written = given.get(chamber, _empty(inner)) if live else None
                 yield from self._table(inner, written, examples.get(chamber) or {}, (*path, chamber))
 
     def _entries(
@@ -104,6 +106,15 @@ class Template:
 
     def _known(self, kind: Any) -> bool:
         return (type_name(kind), "") in self.explained
+
+
+def _empty(kind: Any) -> Table | None:
+    """A table without keys; None where the description needs one at least."""
+    try:
+        kind.model_validate({})
+    except ValidationError:
+        return None
+    return {}
 
 
 def type_name(kind: Any) -> str:

@@ -16,6 +16,7 @@ REFERENCES: dict[str, dict[Path, str]] = {
         ("leg",): "leg",
         ("orthosis",): "orthosis",
         ("patient",): "patient",
+        ("shoe",): "shoe",
         ("orthosis", "muscle", "*", "type"): "muscle",
         ("orthosis", "chamber", "*", "inlet"): "valve",
         ("orthosis", "chamber", "*", "outlet"): "valve",

@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from afo_sim.description.muscle import Pressure
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
@@ -25,8 +26,19 @@ class Gait(Described):
     """Gait phase at which the run begins; 0 is heel strike."""
     ankle_offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
     """Angle added to the recorded ankle angle."""
+    speed: Annotated[float, Quantity("m/s", at_least=0.1, at_most=5.0)] | None = None
+    """Walking speed, between those of the cycle's family of mean curves; the cycle's own by default."""
+    sole_thickness: Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)] | None = None
+    """Thickness of the sole that the recorded walker wore under the ankle; the recording's by default, or
+    none."""
     settled: Literal["solved", "walked"] = "solved"
     """The settled stride is solved for, or walked to from the start; walked where strides do not repeat."""
+
+    @model_validator(mode="after")
+    def _has_one_pace(self) -> Self:
+        if self.speed is not None and self.stride_time is not None:
+            raise refusal("stands beside gait.speed, which tells the pace", "one of the two", "stride_time")
+        return self
 
 
 class Patient(Described):
@@ -43,24 +55,29 @@ class Patient(Described):
     dorsiflexor_strength: Share
     """Strength that the dorsiflexors have left, as a share of the healthy moment."""
     plantarflexor_strength: Share
-    """Strength that the plantarflexors have left, as a share of the healthy moment."""
+    """Strength that the plantarflexors have left, as a share of the healthy moment; in contact the toes'
+    flexors have as much."""
     stiffness: Annotated[float, Quantity("", at_least=0.0, at_most=10.0)] = 1.0
     """Factor on the stiffness about the recorded angle."""
     spasticity: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.0
-    """Moment of the plantarflexors by the velocity of their stretch."""
+    """Moment of the plantarflexors by the velocity of their stretch, in a person of the leg's own size."""
+    passive_scale: Annotated[float, Quantity("", at_least=0.0, at_most=20.0)] = 1.0
+    """Factor on the leg's passive moment: stiffer or slacker tissue."""
+    passive_offset: Annotated[float, Quantity("rad", at_least=-0.79, at_most=0.79)] = 0.0
+    """Shift of the angle at which the tissue is slack; a contracture's is negative."""
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] | None = None
-    """Mass of the body; the leg's by default."""
+    """Mass of the body; the recorded walker's by default."""
     body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] | None = None
-    """Height of the body; the leg's by default."""
+    """Height of the body; the recorded walker's by default, or the leg's where that is not known."""
 
 
 class Ground(Described):
     """Ground under the foot: the recorded force, whatever the foot does, or contact.
 
-    In contact, pads under heel, ball and toe stand on a floor that is registered to the recording
-    (`contact.py`). `stiffness` is of the pads under heel and ball, `damping` the share of a pad's force by
-    its velocity, `toe_stiffness` of the toe joint; the leg gives way to the ground by `body_stiffness` and
-    `body_damping`.
+    In contact, pads under heel, ball, pulp and tip of the toes stand on a floor that is registered to the
+    recording (`contact.py`). `stiffness` is of the pads, `damping` the share of a pad's force by its
+    velocity. A leg whose toes have no hinge has one pad under them, as soft as a toe joint of
+    `toe_stiffness`. The leg gives way to the ground by `body_stiffness` and `body_damping`.
 
     Source
     ------
@@ -72,15 +89,42 @@ class Ground(Described):
     mode: Literal["recorded", "contact"] = "recorded"
     """Recorded force, whatever the foot does, or contact of this foot with the floor."""
     stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 5e4
-    """Stiffness of the pads under heel and ball."""
+    """Stiffness of the pads under the sole."""
     damping: Annotated[float, Quantity("s/m", at_least=0.0, at_most=2.0)] = 1.0
     """Share of a pad's force by its velocity."""
-    toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] = 25.0
-    """Stiffness of the toe joint."""
+    toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] | None = None
+    """Stiffness of the toe joint of a leg that has no toes, in its pad; 25 N·m/rad by default."""
     body_stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 2e4
     """Stiffness by which the leg gives way to the ground."""
     body_damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e4)] = 400.0
     """Damping by which the leg gives way to the ground."""
+
+
+class ChamberStart(Described):
+    """Air in one chamber before the first step: filled to a pressure, or for a time."""
+
+    pressure: Pressure | None = None
+    """Gauge pressure that the wearer waits for, standing."""
+    fill_time: Annotated[float, Quantity("s", at_least=0.0, at_most=60.0)] | None = None
+    """Time for which the inlet valve is open before the first step, standing."""
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        if (self.pressure is None) == (self.fill_time is None):
+            raise refusal("needs one of the two", "pressure or fill_time", "pressure")
+        return self
+
+
+class Start(Described):
+    """Air before the first step; every key is a chamber, and one that is not told is empty."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, ChamberStart] = Field(init=False)
+
+    @property
+    def chambers(self) -> dict[str, ChamberStart]:
+        """What is told of each chamber."""
+        return dict(self.__pydantic_extra__ or {})
 
 
 class ValvePhases(Described):

@@ -7,11 +7,40 @@ from afo_sim.common.units import parse_quantity
 
 Scenario = Mapping[str, Any]
 
+REFERENCES = {  # who the same patient's other run is
+    "barefoot": "the same patient barefoot",
+    "shoe": "the same patient in the {shoe}, without orthosis",
+    "orthosis-off": "the same patient with the orthosis and no air",
+}
+
 
 def body_mass(scenario: Scenario) -> float:
     """Body mass of the patient, or of the person that the leg belongs to [kg]."""
     mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
     return parse_quantity(mass, "kg")
+
+
+def body_height(scenario: Scenario) -> float:
+    """Body height of the patient, or of the person that the leg belongs to [m]."""
+    height = (scenario.get("patient") or {}).get("body_height") or scenario["leg"]["body_height"]
+    return parse_quantity(height, "m")
+
+
+def worn(scenario: Scenario) -> str:
+    """What a walking foot stands on: "barefoot", "shoe trainer" or "outsole of s1"; "" where nobody walks."""
+    orthosis, shoe = scenario["orthosis"], scenario.get("shoe")
+    if not scenario.get("gait"):
+        return ""
+    if orthosis.get("outsole"):
+        return f"outsole of {orthosis.get('name') or 'the orthosis'}"
+    return f"shoe {shoe.get('name') or 'without a name'}" if shoe else "barefoot"
+
+
+def reference(scenario: Scenario) -> str:
+    """What a scenario's run is compared with, as it goes into a sentence; "" where nothing is told."""
+    kind, shoe = scenario.get("reference"), scenario.get("shoe") or {}
+    name = shoe.get("name") or ""
+    return REFERENCES[kind].format(shoe=f"shoe {name}" if name else "same shoe") if kind else ""
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:
@@ -31,7 +60,16 @@ def _who(scenario: Scenario) -> Iterator[tuple[str, str]]:
     spastic = parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad")
     if spastic > 0.0:
         words += f"; spasticity {spastic:g} N·m·s/rad"
-    yield "patient", f"{words}; {body_mass(scenario):g} kg"
+    words += _tissue(patient)
+    yield "patient", f"{words}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
+
+
+def _tissue(patient: Scenario) -> str:
+    """How the tissue differs from a healthy one's, as a part of a sentence."""
+    scale = float(patient.get("passive_scale", 1.0))
+    offset = _in(patient.get("passive_offset") or "0 rad", "deg")
+    words = f"; tissue {scale:g} times as stiff" if scale != 1.0 else ""
+    return words + (f"; tissue shifted by {offset:.3g}°" if offset else "")
 
 
 def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
@@ -43,6 +81,9 @@ def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
             fixed += f", knee at {_in(knee, 'deg'):.0f}°"
         yield "motion", fixed
         return
+    yield "worn", worn(scenario)
+    if scenario.get("reference"):
+        yield "compared with", reference(scenario)
     words = f"recorded stride {gait['cycle']}"
     if gait.get("stride_time"):
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
