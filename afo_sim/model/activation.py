@@ -11,6 +11,7 @@ import numpy as np
 
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.fourier import Wave
+from afo_sim.model.toes import Resting
 from afo_sim.model.walk import Walk
 
 # Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
@@ -22,21 +23,23 @@ SAMPLES = 4096  # of a stride in which the change of sides is looked for
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
-def one_stride(cycle: GaitCycle, stride_time: float, ankle_offset: float) -> Walk:
+def one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Resting | None) -> Walk:
     """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants.
 
     Parameters
     ----------
     cycle : fitted to the leg
     stride_time : its duration [s]
-    ankle_offset : added to the recorded ankle angle [rad]
+    offset : added to the recorded ankle angle [rad]
+    resting : of the toes; None of a rigid foot
     """
     phase = (np.arange(SAMPLES + 2) - 1.0) / SAMPLES
     wave = Wave.at(phase)
     pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
-    ankle = cycle.signal("ankle_angle", wave) + ankle_offset
+    ankle = cycle.signal("ankle_angle", wave) + offset
     knee = cycle.signal("knee_angle", wave)
-    return Walk(cycle, 0.0, stride_time / SAMPLES, phase, pose, ankle, knee)
+    toe = None if resting is None else resting.at(wave)
+    return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, toe, offset, resting)
 
 
 def crossings(moment: np.ndarray) -> np.ndarray:

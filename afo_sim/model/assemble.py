@@ -9,13 +9,14 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.model.flags import unused
 from afo_sim.model.leg import attach_parts
 from afo_sim.model.mounting import ANKLE
+from afo_sim.model.person import Size
 from afo_sim.model.tendons import add_tendons
 from afo_sim.model.walk_bodies import add_walking
 
 PASSIVE = "passive_ankle"
 
 
-def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit) -> mujoco.MjSpec:
+def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, size: Size) -> mujoco.MjSpec:
     """The orthosis on the leg, its circuit, and walking: everything that is compiled.
 
     Parameters
@@ -23,6 +24,7 @@ def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit) -
     spec : of the leg, as `leg_spec` gives it; it grows
     scenario : frozen description
     circuit : of its orthosis
+    size : of the person
     """
     anchors = attach_parts(spec, scenario)
     add_tendons(spec, anchors, scenario.orthosis)
@@ -30,7 +32,7 @@ def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit) -
     _add_passive_ankle(spec)
     native.add_chambers(spec, circuit)
     if scenario.walking:
-        add_walking(spec, scenario)
+        add_walking(spec, scenario, size)
     option = spec.option
     option.timestep = scenario.timestep
     option.gravity = [0.0, 0.0, -GRAVITY]

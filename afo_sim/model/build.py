@@ -15,10 +15,13 @@ from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.geometry import Geometry, geometry_of
-from afo_sim.model.leg import Size, leg_spec
+from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import why_walked
+from afo_sim.model.person import Person, Size, person_of
+from afo_sim.model.tissue import own_tissue
+from afo_sim.model.toes import fill_hinge
 from afo_sim.model.walk import Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 
@@ -55,8 +58,9 @@ class Built:
 
     @functools.cached_property
     def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
-        leg = leg_spec(self.scenario, Size.of(self.scenario))
-        spec = assemble(leg, self.scenario, circuit_of(self.scenario.orthosis))
+        size = Size.of(self.scenario)
+        leg = leg_spec(self.scenario, size)
+        spec = assemble(leg, self.scenario, circuit_of(self.scenario.orthosis), size)
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
         return model, spec
@@ -66,12 +70,15 @@ class Built:
         """The full model as self-contained MJCF."""
         return self.spec.to_xml()
 
+    @functools.cached_property
+    def person(self) -> Person:
+        """Whose leg it is."""
+        return person_of(self.scenario)
+
     @property
     def body_mass(self) -> float:
-        """Of the patient, or of the leg's adult [kg]."""
-        patient = self.scenario.patient
-        own = None if patient is None else patient.body_mass
-        return self.scenario.leg.body_mass if own is None else own
+        """Of the person who walks or sits [kg]."""
+        return self.person.body_mass
 
 
 def build(scenario: Scenario) -> Built:
@@ -95,15 +102,16 @@ def build(scenario: Scenario) -> Built:
     circuit, size = circuit_of(scenario.orthosis), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
-    foot = foot_of(model, scenario.leg.foot, ANKLE) if scenario.walking else None
+    foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
     _fill_parameters(model, geometry, circuit, scenario, foot)
+    fill_hinge(model, scenario, size)
     stretch = mounting.check_stretch(model, geometry.angles, geometry.lengths, index, scenario)
     numbers, coarse = stability.check_stability(model, index, scenario)
     warnings = (*mounting.check_description(scenario), *stretch, *coarse, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot)
     if foot is None:
         return built
-    return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg.foot))
+    return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
 
 
 def _walked(scenario: Scenario) -> Iterator[str]:
@@ -115,7 +123,7 @@ def _walked(scenario: Scenario) -> Iterator[str]:
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and find what the patient's own ankle does in it."""
     scenario = built.scenario
-    walk = lay_out(scenario, foot.ankle_height)
+    walk = lay_out(scenario, foot)
     own = active(walk, bare, scenario, built.body_mass)
     contact, warnings = None, built.warnings
     if scenario.contact:
@@ -132,10 +140,10 @@ def _fill_parameters(
     native.fill_circuit(model, circuit, geometry.circuit)
     if foot is not None:
         fill_walking(model, geometry.index.walking, scenario, foot)
-    passive = scenario.leg.passive
+    tissue = own_tissue(scenario)
     model.actuator_user[geometry.index.passive] = native.passive_row(
-        scale=passive.scale,
-        offset=passive.offset,
+        scale=tissue.scale,
+        offset=tissue.offset,
         load=scenario.load_moment,
-        damping=0.5 * scenario.leg.damping,
+        damping=0.5 * tissue.damping,
     )

@@ -6,10 +6,18 @@ whoever walks as recorded feels what was recorded, and whoever lands otherwise i
 nothing is recorded to press, the floor is at zero, or as deep as the recorded point itself.
 
 What the pads do not tell of the recorded force acts as recorded, whatever the foot does: the moment of the
-horizontal force (the pads have no friction), and of a centre of pressure that is not between two standing
-points (the rolling heel, the tip of the toe).
+horizontal force (the pads have no friction), of a centre of pressure that is not between two standing points
+(the rolling heel, the tip of the toe), and what plates hum while the foot is in the air.
+
+The load on the pulp bends the toes about their hinge. In the recorded walking their own flexors bear it: they
+give its moment about the hinge, less what weight and inertia of the toes need, as recorded, whatever the foot
+does. So the recorded walker's toes stand at their rest extension, and who lands otherwise bends them against
+their spring. The long flexors lie with the ankle's plantarflexors, and a patient has as much strength left of
+them (assumed). The horizontal force is borne by the flexors, too: both act as recorded and cancel, so that
+neither is in the hinge. Nothing recorded presses on the tip. Its pad stops toes that drag.
 """
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,7 +28,9 @@ from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.walking import Ground
-from afo_sim.model.foot import POINTS, Foot, turned
+from afo_sim.model.foot import TOE_POINTS, Foot, turned
+from afo_sim.model.outsole import BEARING, padded
+from afo_sim.model.person import Size
 from afo_sim.model.walk import Walk
 
 if TYPE_CHECKING:
@@ -31,17 +41,20 @@ RAMP = 0.02  # time in which the floor passes from its own height to the recorde
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
 NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
-STIFF = 1.0  # of (rate × time step)² of the pads; it is unstable at 4
+STIFF = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
+TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 
 @dataclass(frozen=True, eq=False)
 class Contact:
     """The floor over the steps (n,).
 
-    floor [m] and load [N], recorded, of each pad (n, 3); moment is what the recorded ground force has about
-    the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support is
-    what the body above gives so that the ankle stays where it was recorded, upward [N]. lost is the most of
-    the recorded force that no floor has the pads carry, since they leave it too fast, in body weights [-].
+    floor [m] and load [N], recorded, of each pad (n, n_pad); moment is what the recorded ground force has
+    about the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support
+    is what the body above gives so that the ankle stays where it was recorded, upward [N]; flexors is the
+    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot. lost
+    is what of the recorded force no floor has the pads carry; loaded is the force from which on a pad stands
+    on the floor [N].
     """
 
     floor: np.ndarray
@@ -49,35 +62,94 @@ class Contact:
     moment: np.ndarray
     shift: np.ndarray
     support: np.ndarray
-    lost: float
+    lost: "Lost"
+    loaded: float = LOADED
+    flexors: np.ndarray | None = None
 
     def warnings(self) -> tuple[str, ...]:
         """Warnings of recorded force that the pads cannot reproduce even on the recorded path."""
-        if self.lost <= NOTICED:
+        lost = self.lost
+        if lost.most <= NOTICED:
             return ()
-        loss = f"the pads lose up to {100.0 * self.lost:.0f} % of the body weight of the recorded force"
-        return (f"{loss}, where the recorded foot leaves the floor fast: lower ground.damping",)
+        loss = f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force"
+        place = f"at {100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast"
+        return (f"{loss} {place}: lower ground.damping to {lost.damping:.2f} s/m",)
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it.
+
+    Mean curves of fast walkers have most of it: late in push-off their derived path lifts the foot while the
+    published force still presses.
+
+    most : at once, in body weights [-]
+    phase : where that is [-]
+    damping : greatest `ground.damping` that loses nothing, to the full hundredth below [s/m]
+    """
+
+    most: float
+    phase: float
+    damping: float
+
+    @classmethod
+    def of(cls, force: np.ndarray, phase: np.ndarray, fastest: float) -> "Lost":
+        """What is lost at each step.
+
+        Parameters
+        ----------
+        force : lost, in body weights [-] (n,)
+        phase : [-] (n,)
+        fastest : rise of a loaded pad, in a person of the leg's size [m/s]
+        """
+        worst = int(np.argmax(force))
+        enough = (1.0 - FASTEST) / max(fastest, 1e-3)
+        return cls(float(force[worst]), float(phase[worst]) % 1.0, math.floor(100.0 * enough) / 100.0)
+
+
+def ground_of(scenario: "Scenario", size: Size) -> Ground:
+    """The ground that a person of a size feels as one of the leg's size feels the scenario's.
+
+    Forces go with mass, deflections with length, times with √length.
+    """
+    ground = scenario.ground
+    assert ground is not None
+    stiffer = size.heavier / size.taller
+    joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
+    # a copy is not checked again: the bounds are of a person of the leg's size
+    return ground.model_copy(
+        update={
+            "stiffness": ground.stiffness * stiffer,
+            "damping": ground.damping / size.slower,
+            "toe_stiffness": joint * size.springy,
+            "body_stiffness": ground.body_stiffness * stiffer,
+            "body_damping": ground.body_damping * stiffer * size.slower,
+        }
+    )
 
 
 def pad_stiffness(ground: Ground, foot: Foot) -> dict[str, float]:
-    """Of each pad [N/m], the toe's from the toe joint's stiffness over its lever from the ball."""
-    lever = foot.points["toe"][0] - foot.points["ball"][0]
-    return {
-        "heel": ground.stiffness,
-        "ball": ground.stiffness,
-        "toe": min(ground.toe_stiffness / lever**2, ground.stiffness),
-    }
+    """Of each pad [N/m]; under the toe of a rigid foot a toe joint's, over its lever from the ball."""
+    stiffness = dict.fromkeys(padded(foot.toes), ground.stiffness)
+    if foot.toes is None:
+        lever = foot.points["pulp"][0] - foot.points["ball"][0]
+        joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
+        stiffness["pulp"] = min(joint / lever**2, ground.stiffness)
+    return stiffness
 
 
 def check_sole(foot: Foot, scenario: "Scenario") -> None:
     """Refuse a sole that the pads cannot stand on.
+
+    The foot has to take several steps for a rebound. Its toes are so light that they rebound faster; the
+    integrator, which takes a pad's spring over the mean of two steps, does not follow that but is stable.
 
     Raises
     ------
     InputError
         Its points are not in order, or the pads are too stiff for the time step.
     """
-    heel, ball, toe = (foot.points[name][0] for name in POINTS)
+    heel, ball, toe = (foot.points[name][0] for name in BEARING)
     if not heel < 0.0 < ball < toe:
         raise InputError(
             "the sole's points do not lie heel, ankle, ball, toe from back to front",
@@ -85,11 +157,10 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
             field="ground.mode",
             value="contact",
         )
-    assert scenario.ground is not None
-    stiffness = pad_stiffness(scenario.ground, foot)
+    stiffness = pad_stiffness(ground_of(scenario, Size.of(scenario)), foot)
     number = scenario.timestep**2 * max(
         stiffness[name] * (np.hypot(*foot.points[name]) ** 2 / foot.inertia + 1.0 / foot.mass)
-        for name in POINTS
+        for name in BEARING
     )
     if number > STIFF:
         enough = 1e3 * scenario.timestep / np.sqrt(number)
@@ -114,38 +185,95 @@ def register(
     scenario : with ground
     body_mass : that the recorded ground force is scaled with [kg]
     """
-    ground = scenario.ground
-    assert ground is not None
+    size = Size.of(scenario)
+    ground = ground_of(scenario, size)
     pitch = walk.ankle - walk.pose[:, 2]
-    points = [turned(foot.points[name], pitch) for name in POINTS]
+    sole = foot.outsole(pitch, 0.0 if walk.toe is None else walk.toe)
+    points = [sole[name] for name in padded(foot.toes)]
     ahead = np.stack([x for x, _ in points], axis=1)[1:-1]
-    heights = walk.pose[:, 1, None] + np.stack([z for _, z in points], axis=1)
+    height = walk.pose[1:-1, 1, None] + np.stack([z for _, z in points], axis=1)[1:-1]
+    lever = toe_levers(foot, pitch[1:-1], ahead)
     # as the integrator takes velocities: the step's before, through the pose it has reached
     velocity = np.diff(walk.pose[:, 1])[:-1, None] + ahead * np.diff(pitch)[:-1, None]
+    if walk.toe is not None:
+        velocity += lever * np.diff(walk.toe)[:-1, None]
     velocity /= walk.timestep
-    height = heights[1:-1]
     forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
     weight = body_mass * GRAVITY
-    load = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height)
-    above = np.maximum(height, 0.0) * (1.0 - standing(load > LOADED, RAMP / walk.timestep))
+    least = size.heavier * LOADED
+    told = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
+    above = np.maximum(height, 0.0) * (1.0 - standing(told > least, size.slower * RAMP / walk.timestep))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     share = 1.0 - ground.damping * velocity
     give = np.maximum(share, FASTEST)
-    lost = np.sum(load * (1.0 - np.maximum(share, 0.0) / give), axis=1)
+    load = np.maximum(told - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
+    carried = load * np.maximum(share, 0.0) / give
+    lost = np.sum(load - carried, axis=1) / weight
+    fastest = float(np.max(velocity, where=told > least, initial=0.0)) / size.slower
+    flexors = None
+    if walk.toe is not None:
+        assert scenario.patient is not None
+        given = scenario.patient.plantarflexor_strength * np.sum(carried * lever, axis=1)
+        flexors = hinge_moment(walk, pitch, foot, model, scenario) - given
     total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
-    shift = np.where(total > LOADED, place - turning / np.maximum(total, LOADED), 0.0)
+    shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
     return Contact(
-        floor=height - above + load / (stiffness * give),
+        floor=height - above + told / (stiffness * give),
         load=load,
         moment=recorded - turning,
         shift=shift,
         support=leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
-        lost=float(lost.max()) / weight,
+        lost=Lost.of(lost, walk.phase[1:-1], fastest),
+        loaded=least,
+        flexors=flexors,
     )
 
 
-def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray) -> np.ndarray:
+def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn.
+
+    Parameters
+    ----------
+    foot : with its outsole
+    pitch : of the foot, toe up [rad] (n,)
+    ahead : of the pads, ahead of the ankle [m] (n, n_pad)
+    """
+    lever = np.zeros_like(ahead)
+    if foot.toes is not None:
+        turning = [name in TOE_POINTS for name in padded(foot.toes)]
+        lever[:, turning] = ahead[:, turning] - turned(foot.toes.hinge, pitch)[0][:, None]
+    return lever
+
+
+def hinge_moment(
+    walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, scenario: "Scenario"
+) -> np.ndarray:
+    """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,).
+
+    I ψ̈ + m (x (z̈ + g) − z ẍ) of a hinge that is carried to (ẍ, z̈), with the joint's armature.
+
+    Parameters
+    ----------
+    walk : recorded walking
+    pitch : of the foot, toe up [rad] (n + 2,)
+    foot : with toes
+    model : compiled
+    scenario : whose leg has toes
+    """
+    toes, described = foot.toes, scenario.leg.toes
+    assert walk.toe is not None and toes is not None and described is not None
+    square = walk.timestep**2
+    hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, pitch)]
+    along, upward = (hinge[i] + walk.acceleration[:, i] for i in range(2))
+    x, z = turned(toes.centre, (pitch + walk.toe)[1:-1])
+    armature = float(model.dof_armature[int(model.joint(described.joint).dofadr[0])])
+    own = toes.inertia * np.diff(pitch + walk.toe, 2) + armature * np.diff(walk.toe, 2)
+    found: np.ndarray = own / square + toes.mass * (x * (upward + GRAVITY) - z * along)
+    return found
+
+
+def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: float = 1.0) -> np.ndarray:
     """Share of the force that each pad bears, by the lever rule on the two pads beside the force.
 
     Of the two, one that is higher than the other and than the floor bears less: where the heel rolls, the
@@ -154,11 +282,13 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray) -> np.ndarr
     Parameters
     ----------
     place : of the force, ahead of the ankle [m] (n,)
-    ahead, height : of heel, ball and toe, ahead of the ankle and above the floor [m] (n, 3)
+    ahead, height : of the pads, ahead of the ankle and above the floor [m] (n, n_pad); those beyond BEARING
+        bear nothing
+    taller : factor on the heights from which on a pad bears less [-]
 
     Returns
     -------
-    (n, 3) from 0 to 1, sum 1
+    (n, n_pad) from 0 to 1, sum 1
     """
     share = np.zeros_like(ahead)
     before = place < ahead[:, 1]
@@ -168,7 +298,7 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray) -> np.ndarr
         front = np.clip((place[rows] - x[:, 0]) / np.maximum(x[:, 1] - x[:, 0], 1e-6), 0.0, 1.0)
         part = np.column_stack([1.0 - front, front])
         over = z - np.maximum(z[:, ::-1], 0.0)  # over its neighbour and the floor
-        up = np.clip((over - NEAR) / (FAR - NEAR), 0.0, 1.0)
+        up = np.clip((over / taller - NEAR) / (FAR - NEAR), 0.0, 1.0)
         given = part * up**2 * (3.0 - 2.0 * up)
         share[rows, pair] = part - given + given[:, ::-1]
     return share
@@ -179,7 +309,7 @@ def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
 
     Parameters
     ----------
-    loaded : mask (n, 3)
+    loaded : mask (n, n_pad)
     ramp : [samples]
     """
     found = np.zeros(loaded.shape)
@@ -206,5 +336,8 @@ def leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, 
     own = mass * (centre - ankle)[[0, 2]] - foot.mass * np.array(foot.centre)
     lift = turned((float(own[0]), float(own[1])), -walk.pose[:, 2])[1]
     lift += foot.mass * turned(foot.centre, pitch)[1]
+    if foot.toes is not None and walk.toe is not None:  # the foot's centre is that of straight toes
+        straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (pitch, pitch + walk.toe))
+        lift += foot.toes.mass * (bent - straight)
     lift += mass * walk.pose[:, 1]
     return np.diff(lift, 2) / walk.timestep**2 + mass * GRAVITY

@@ -7,6 +7,7 @@ import numpy as np
 from afo_sim.model.build import Built
 from afo_sim.model.clock import Clock, Intervals
 from afo_sim.model.patient import ground_moment
+from afo_sim.model.toes import REST, rest_moment
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 
@@ -52,9 +53,15 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
     else:
         control[:, index.walking[GROUND]] = built.contact.moment[steps]
         control[:, index.walking[SUPPORT]] = built.contact.support[steps]
-        control[:, [index.walking[name] for name in FLOORS]] = built.contact.floor[steps]
+        floors = [index.walking[name] for name in FLOORS if name in index.walking]
+        control[:, floors] = built.contact.floor[steps]
     control[:, index.walking[ACTIVE]] = own.moment[steps]
     control[:, index.walking[STIFFNESS]] = own.stiffness[steps]
+    if walk.toe is not None:
+        rest = rest_moment(built.model, built.scenario, walk.toe, walk.timestep)
+        if built.contact is not None and built.contact.flexors is not None:
+            rest = rest + built.contact.flexors
+        control[:, index.walking[REST]] = rest[steps]
     phases = built.scenario.phases
     for chamber, events in phases.chambers.items() if phases else ():
         for side in ("inlet", "outlet"):

@@ -1,6 +1,7 @@
 """The foot as a rigid body about a moving ankle: mass, inertia, its named points, and the moments on it."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -9,27 +10,95 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.scenario import Leg
+from afo_sim.description.toes import Toes
+from afo_sim.model.outsole import POINTS, SOLE
 
-POINTS = ("heel", "ball", "toe")  # sites of the sole
+TOE_POINTS = ("pulp", "tip")  # points of the outsole that turn with the toes
+
+
+@dataclass(frozen=True)
+class ToeSegment:
+    """The toes of a foot, in its axes where they are not extended.
+
+    hinge from the ankle (x, z) [m]; mass [kg]; centre, of mass from the hinge (x, z) [m]; inertia about the
+    hinge [kg·m²].
+    """
+
+    hinge: tuple[float, float]
+    mass: float
+    centre: tuple[float, float]
+    inertia: float
+
+    def moment(
+        self, ankle: np.ndarray, motions: "Sequence[tuple[Turn, np.ndarray, np.ndarray]]"
+    ) -> np.ndarray:
+        """Moment about the ankle that the toes' weight and inertia need, dorsiflexion positive [N·m] (n,).
+
+        Of each motion, the foot's and the toes', every point p has the acceleration α k × p − ω² p.
+
+        Parameters
+        ----------
+        ankle : its acceleration, x and z [m/s²] (n, 2)
+        motions : of the foot, then of the toes: turn, rate ω [rad/s] and its derivative α [rad/s²] (n,)
+        """
+        x, z, along, upward = (np.zeros(len(ankle)) for _ in range(4))
+        for point, (turn, rate, change) in zip((self.hinge, self.centre), motions, strict=True):
+            ahead, above = turned(point, turn)
+            x, z = x + ahead, z + above
+            along = along - change * above - rate**2 * ahead
+            upward = upward + change * ahead - rate**2 * above
+        own = self.inertia - self.mass * (self.centre[0] ** 2 + self.centre[1] ** 2)
+        carried = x * (ankle[:, 1] + upward + GRAVITY) - z * (ankle[:, 0] + along)
+        found: np.ndarray = own * motions[-1][2] + self.mass * carried
+        return found
 
 
 @dataclass(frozen=True)
 class Foot:
     """In the foot's axes from the ankle, x forward and z up with the foot flat.
 
-    mass [kg]; centre, of mass (x, z) [m]; inertia about the ankle [kg·m²]; points, of the sole, by name
-    (x, z) [m].
+    mass [kg], centre of mass (x, z) [m] and inertia about the ankle [kg·m²] are of the whole foot with its
+    toes straight; points, of the outsole, by name (x, z) [m]; toes is None of a rigid foot.
     """
 
     mass: float
     centre: tuple[float, float]
     inertia: float
     points: dict[str, tuple[float, float]]
+    toes: ToeSegment | None = None
+
+    @property
+    def level(self) -> float:
+        """Pitch at which the outsole stands flat, toe up [rad]: minus the slope from heel to ball."""
+        (back, low), (front, high) = self.points["heel"], self.points["ball"]
+        return -math.atan2(high - low, front - back)
 
     @property
     def ankle_height(self) -> float:
-        """Of the ankle above the flat sole [m]: the lower of heel and ball."""
-        return -min(self.points[name][1] for name in ("heel", "ball"))
+        """Of the ankle above the floor on which the outsole stands flat [m]."""
+        return -float(turned(self.points["heel"], np.array(self.level))[1])
+
+    def outsole(
+        self, pitch: "np.ndarray | Turn", extension: np.ndarray | float = 0.0
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name.
+
+        Parameters
+        ----------
+        pitch : of the foot, toe up [rad] (n,)
+        extension : of the toes against the foot [rad] (n,)
+        """
+        turn = Turn.by(pitch)
+        found = dict(zip(self.points, turned_all(self.points.values(), turn), strict=True))
+        if self.toes is None:
+            return found
+        toes, (x, z) = turn.further(extension), self.toes.hinge
+        at_x, at_z = turned((x, z), turn)
+        for name in TOE_POINTS:
+            ahead, above = turned((self.points[name][0] - x, self.points[name][1] - z), toes)
+            found[name] = at_x + ahead, at_z + above
+        return found
 
     def frame_moment(
         self, pitch: "np.ndarray | Turn", acceleration: np.ndarray, shank_acceleration: np.ndarray
@@ -69,6 +138,11 @@ class Turn:
         """Of pitches, toe up [rad]."""
         return pitch if isinstance(pitch, Turn) else cls(np.cos(pitch), np.sin(pitch))
 
+    def further(self, angle: np.ndarray | float) -> "Turn":
+        """Turned by an angle more [rad] (n,)."""
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return Turn(self.cosine * cosine - self.sine * sine, self.sine * cosine + self.cosine * sine)
+
 
 def turned(point: tuple[float, float], pitch: np.ndarray | Turn) -> tuple[np.ndarray, np.ndarray]:
     """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
@@ -83,42 +157,59 @@ def turned_all(
     return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
 
 
-def foot_of(model: mujoco.MjModel, body: str, joint: str) -> Foot:
+def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
     """The foot of a compiled model, with all that hangs on it.
 
     Parameters
     ----------
     model : compiled; the foot is flat where all its joints are at zero
-    body, joint : names of foot and ankle
+    leg : whose foot it is
+    joint : name of the ankle
 
     Raises
     ------
     InputError
-        The foot lacks the sites heel, ball or toe.
+        The foot lacks the sites of the sole.
     """
     data = native.scratch(model)
     mujoco.mj_fwdPosition(model, data)
-    foot = model.body(body).id
+    foot = model.body(leg.foot).id
     ankle = data.xanchor[model.joint(joint).id]
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     dof = int(model.joint(joint).dofadr[0])
-    centre = data.subtree_com[foot] - ankle
     points = {}
     for name in POINTS:
-        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"{SOLE}{name}")
         if site < 0:
             raise InputError(
-                "the foot has no such site: walking needs the sole's points",
+                "the foot lacks some of the sole's sites, which walking needs",
+                file=leg.file,
                 field="leg.file",
-                value=name,
-                allowed=", ".join(POINTS),
+                allowed=f"sites {', '.join(POINTS)}, or toe for the last two",
             )
-        place = data.site_xpos[site] - ankle
-        points[name] = (float(place[0]), float(place[2]))
+        points[name] = _plane(data.site_xpos[site] - ankle)
     return Foot(
         mass=float(model.body_subtreemass[foot]),
-        centre=(float(centre[0]), float(centre[2])),
+        centre=_plane(data.subtree_com[foot] - ankle),
         inertia=float(full[dof, dof] - model.dof_armature[dof]),
         points=points,
+        toes=None if leg.toes is None else _toes(model, data, leg.toes, ankle, full),
     )
+
+
+def _toes(
+    model: mujoco.MjModel, data: mujoco.MjData, toes: Toes, ankle: np.ndarray, full: np.ndarray
+) -> ToeSegment:
+    body, joint = model.body(toes.body).id, model.joint(toes.joint)
+    dof, hinge = int(joint.dofadr[0]), data.xanchor[joint.id]
+    return ToeSegment(
+        hinge=_plane(hinge - ankle),
+        mass=float(model.body_subtreemass[body]),
+        centre=_plane(data.subtree_com[body] - hinge),
+        inertia=float(full[dof, dof] - model.dof_armature[dof]),
+    )
+
+
+def _plane(place: np.ndarray) -> tuple[float, float]:
+    return float(place[0]), float(place[2])

@@ -7,8 +7,9 @@ computes what follows from them as it does when it compiles.
 import copy
 import functools
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -16,18 +17,58 @@ import numpy as np
 from afo_sim import native
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.quantity import Described
-from afo_sim.description.scenario import Scenario
+from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.model.assemble import PASSIVE, assemble, compiled
 from afo_sim.model.foot import Foot, foot_of
-from afo_sim.model.leg import Size, leg_spec, times_of_change, weights
+from afo_sim.model.leg import leg_spec, times_of_change, weighed_later
 from afo_sim.model.mounting import ANKLE, Index, check_leg, sweep_lengths
-from afo_sim.model.walk_bodies import walking_actuators
+from afo_sim.model.person import Size
+from afo_sim.model.walk_bodies import SINK, walking_actuators
 
 ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
 # Not compiled: words, and what is written into the compiled model.
 WORDS = ("name", "description", "provenance")
 OF_A_LEG = (*WORDS, "directions", "passive", "body_mass", "body_height")  # its size stands for the last two
 OF_A_GROUP = (*WORDS, "type", "link_length", "slack", "cable")
+
+
+OF_A_BODY = ("body_mass", "body_inertia")
+OF_A_JOINT = ("jnt_stiffness",)
+OF_A_DOF = ("dof_damping", "dof_armature", "dof_frictionloss")
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """What goes with the person's mass in a compiled model: rows of its arrays, and their numbers there.
+
+    These are masses, inertias, and what joints do at the same angles and times (`walk_bodies.weigh`).
+    """
+
+    rows: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel | None, bodies: Sequence[str], joints: Sequence[str]) -> Self:
+        """Of the bodies and joints of these names, in a model for a person as heavy as the leg's."""
+        if model is None or not bodies:
+            return cls(())
+        body = np.array([model.body(name).id for name in bodies])
+        joint = np.array([model.joint(name).id for name in joints])
+        dof = model.jnt_dofadr[joint]
+        at = [(OF_A_BODY, body), (OF_A_JOINT, joint), (OF_A_DOF, dof)]
+        return cls(
+            tuple((name, rows, getattr(model, name)[rows].copy()) for names, rows in at for name in names)
+        )
+
+    def put(self, model: mujoco.MjModel, heavier: float) -> None:
+        """Write a person's into a model, and what MuJoCo's compiler makes of them."""
+        if not self.rows:
+            return
+        for name, rows, numbers in self.rows:
+            getattr(model, name)[rows] = numbers * heavier
+        mujoco.mj_setConst(model, native.scratch(model))
+        # both means, one number after the other; MuJoCo computes them only where it compiles
+        model.stat.meanmass = np.cumsum(model.body_mass[1:])[-1] / (model.nbody - 1)
+        model.stat.meaninertia = np.cumsum(model.dof_M0)[-1] / model.nv
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +80,7 @@ class Geometry:
     index, circuit : actuators by name
     angles : over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
-    taller : factor on the leg's lengths
-    weights : mass and inertia of the bodies that go with the person's mass, by name
+    load, bare_load : what goes with the person's mass in them
     """
 
     model: mujoco.MjModel
@@ -49,36 +89,23 @@ class Geometry:
     circuit: native.CircuitIds
     angles: np.ndarray
     lengths: np.ndarray
-    taller: float
-    weights: dict[str, tuple[float, np.ndarray]]
+    load: Load
+    bare_load: Load
     turn: threading.Lock = field(default_factory=threading.Lock)
 
     def of(self, heavier: float) -> mujoco.MjModel:
         """The model for a person whose mass is by a factor another, to be filled with parameters."""
         own = copy.copy(self.model)
         if heavier != 1.0:
-            self._weigh(own, heavier)
+            self.load.put(own, heavier)
         return own
 
-    def bare_foot(self, heavier: float, foot: str) -> Foot:
-        """The foot, the body of this name, without orthosis for that person."""
+    def bare_foot(self, heavier: float, leg: Leg) -> Foot:
+        """The leg's foot, in its shoe and without orthosis, for that person."""
         assert self.bare is not None
         with self.turn:  # a copy of a model costs more than all else here
-            self._weigh(self.bare, heavier)
-            return foot_of(self.bare, foot, ANKLE)
-
-    def _weigh(self, model: mujoco.MjModel, heavier: float) -> None:
-        """Write a person's masses into a model, and what MuJoCo's compiler makes of them."""
-        if not self.weights:
-            return
-        for name, (mass, inertia) in self.weights.items():
-            body = model.body(name).id
-            model.body_mass[body] = mass * heavier
-            model.body_inertia[body] = inertia * heavier * self.taller**2
-        mujoco.mj_setConst(model, native.scratch(model))
-        # both means, one number after the other; MuJoCo computes them only where it compiles
-        model.stat.meanmass = np.cumsum(model.body_mass[1:])[-1] / (model.nbody - 1)
-        model.stat.meaninertia = np.cumsum(model.dof_M0)[-1] / model.nv
+            self.bare_load.put(self.bare, heavier)
+            return foot_of(self.bare, leg, ANKLE)
 
 
 @dataclass(frozen=True)
@@ -89,7 +116,7 @@ class _Seen:
     scenario: Scenario = field(compare=False)
     circuit: native.Circuit = field(compare=False)
     size: Size = field(compare=False)
-    weights: dict[str, tuple[float, np.ndarray]] = field(compare=False)
+    own: bool = field(compare=False)
 
 
 def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geometry:
@@ -108,7 +135,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
     """
     leg, orthosis = scenario.leg, scenario.orthosis
     times = [times_of_change(file) for file in (leg.file, orthosis.cuff, orthosis.plate) if file is not None]
-    own = {} if times[0] is None else weights(leg.file, times[0])
+    own = times[0] is not None and weighed_later(leg.file, times[0])
     if own:
         size = Size(taller=size.taller)
     seen = (
@@ -118,6 +145,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         scenario.walking,
         _values(scenario.ground) if scenario.contact and scenario.ground is not None else None,
         _values(leg, OF_A_LEG),
+        tuple(None if each is None else _values(each) for each in (scenario.shoe, orthosis.outsole)),
         (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),
         tuple((name, *_path(group)) for name, group in orthosis.muscle.items()),
         tuple((m.name, m.tendons, m.chamber, m.anchors, m.friction_states) for m in circuit.muscles),
@@ -151,8 +179,10 @@ def _kept(seen: _Seen) -> Geometry:
 def _made(seen: _Seen) -> Geometry:
     scenario, circuit = seen.scenario, seen.circuit
     leg = leg_spec(scenario, seen.size)
+    bodies = [body.name for body in leg.bodies[1:]] if seen.own else []
+    joints = [joint.name for joint in leg.joints] if seen.own else []
     bare = leg.copy().compile() if scenario.walking else None
-    spec = assemble(leg, scenario, circuit)
+    spec = assemble(leg, scenario, circuit, seen.size)
     # MuJoCo would move each shape with its body in every step
     spec.compiler.discardvisual = True
     model = compiled(spec, scenario)
@@ -177,6 +207,6 @@ def _made(seen: _Seen) -> Geometry:
         ),
         angles=angles,
         lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),
-        taller=seen.size.taller,
-        weights=seen.weights,
+        load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and scenario.contact else [])]),
+        bare_load=Load.of(bare, bodies, joints),
     )

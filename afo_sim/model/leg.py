@@ -3,8 +3,6 @@
 import functools
 import pathlib
 import re
-from dataclasses import dataclass
-from typing import Self
 
 import mujoco
 import numpy as np
@@ -12,31 +10,16 @@ import numpy as np
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import ANKLE
-from afo_sim.model.walk_bodies import scale
+from afo_sim.model.outsole import add_outsole
+from afo_sim.model.person import Size
+from afo_sim.model.shoe_body import add_shoe
+from afo_sim.model.toes import hinge_toes, spring_toes
+from afo_sim.model.walk_bodies import lengthen, weigh
 
 REFERS = re.compile(
     rb"<(include|model)\s"
 )  # other files in a model file: a change of theirs is not seen in it
 STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
-
-
-@dataclass(frozen=True)
-class Size:
-    """Factors on a leg's masses and lengths, of the body that it was made for."""
-
-    heavier: float = 1.0
-    taller: float = 1.0
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> Self:
-        """The patient's."""
-        leg, patient = scenario.leg, scenario.patient
-        if patient is None:
-            return cls()
-        return cls(
-            (patient.body_mass or leg.body_mass) / leg.body_mass,
-            (patient.body_height or leg.body_height) / leg.body_height,
-        )
 
 
 def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
@@ -63,11 +46,18 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     ankle.name = ANKLE
     half = 0.5 * leg.damping  # MuJoCo takes it at the end of a step; the passive ankle adds the other half
     ankle.damping = half if np.isscalar(ankle.damping) else [half, 0.0, 0.0]
-    if size != Size():
-        scale(spec, size.heavier, size.taller)
     ankle.armature += leg.inertia
     if leg.friction:
         _rub(ankle, leg.friction, scenario.timestep)
+    if size.taller != 1.0:
+        lengthen(spec, size.taller)
+    hinge_toes(spec, scenario, Size(taller=size.taller))
+    if scenario.walking:
+        add_outsole(spec, scenario, size.taller)
+        add_shoe(spec, scenario, size.taller)
+    if size.heavier != 1.0:  # `Geometry` does the same to the compiled model
+        weigh(spec, size.heavier)
+    spring_toes(spec, scenario, size)
     return spec
 
 
@@ -152,23 +142,23 @@ def _meshes(file: pathlib.Path, when: int) -> tuple[pathlib.Path, ...]:
 
 
 @functools.lru_cache(maxsize=16)
-def weights(file: pathlib.Path, times: tuple[int, ...]) -> dict[str, tuple[float, np.ndarray]]:
-    """Mass [kg] and principal inertia [kg·m²] of a leg's bodies by name, where they go with a person's mass.
+def weighed_later(file: pathlib.Path, times: tuple[int, ...]) -> bool:
+    """Whether a person's mass can be written into the compiled leg.
 
-    Empty where MuJoCo makes them, or what follows from them, of something else: of shapes, of a full matrix,
-    to bounds of the file's.
+    It cannot where MuJoCo makes masses and inertias, or what follows from them, of something else: of shapes,
+    of a full matrix, to bounds of the file's.
     """
     try:
         spec = _parsed(file, times[0])
     except ValueError:
-        return {}
+        return False
     compiler, statistic = spec.compiler, spec.stat
     bounds = compiler.settotalmass, compiler.boundmass, compiler.boundinertia, compiler.balanceinertia
     stated = np.isfinite([statistic.meaninertia, statistic.meanmass]).any()
     from_shapes = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     if max(bounds) > 0.0 or stated or from_shapes or spec.actuators:
-        return {}
+        return False
     bodies = spec.bodies[1:]
-    if not all(b.name and b.explicitinertial and np.isnan(b.fullinertia[0]) for b in bodies):
-        return {}
-    return {body.name: (body.mass, np.array(body.inertia)) for body in bodies}
+    if not all(joint.name for joint in spec.joints):
+        return False
+    return all(b.name and b.explicitinertial and np.isnan(b.fullinertia[0]) for b in bodies)

@@ -15,6 +15,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 ANKLE = "ankle"
+RIGHTWARD = np.array([0.0, -1.0, 0.0])  # axis about which toe up is positive
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
         dorsiflexion is positive), segment axes are turned, or the ankle has no stops.
     """
     leg = scenario.leg
-    joint = model.joint(ANKLE)
+    joint, toes = model.joint(ANKLE), leg.toes
+    hinges = [model.joint(toes.joint).id] if toes is not None and scenario.walking else []
     foot, shank = model.body(leg.foot).id, model.body(leg.shank).id
     data = native.scratch(model)
     data.qpos[joint.qposadr[0]] = 0.0
@@ -69,18 +71,31 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
         (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
         (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
         (
-            model.njnt != 1 + 3 * scenario.walking + scenario.contact,
-            f"there are {model.njnt} joints where only the ankle is to be free",
+            model.njnt != 1 + len(hinges) + 3 * scenario.walking + scenario.contact,
+            f"beside the ankle there {_others(model, hinges)} in the leg's file; describe the toes' hinge by "
+            "[toes] in the leg's TOML file, and take the others out",
+        ),
+        (
+            any(np.abs(data.xaxis[k] - RIGHTWARD).max() > 1e-6 for k in hinges),
+            'the toes\' axis is not axis="0 -1 0", about which extension is positive',
         ),
         (turned > 1e-6, "shank or foot is turned against x forward, y left, z up at zero ankle angle"),
         (
-            np.abs(data.xaxis[joint.id] - [0.0, -1.0, 0.0]).max() > 1e-6,
+            np.abs(data.xaxis[joint.id] - RIGHTWARD).max() > 1e-6,
             'the ankle\'s axis is not axis="0 -1 0", about which dorsiflexion is positive',
         ),
         (not model.jnt_limited[joint.id], "the ankle has no range: it needs stops"),
     ):
         if wrong:
             raise InputError(problem, file=leg.file, field="leg")
+
+
+def _others(model: mujoco.MjModel, hinges: list[int]) -> str:
+    """Joints of a leg beside the ankle and what walking adds, in words."""
+    own = {ANKLE, "shank_x", "shank_z", "shank_angle", "sink"} | {model.joint(k).name for k in hinges}
+    names = [model.joint(k).name or "one without a name" for k in range(model.njnt)]
+    found = [name for name in names if name not in own]
+    return f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found)}"
 
 
 def sweep_ankle(
@@ -271,4 +286,9 @@ def check_description(scenario: Scenario) -> list[str]:
                         f"inlet and outlet of chamber {name!r} are open together from "
                         f"{max(a, c):g} s to {min(b, d):g} s: the supply blows off"
                     )
+    if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
+        on = "in the shoe" if scenario.shoe is not None else "barefoot"
+        found.append(
+            f"the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
+        )
     return found

@@ -6,13 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import Leg, PassiveAnkle, Scenario
+from afo_sim.description.scenario import Scenario
 from afo_sim.model.activation import activated, one_stride, switching
-from afo_sim.model.foot import Foot
+from afo_sim.model.foot import Foot, ToeSegment, Turn, turned
+from afo_sim.model.person import Size
+from afo_sim.model.tissue import Tissue, healthy_tissue, own_tissue, reflex_gain
 from afo_sim.model.walk import Walk
 from afo_sim.physics.passive_ankle import passive_moments
 
-# Quasi-stiffness of the active ankle about its recorded angle, by gait phase [N·m/(rad·kg)]: stance after
+# Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
+# [N·m/(rad·kg)]; it goes with mass × length: stance after
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
 # swing are assumed.
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
@@ -23,8 +26,8 @@ class Active:
     """The patient's active ankle over the steps (n,).
 
     moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
-    the recorded walking; needed [N·m] is what a healthy ankle would give actively in that walking, less
-    what this patient gives in the same motion. Dorsiflexion positive.
+    the recorded walking; needed [N·m] is what a healthy ankle would give in that walking, less what this
+    patient's muscles and tissue give in the same motion. Dorsiflexion positive.
     """
 
     moment: np.ndarray
@@ -55,7 +58,51 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
     """
     a = walk.acceleration
     inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
+    if foot.toes is not None:
+        inertial = inertial + bending_moment(walk, foot.toes)
     return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
+
+
+@functools.lru_cache(maxsize=4)  # strengths and devices of a sweep share it
+def bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
+    """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes.
+
+    The toes' rate of angular momentum about the ankle less their weight's moment,
+
+        I ψ̈_t + m (x (z̈_a + z̈ + g) − z (ẍ_a + ẍ)),
+
+    bent as they rest, less the same of straight ones. The spring gives way by a third of a degree in swing,
+    which is left out.
+
+    Parameters
+    ----------
+    walk : recorded walking, with the toes' rest extension
+    toes : of the foot
+
+    Returns
+    -------
+    (n_step,) dorsiflexion positive [N·m]
+    """
+    assert walk.toe is not None
+    pitch = walk.ankle - walk.pose[:, 2]
+    foot = Turn.by(pitch)
+    hinge = turned(toes.hinge, foot)
+    bent = _swung(walk, toes, hinge, foot.further(walk.toe), pitch + walk.toe)
+    moment: np.ndarray = bent - _swung(walk, toes, hinge, foot, pitch)
+    moment.flags.writeable = False
+    return moment
+
+
+def _swung(
+    walk: Walk, toes: ToeSegment, hinge: tuple[np.ndarray, np.ndarray], turn: Turn, pitch: np.ndarray
+) -> np.ndarray:
+    """Moment about the ankle that toes at a pitch (n_step + 2,) need [N·m] (n_step,)."""
+    own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
+    x, z = (at + ahead for at, ahead in zip(hinge, turned(toes.centre, turn), strict=True))
+    square = walk.timestep**2
+    along, upward = np.diff(x, 2) / square, np.diff(z, 2) / square + GRAVITY
+    carried = x[1:-1] * (walk.acceleration[:, 1] + upward) - z[1:-1] * (walk.acceleration[:, 0] + along)
+    return own * np.diff(pitch, 2) / square + toes.mass * carried
 
 
 def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
@@ -73,22 +120,24 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     scenario : with a patient
     body_mass : [kg]
     """
-    patient, leg = scenario.patient, scenario.leg
+    patient, size = scenario.patient, Size.of(scenario)
     assert patient is not None
+    tissue, own = healthy_tissue(scenario), own_tissue(scenario)
     angle, velocity = walk.ankle[1:-1], walk.velocity
     recorded = needed_moment(walk, foot, body_mass)
-    healthy = _actively(walk, recorded, leg)
+    healthy = _actively(walk, recorded, tissue)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    stiffness = _healthy_stiffness(walk) * body_mass * patient.stiffness
+    stiffness = _healthy_stiffness(walk) * body_mass * size.taller * patient.stiffness
     stiffness *= _strength(walk, foot, scenario, body_mass)
-    reflex = -patient.spasticity * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
-    needed = healthy - left * healthy - reflex
+    reflex = -reflex_gain(scenario) * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
+    tighter = passive_along(walk, own) - passive_along(walk, tissue)
+    needed = healthy - left * healthy - reflex - tighter
     return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
 
 
-def _actively(walk: Walk, needed: np.ndarray, leg: Leg) -> np.ndarray:
+def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
     """What a healthy ankle gives of a needed moment beside its tissue and damping [N·m] (n_step,)."""
-    return needed + leg.damping * walk.velocity - _passive_along(walk, leg.passive)
+    return needed + tissue.damping * walk.velocity - passive_along(walk, tissue)
 
 
 def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> np.ndarray:
@@ -99,19 +148,26 @@ def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> n
     time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
-    stride = one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, gait.ankle_offset)
-    moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, scenario.leg, body_mass)
+    stride = one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset, walk.resting)
+    tissue = healthy_tissue(scenario)
+    moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, foot.toes, tissue, body_mass)
     switches, dorsal = switching(walk, moment)
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
 def _healthy_stride(
-    stride: Walk, mass: float, centre: tuple[float, float], inertia: float, leg: Leg, body_mass: float
+    stride: Walk,
+    mass: float,
+    centre: tuple[float, float],
+    inertia: float,
+    toes: ToeSegment | None,
+    tissue: Tissue,
+    body_mass: float,
 ) -> np.ndarray:
     """Active moment of a healthy ankle over one stride; mass, centre and inertia are of the foot [N·m]."""
-    foot = Foot(mass, centre, inertia, {})
-    moment = _actively(stride, needed_moment(stride, foot, body_mass), leg)
+    foot = Foot(mass, centre, inertia, {}, toes)
+    moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
     moment.flags.writeable = False
     return moment
 
@@ -125,8 +181,13 @@ def _healthy_stiffness(walk: Walk) -> np.ndarray:
     return stiffness
 
 
+def passive_along(walk: Walk, tissue: Tissue) -> np.ndarray:
+    """Passive moment of the tissue at the recorded angles, dorsiflexion positive [N·m] (n_step,)."""
+    return tissue.scale * _healthy_mean_along(walk, tissue.offset)
+
+
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
-def _passive_along(walk: Walk, ankle: PassiveAnkle) -> np.ndarray:
-    moment = passive_moments(walk.ankle[1:-1], walk.knee[1:-1], ankle.scale, ankle.offset)
+def _healthy_mean_along(walk: Walk, offset: float) -> np.ndarray:
+    moment = passive_moments(walk.ankle[1:-1], walk.knee[1:-1], 1.0, offset)
     moment.flags.writeable = False
     return moment

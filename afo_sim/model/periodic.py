@@ -25,7 +25,7 @@ def why_walked(scenario: Scenario) -> str:
         return "the stride time varies (gait.variability)"
     timer = scenario.timer
     if timer is not None and any(times.inlet or times.outlet for times in timer.chambers.values()):
-        stride = stride_time_of(gait)
+        stride = stride_time_of(scenario)
         periods = stride / timer.period
         if round(periods) < 1 or abs(periods - round(periods)) > SAME * periods:
             return f"the timer's period of {timer.period:g} s does not fit the stride of {stride:.6g} s"
@@ -35,7 +35,7 @@ def why_walked(scenario: Scenario) -> str:
 def steps_of_stride(scenario: Scenario) -> int:
     """Steps of one stride, of about the scenario's own time step."""
     assert scenario.gait is not None
-    return max(round(stride_time_of(scenario.gait) / scenario.timestep), 1)
+    return max(round(stride_time_of(scenario) / scenario.timestep), 1)
 
 
 def as_run(scenario: Scenario) -> Scenario:
@@ -65,7 +65,7 @@ def _over(scenario: Scenario, begun: int, n_step: int) -> Scenario:
     gait = scenario.gait
     assert gait is not None
     n = steps_of_stride(scenario)
-    step = stride_time_of(gait) / n
+    step = stride_time_of(scenario) / n
     changed: dict[str, object] = {"timestep": step, "duration": n_step * step}
     changed["gait"] = gait.model_copy(update={"start_phase": begun / n})
     if scenario.record_rate is not None:

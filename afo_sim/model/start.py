@@ -8,6 +8,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
+from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.walk import JOINTS
 
 
@@ -50,38 +51,70 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     return get_state(model, data)
 
 
+SAME_AIR = 1e-9  # relative difference of masses that rounding makes [-]
 Guess = Callable[[Built, mujoco.MjData], Mapping[int, float]]  # gauge pressures [Pa] by actuator
 
 
 def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -> np.ndarray:
     """The state at the first step of recorded walking: pose, velocity, air.
 
-    MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one, less half a
-    step of the acceleration that this foot has: taken as recorded, the first steps would be of first order.
+    MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one and the toes'
+    that of their rest, less half a step of the acceleration that this foot has: taken as they are, the first
+    steps would be of first order.
 
     Parameters
     ----------
     built : compiled scenario with walking
     control : inputs at the first step (nu,)
-    air : gauge pressures of the chambers in that posture; all at ambient pressure by default
+    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] tells, and
+        ambient air where it tells nothing
 
     Returns
     -------
     mjSTATE_INTEGRATION row. The callbacks must be installed.
     """
-    assert built.walk is not None
-    model, data, ankle = built.model, native.scratch(built.model), built.index.ankle_dof
-    place, velocity, ankle_velocity = built.walk.start()
-    joints = [int(model.joint(name).dofadr[0]) for name in JOINTS]
-    data.qpos[[*joints, built.index.ankle_qpos]] = place
-    data.qvel[joints], data.qvel[ankle] = velocity, ankle_velocity
+    model, ankle, toes = built.model, built.index.ankle_dof, built.scenario.leg.toes
+    data = _at_first_posture(built)
     data.ctrl[:] = control
-    native.fill_chambers(model, data, 0.0 if air is None else air(built, data))
+    if air is None:
+        prefill(built, data)
+    else:
+        native.fill_chambers(model, data, air(built, data))
     native.step_back(model, data)
     mujoco.mj_forward(model, data)
-    data.qvel[ankle] -= 0.5 * model.opt.timestep * data.qacc[ankle]
+    turning = [ankle] if toes is None else [ankle, int(model.joint(toes.joint).dofadr[0])]
+    data.qvel[turning] -= 0.5 * model.opt.timestep * data.qacc[turning]
     data.ctrl[:] = 0.0
     return get_state(model, data)
+
+
+def _at_first_posture(built: Built) -> mujoco.MjData:
+    """Pose and velocity of recorded walking at its first step; the callbacks must be installed."""
+    assert built.walk is not None
+    data, ankle = native.scratch(built.model), built.index.ankle_dof
+    place, velocity, ankle_velocity = built.walk.start()
+    joints = [int(built.model.joint(name).dofadr[0]) for name in JOINTS]
+    data.qpos[[*joints, built.index.ankle_qpos]] = place
+    data.qvel[joints], data.qvel[ankle] = velocity, ankle_velocity
+    toe, toes = built.walk.toe, built.scenario.leg.toes
+    if toe is not None and toes is not None:
+        hinge = built.model.joint(toes.joint)
+        data.qpos[hinge.qposadr[0]] = toe[1]
+        data.qvel[hinge.dofadr[0]] = (toe[2] - toe[0]) / (2.0 * built.walk.timestep)
+    return data
+
+
+def air_before(built: Built, act: np.ndarray) -> float:
+    """Air that was filled before the first step, beyond what the chambers hold at ambient pressure [kg].
+
+    Parameters
+    ----------
+    built : compiled scenario with walking
+    act : at the first step (na,)
+    """
+    with native.installed(built.scenario.callback):
+        held, empty = held_mass(built, act), ambient_mass(built, _at_first_posture(built))
+    return held - empty if held > empty * (1.0 + SAME_AIR) else 0.0
 
 
 def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:

@@ -6,23 +6,24 @@ the foot feels the true acceleration, and the pose is kept to rounding.
 """
 
 import functools
-import pathlib
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import assets
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Gait
-from afo_sim.gait import file as gait_file
-from afo_sim.gait.cycle import GaitCycle, fit_to_leg
+from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.fourier import Wave
+from afo_sim.gait.place import Placed, fit_to_leg
 from afo_sim.model.clock import Clock
-from afo_sim.model.foot import Turn
+from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned_all
+from afo_sim.model.outsole import Point, grown, worn
+from afo_sim.model.person import Size, persons_stride, taller_than_recorded
+from afo_sim.model.toes import Resting
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
-SIGNALS = ("ankle_x", "shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
+SIGNALS = ("shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,16 +31,22 @@ class Walk:
     """A gait cycle over the steps of a run; arrays hold one sample more before and after the run.
 
     phase counts strides [-]; pose is ankle x, ankle z [m] and shank angle [rad]; ankle is the recorded
-    ankle angle [rad]; knee the recorded knee angle [rad]; all (n_step + 2, …), sample 0 at −h.
+    ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
+    extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
+    the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
+    upward positive [m]; resting tells the toes' rest extension at any phase.
     """
 
     cycle: GaitCycle
-    shift: float
+    shift: tuple[float, float]
     timestep: float
     phase: np.ndarray
     pose: np.ndarray
     ankle: np.ndarray
     knee: np.ndarray
+    toe: np.ndarray | None = None
+    offset: float = 0.0
+    resting: Resting | None = None
 
     # what every case of a sweep asks of it, computed once
 
@@ -89,13 +96,13 @@ class Walk:
         return np.append(self.pose[1], self.ankle[1]), velocity, float(ankle_velocity)
 
 
-def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
+def lay_out(scenario: Scenario, foot: Foot) -> Walk:
     """Read the scenario's gait cycle, fit it to the leg, and sample it at every step.
 
     Parameters
     ----------
     scenario : with a gait
-    ankle_height : of the leg's ankle above its flat sole [m]
+    foot : with its outsole; a drop from heel to ball turns it, and with it the ankle's zero
 
     Raises
     ------
@@ -103,46 +110,75 @@ def lay_out(scenario: Scenario, ankle_height: float) -> Walk:
         The gait cannot be found or read.
     """
     assert scenario.gait is not None
-    file = assets.find_gait(scenario.gait.cycle)
-    when = file.stat().st_mtime_ns
-    return _laid_out(file, when, scenario.gait, ankle_height, scenario.timestep, scenario.n_step)
+    gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
+    resting = None if scenario.leg.toes is None else Resting.of(scenario)
+    stands = _Stands.of(scenario, foot, gait.ankle_offset)
+    stride = persons_stride(scenario)
+    return _laid_out(stride, gait, stands, resting, scenario.timestep, scenario.n_step)
 
 
-def stride_time_of(gait: Gait) -> float:
-    """Mean duration of a stride [s]: the scenario's own, or the recording's.
+@dataclass(frozen=True)
+class _Stands:
+    """What the recorded ankle is fitted to.
+
+    outsole : points at a recorded pitch of 0 [m]
+    stack : thickness of what is worn under the ankle [m]
+    sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
+    """
+
+    outsole: tuple[Point, ...]
+    stack: float
+    sole_thickness: float | None
+
+    @classmethod
+    def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":
+        """Points that do not give way, as toes do; `offset` is added to the recorded ankle angle [rad]."""
+        assert scenario.gait is not None
+        names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
+        turn = Turn.by(np.array(offset))
+        points = turned_all([foot.points[name] for name in names], turn)
+        outsole = worn(scenario)
+        (back, _), (front, _) = foot.points["heel"], foot.points["ball"]
+        share = -back / (front - back)  # of the way from heel to ball, where the ankle stands
+        stack = 0.0
+        if outsole is not None:
+            taller = grown(scenario, Size.of(scenario).taller)
+            stack = taller * (outsole.heel_stack + share * (outsole.ball_stack - outsole.heel_stack))
+        sole = scenario.gait.sole_thickness
+        return cls(
+            tuple((float(x), float(z)) for x, z in points),
+            stack,
+            None if sole is None else sole * taller_than_recorded(scenario),
+        )
+
+
+def stride_time_of(scenario: Scenario) -> float:
+    """Mean duration of a stride [s]: the scenario's own, or that of the recording at the person's size.
 
     Raises
     ------
     InputError
         The gait cannot be found or read.
     """
-    if gait.stride_time is not None:
-        return gait.stride_time
-    file = assets.find_gait(gait.cycle)
-    return _cycle(file, file.stat().st_mtime_ns).stride_time
+    assert scenario.gait is not None
+    return scenario.gait.stride_time or persons_stride(scenario).stride_time
 
 
-# Cases of a sweep share most of this; a changed file has another time of change.
+# Cases of a sweep share most of this.
 @functools.lru_cache(maxsize=8)
-def _cycle(file: pathlib.Path, when: int) -> GaitCycle:
-    return gait_file.read(file)
-
-
-@functools.lru_cache(maxsize=8)
-def _fitted(file: pathlib.Path, when: int, ankle_height: float) -> tuple[GaitCycle, float]:
-    cycle, shift = fit_to_leg(_cycle(file, when), ankle_height)
-    for value in vars(cycle).values():
+def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
+    placed = fit_to_leg(stride, stands.outsole, sole_thickness=stands.sole_thickness, stack=stands.stack)
+    for value in vars(placed.cycle).values():
         if isinstance(value, np.ndarray):
             _kept(value)
-    return cycle, shift
+    return placed
 
 
 @functools.lru_cache(maxsize=2)
 def _sampled(
-    file: pathlib.Path, when: int, gait: Gait, timestep: float, n_step: int
+    cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
 ) -> tuple[np.ndarray, dict[str, np.ndarray], Wave]:
     """Gait phase, and what does not depend on the ankle's height and offset."""
-    cycle = _cycle(file, when)
     phase = _kept(phase_at(gait, cycle.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
     wave = Wave.at(phase)
     return phase, {name: cycle.signal(name, wave) for name in SIGNALS}, wave
@@ -150,16 +186,23 @@ def _sampled(
 
 @functools.lru_cache(maxsize=2)
 def _laid_out(
-    file: pathlib.Path, when: int, gait: Gait, ankle_height: float, timestep: float, n_step: int
+    stride: GaitCycle,
+    gait: Gait,
+    stands: _Stands,
+    resting: Resting | None,
+    timestep: float,
+    n_step: int,
 ) -> Walk:
-    cycle, shift = _fitted(file, when, ankle_height)
+    placed = _fitted(stride, stands)
+    cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
-    phase, signals, wave = _sampled(file, when, as_recorded, timestep, n_step)
-    pose = _kept(
-        np.stack([signals["ankle_x"], cycle.signal("ankle_z", wave), signals["shank_angle"]], axis=1)
-    )
+    phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
+    ankle_x, ankle_z = (cycle.signal(name, wave) for name in ("ankle_x", "ankle_z"))
+    pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
-    return Walk(cycle, shift, timestep, phase, pose, ankle, _kept(signals["knee_angle"]))
+    toe = None if resting is None else _kept(resting.at(wave))
+    knee = _kept(signals["knee_angle"])
+    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, toe, gait.ankle_offset, resting)
 
 
 def _kept(array: np.ndarray) -> np.ndarray:

@@ -1,13 +1,19 @@
 """Additions to the model for walking: a driven shank, the ground's moment, the patient's own ankle."""
 
+import math
+
 import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.contact import pad_stiffness
-from afo_sim.model.foot import POINTS, Foot
+from afo_sim.model.contact import ground_of, pad_stiffness
+from afo_sim.model.foot import Foot
 from afo_sim.model.mounting import ANKLE
+from afo_sim.model.outsole import POINTS, SOLE, padded
+from afo_sim.model.person import Size
+from afo_sim.model.tissue import reflex_gain
+from afo_sim.model.toes import REST, add_rest
 from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
@@ -16,7 +22,7 @@ SINK, SUPPORT = "sink", "support"  # the joint by which the leg gives way, and i
 PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad", "floor"))
 
 
-def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
+def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     """Put the shank on three driven joints at the ankle, and the walking's moments about the ankle."""
     # MuJoCo measures its solver's progress by the mean inertia: the carriage's would let it stop before the
     # ankle's stop or friction holds
@@ -28,7 +34,7 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for name, kind, axis in zip(JOINTS, (slide, slide, hinge), np.eye(3)[[0, 2, 1]], strict=True):
         if name == JOINTS[-1] and scenario.contact:  # before the shank turns: along the world's z
-            _add_sink(shank, at, scenario)
+            _add_sink(shank, at, scenario, size)
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
     blank = [0.0] * native.N_USER
     joint, fixed = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtGain.mjGAIN_FIXED
@@ -63,38 +69,38 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario) -> None:
         userdata=blank,
     )
 
+    add_rest(spec, scenario)
     if scenario.contact:
-        _add_contact(spec)
+        _add_contact(spec, padded(leg.toes))
 
 
-def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario) -> None:
+def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: Size) -> None:
     """The joint by which the leg gives way to the ground, upward positive."""
-    ground = scenario.ground
-    assert ground is not None
+    ground = ground_of(scenario, Size(taller=size.taller))
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     shank.add_joint(
         name=SINK,
         type=mujoco.mjtJoint.mjJNT_SLIDE,
         axis=[0.0, 0.0, 1.0],
         pos=at,
-        stiffness=[ground.body_stiffness, *rest],
-        damping=[ground.body_damping, *rest],
+        stiffness=[ground.body_stiffness * size.heavier, *rest],
+        damping=[ground.body_damping * size.heavier, *rest],
     )
 
 
-def _add_contact(spec: mujoco.MjSpec) -> None:
+def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
     """A pad under each point of the sole, what tells the floor's height there, and the body's support."""
     blank = [0.0] * native.N_USER
     fixed = mujoco.mjtGain.mjGAIN_FIXED
     spec.worldbody.add_site(name=GROUND)
     there = {site.name for site in spec.sites}
-    for pad, point in zip(PADS, POINTS, strict=True):
-        if point not in there:
+    for point in points:
+        if f"{SOLE}{point}" not in there:
             continue  # the foot is refused as soon as it is looked at
         spec.add_actuator(
-            name=pad,
+            name=f"pad_{point}",
             trntype=mujoco.mjtTrn.mjTRN_SITE,
-            target=point,
+            target=f"{SOLE}{point}",
             refsite=GROUND,
             gear=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
@@ -102,7 +108,8 @@ def _add_contact(spec: mujoco.MjSpec) -> None:
             biastype=mujoco.mjtBias.mjBIAS_USER,
             userdata=blank,
         )
-    for name, target, gain in (*((floor, ANKLE, 0.0) for floor in FLOORS), (SUPPORT, SINK, 1.0)):
+    floors = ((f"floor_{point}", ANKLE, 0.0) for point in points)
+    for name, target, gain in (*floors, (SUPPORT, SINK, 1.0)):
         spec.add_actuator(
             name=name,
             trntype=mujoco.mjtTrn.mjTRN_JOINT,
@@ -117,7 +124,7 @@ def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
     """Ids of the actuators that walking adds, by name; none where the shank is fixed."""
     ids = {
         name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
-        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC, *PADS, *FLOORS, SUPPORT)
+        for name in (*DRIVES, GROUND, ACTIVE, STIFFNESS, SPASTIC, REST, *PADS, *FLOORS, SUPPORT)
     }
     return {name: i for name, i in ids.items() if i >= 0}
 
@@ -126,36 +133,58 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
     """Their rows."""
     for name, i in actuators.items():
         if name == SPASTIC:
-            assert scenario.patient is not None
-            model.actuator_user[i] = native.spastic_row(gain=scenario.patient.spasticity)
+            model.actuator_user[i] = native.spastic_row(gain=reflex_gain(scenario))
         else:
             model.actuator_user[i] = native.motor_row()
     if scenario.contact:
-        assert scenario.ground is not None
-        stiffness = pad_stiffness(scenario.ground, foot)
-        for pad, floor, point in zip(PADS, FLOORS, POINTS, strict=True):
-            model.actuator_user[actuators[pad]] = native.pad_row(
-                stiffness=stiffness[point], damping=scenario.ground.damping, floor=actuators[floor]
+        ground = ground_of(scenario, Size.of(scenario))
+        for point, stiff in pad_stiffness(ground, foot).items():
+            model.actuator_user[actuators[f"pad_{point}"]] = native.pad_row(
+                stiffness=stiff, damping=ground.damping, floor=actuators[f"floor_{point}"]
             )
 
 
-def scale(spec: mujoco.MjSpec, heavier: float, taller: float) -> None:
-    """Make a leg as heavy and as long as another body, all lengths alike.
+def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
+    """Make a leg as long as another body, all lengths alike, with the same masses.
 
     Parameters
     ----------
     spec : of a leg
-    heavier, taller : factors on masses and on lengths; inertias go with mass × length²
+    taller : factor on lengths; inertias go with length², moments at the same angles with length, and the
+        damping about a joint with length^1.5
     """
+    springy, damped = taller, taller * math.sqrt(taller)
     for body in spec.bodies:
         body.pos = np.array(body.pos) * taller
         body.ipos = np.array(body.ipos) * taller
-        body.mass = body.mass * heavier
-        body.inertia = np.array(body.inertia) * heavier * taller**2
-        body.fullinertia = np.array(body.fullinertia) * heavier * taller**2
+        body.inertia = np.array(body.inertia) * taller**2
+        body.fullinertia = np.array(body.fullinertia) * taller**2
         for element in (*body.geoms, *body.sites):
             element.pos = np.array(element.pos) * taller
             element.size = np.array(element.size) * taller
             element.fromto = np.array(element.fromto) * taller
         for joint in body.joints:
             joint.pos = np.array(joint.pos) * taller
+            joint.stiffness = np.array(joint.stiffness) * springy
+            joint.damping = np.array(joint.damping) * damped
+            joint.frictionloss *= springy
+            joint.armature *= taller**2
+
+
+def weigh(spec: mujoco.MjSpec, heavier: float) -> None:
+    """Make a leg as heavy as another body; moments at the same angles and times go with mass.
+
+    Parameters
+    ----------
+    spec : of a leg, as long as that body
+    heavier : factor on masses
+    """
+    for body in spec.bodies:
+        body.mass = body.mass * heavier
+        body.inertia = np.array(body.inertia) * heavier
+        body.fullinertia = np.array(body.fullinertia) * heavier
+        for joint in body.joints:
+            joint.stiffness = np.array(joint.stiffness) * heavier
+            joint.damping = np.array(joint.damping) * heavier
+            joint.frictionloss *= heavier
+            joint.armature *= heavier

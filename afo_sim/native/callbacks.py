@@ -30,8 +30,9 @@ Three numerical matters:
   dyn sets that velocity to zero, so that the gain adds no force at all.
 * Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,
   which takes it at the start: the trapezoidal rule.
-* A pad under the sole, and a reflex, carry their damping by the same gain. What the gain adds to the force
-  the bias takes away. The floor's height is the `ctrl` of a motor without force.
+* A pad under the sole, and a reflex, carry their damping by the same gain, a pad its spring's too, as a
+  tension's. What the gain adds to the force the bias takes away. The floor's height is the `ctrl` of a motor
+  without force.
 """
 
 from collections.abc import Callable

@@ -179,12 +179,19 @@ def bias_beside_gain(d: Any, i: int, force: float, derivative: float) -> float:
 
 @register_jitable
 def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
-    """Upward force of the pad actuator i whose row starts at j [N], and its damping −dF/dv [N·s/m]."""
+    """Upward force of the pad actuator i whose row starts at j [N], and what its gain carries [N·s/m].
+
+    That is its damping −dF/dv, and of its spring h/4 × −dF/dz, as of a tension: light toes on a stiff pad are
+    stable at any step.
+    """
     u = m.actuator_user
-    floor = d.ctrl[int(u[j + PAD_FLOOR])]
-    return pad_force(
-        floor, d.actuator_length[i], d.actuator_velocity[i], u[j + PAD_STIFFNESS], u[j + PAD_DAMPING]
+    floor, height = d.ctrl[int(u[j + PAD_FLOOR])], d.actuator_length[i]
+    force, damping = pad_force(
+        floor, height, d.actuator_velocity[i], u[j + PAD_STIFFNESS], u[j + PAD_DAMPING]
     )
+    if force > 0.0:
+        damping += 0.25 * m.opt.timestep * force / (floor - height)
+    return force, damping
 
 
 @register_jitable

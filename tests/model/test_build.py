@@ -24,14 +24,16 @@ def built(**sets: object):
 def test_leg_has_an_adults_segments() -> None:
     """75 kg, 1.75 m: 0.0145 M and 0.0465 M (Winter); foot inertia about the ankle 0.010–0.017 kg·m²."""
     model = mujoco.MjSpec.from_file(str(load("leg", "adult_75kg").file)).compile()
-    assert model.body("foot").mass[0] == pytest.approx(0.0145 * 75.0, rel=0.01)
+    assert model.body_subtreemass[model.body("foot").id] == pytest.approx(0.0145 * 75.0, rel=0.01)
+    assert model.body("toes").mass[0] == pytest.approx(0.148 * 0.0145 * 75.0, rel=0.01)  # OpenSim's share
     assert model.body("shank").mass[0] == pytest.approx(0.0465 * 75.0, rel=0.01)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     assert 0.010 <= data.M[0] <= 0.017
     assert np.degrees(model.joint("ankle").range) == pytest.approx([-50.0, 30.0])
-    heights = [model.site(name).pos[2] for name in ("heel", "ball", "toe")]
-    assert heights == pytest.approx([-0.039 * 1.75] * 3, abs=1e-3)
+    mujoco.mj_kinematics(model, data)
+    heights = [data.site(name).xpos[2] - data.xanchor[0][2] for name in ("heel", "ball", "pulp", "tip")]
+    assert heights == pytest.approx([-0.039 * 1.75] * 3 + [-0.039 * 1.75 + 0.008], abs=1e-3)
 
 
 def test_dorsiflexion_lifts_the_toe() -> None:
@@ -41,9 +43,9 @@ def test_dorsiflexion_lifts_the_toe() -> None:
     for angle in (0.0, 0.2):
         data.qpos[b.index.ankle_qpos] = angle
         mujoco.mj_forward(b.model, data)
-        heights.append(data.site("toe").xpos[2])
+        heights.append(data.site("pulp").xpos[2])
     assert heights[1] - heights[0] == pytest.approx(
-        0.190 * np.sin(0.2) + 0.068 * (1 - np.cos(0.2)), abs=1e-12
+        0.175 * np.sin(0.2) + 0.068 * (1 - np.cos(0.2)), abs=1e-12
     )
 
 
@@ -189,7 +191,11 @@ def own_leg(tmp_path, change) -> dict[str, str]:
         ('axis="0 -1 0"', 'axis="0 1 0"', "axis"),
         (' range="-50 30"', "", "no range"),
         ('<body name="foot">', '<body name="foot" euler="0 10 0">', "turned"),
-        ('<inertial pos="0 0 0.2444"', '<freejoint/><inertial pos="0 0 0.2444"', "2 joints"),
+        (
+            '<inertial pos="0 0 0.2444"',
+            '<freejoint/><inertial pos="0 0 0.2444"',
+            "beside the ankle there is the joint",
+        ),
     ],
 )
 def test_leg_put_together_otherwise_is_refused(old: str, new: str, problem: str, tmp_path) -> None:

@@ -17,13 +17,13 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand, load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model import activation, controls, geometry, leg, patient, walk
+from afo_sim.model import activation, controls, geometry, leg, patient, recorded, walk
 from afo_sim.model.build import build
 from afo_sim.simulation.simulate import simulate_together
 
 SHARED = [
     value
-    for module in (activation, controls, geometry, leg, patient, walk)
+    for module in (activation, controls, geometry, leg, patient, recorded, walk)
     for value in vars(module).values()
     if hasattr(value, "cache_clear") and value.__module__ == module.__name__
 ]
@@ -87,6 +87,7 @@ def drawn(random: np.random.Generator) -> dict[str, Any]:
         "patient.body_height": f"{random.choice([1.55, 1.75, 1.9])} m",
         "patient.dorsiflexor_strength": random.choice([0.0, 0.3, 1.0]),
         "patient.spasticity": f"{random.uniform(0.0, 2.0)} N*m*s/rad",
+        "patient.passive_scale": random.uniform(0.5, 2.0),
         "gait.ankle_offset": f"{random.choice([0.0, 2.0])} deg",
         "ground.mode": str(random.choice(["recorded", "contact"])),
     }
@@ -184,8 +185,8 @@ def test_a_leg_that_changes_is_compiled_again(tmp_path: pathlib.Path) -> None:
         return float(build(load("scenario", "seated", {"leg": str(folder)})).model.body("foot").mass[0])
 
     before = mass()
-    file.write_text(file.read_text(encoding="utf-8").replace('mass="1.09"', 'mass="1.5"'), encoding="utf-8")
-    assert (before, mass()) == (1.09, 1.5)
+    file.write_text(file.read_text(encoding="utf-8").replace('mass="0.929"', 'mass="1.5"'), encoding="utf-8")
+    assert (before, mass()) == (0.929, 1.5)
 
 
 def test_a_leg_whose_inertia_is_a_full_matrix_is_compiled_for_every_mass(tmp_path: pathlib.Path) -> None:
@@ -193,7 +194,7 @@ def test_a_leg_whose_inertia_is_a_full_matrix_is_compiled_for_every_mass(tmp_pat
     folder = pathlib.Path(shutil.copytree(assets.find("leg", "adult_75kg").parent, tmp_path / "leg"))
     file = folder / "leg.xml"
     text = file.read_text(encoding="utf-8").replace(
-        'diaginertia="0.0018 0.0061 0.0061"', 'fullinertia="0.0018 0.0061 0.0060 1e-4 2e-4 1e-4"'
+        'diaginertia="0.0018 0.00423392 0.00423392"', 'fullinertia="0.0018 0.0042 0.0041 1e-4 2e-4 1e-4"'
     )
     file.write_text(text, encoding="utf-8")
     for kilograms in (60.0, 91.3):

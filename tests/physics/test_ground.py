@@ -1,5 +1,6 @@
 """The floor under the sole: the pads' kernel, the pads in the model, the floor's registration."""
 
+import dataclasses
 import math
 
 import mujoco
@@ -13,14 +14,15 @@ from afo_sim.description.reader import load
 from afo_sim.model.build import Built, build
 from afo_sim.model.contact import pad_stiffness, shares, standing
 from afo_sim.model.controls import controls
-from afo_sim.model.foot import POINTS, turned
+from afo_sim.model.outsole import POINTS, SOLE
 from afo_sim.model.patient import ground_moment
 from afo_sim.model.start import walking_start
 from afo_sim.physics.ground import pad_force
 
 
 def contact_built() -> Built:
-    return build(load("scenario", "walk-healthy", {"ground.mode": "contact", "duration": "3.7 s"}))
+    own_size = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's
+    return build(load("scenario", "walk-healthy", {"ground.mode": "contact", "duration": "3.7 s"} | own_size))
 
 
 # ---- the kernel
@@ -66,8 +68,8 @@ def test_a_pad_does_not_hide_what_is_no_number(place: int) -> None:
 def test_pads_push_straight_up_at_the_points_of_the_sole() -> None:
     built = contact_built()
     model, data = built.model, mujoco.MjData(built.model)
-    data.qpos[:] = [0.3, 0.05, 0.01, 0.4, -0.3]
-    data.qvel[:] = [0.8, -0.2, 0.1, 1.5, -2.5]
+    data.qpos[:] = [0.3, 0.05, 0.01, 0.4, -0.3, 0.2]
+    data.qvel[:] = [0.8, -0.2, 0.1, 1.5, -2.5, 3.0]
     data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.1
     with native.installed():
         mujoco.mj_forward(model, data)
@@ -78,7 +80,7 @@ def test_pads_push_straight_up_at_the_points_of_the_sole() -> None:
         dense, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
     )
     for point in POINTS:
-        pad, site = built.index.walking[f"pad_{point}"], model.site(point).id
+        pad, site = built.index.walking[f"pad_{point}"], model.site(f"{SOLE}{point}").id
         mujoco.mj_jacSite(model, data, jacobian, None, site)
         z, speed = data.site_xpos[site, 2], jacobian[2] @ data.qvel
         assert data.actuator_length[pad] == pytest.approx(z, abs=1e-12)
@@ -89,14 +91,19 @@ def test_pads_push_straight_up_at_the_points_of_the_sole() -> None:
         assert data.actuator_force[pad] == pytest.approx(force, rel=1e-12)
         whole += jacobian.T @ [0.0, 0.0, force]
         assert dense[pad] == pytest.approx(jacobian[2], abs=1e-12)
-    assert whole[4] > 1.0
+    assert whole[4] > 1.0  # the ankle
+    assert whole[5] > 1.0  # the toes
 
 
-def test_the_toe_pad_is_the_toe_joint_over_its_lever() -> None:
-    """25 N·m/rad, 70 mm from the ball."""
+def test_a_rigid_foots_toe_pad_is_the_toe_joint_over_its_lever() -> None:
+    """25 N·m/rad, 55 mm from the ball; toes that bend have pads like the others."""
     built = contact_built()
     assert built.foot is not None
-    assert pad_stiffness(built.scenario.ground, built.foot)["toe"] == pytest.approx(25.0 / 0.07**2)
+    ground = built.scenario.ground
+    assert pad_stiffness(ground, built.foot) == dict.fromkeys(POINTS, 5e4)
+    rigid = dataclasses.replace(built.foot, toes=None)
+    expected = {"heel": 5e4, "ball": 5e4, "pulp": 25.0 / 0.055**2}
+    assert pad_stiffness(ground, rigid) == pytest.approx(expected)
 
 
 def test_a_pads_force_is_its_law_whatever_ctrl_holds() -> None:
@@ -106,7 +113,7 @@ def test_a_pads_force_is_its_law_whatever_ctrl_holds() -> None:
         start = walking_start(built, controls(built, 1)[0])
     mujoco.mj_setState(model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
     pads = [built.index.walking[f"pad_{p}"] for p in POINTS]
-    data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.1
+    data.ctrl[[built.index.walking[f"floor_{p}"] for p in POINTS]] = 0.2  # above all of them
     forces = []
     with native.installed():
         for left in (0.0, 77.0, 4e3):
@@ -150,15 +157,22 @@ def test_the_floor_passes_smoothly_between_its_heights() -> None:
 
 
 def test_pads_and_the_rest_are_the_recorded_moment() -> None:
+    """The pads bear all of the recorded force but what plates hum where none stands, 1 N of each at most."""
     built = contact_built()
     walk, foot, contact = built.walk, built.foot, built.contact
     assert walk is not None and foot is not None and contact is not None
     pitch = (walk.ankle - walk.pose[:, 2])[1:-1]
-    ahead = np.stack([turned(foot.points[name], pitch)[0] for name in POINTS], axis=1)
+    assert walk.toe is not None
+    points = foot.outsole(pitch, walk.toe[1:-1])
+    ahead = np.stack([points[name][0] for name in POINTS], axis=1)
     total = np.sum(contact.load * ahead, axis=1) + contact.moment
     assert total == pytest.approx(ground_moment(walk, built.body_mass), abs=1e-9)
     weight = built.body_mass * GRAVITY * walk.cycle.ground(walk.phase[1:-1])[1]
-    assert contact.load.sum(axis=1) == pytest.approx(np.maximum(weight, 0.0), abs=1e-9)
+    heights = walk.pose[1:-1, 1, None] + np.stack([points[name][1] for name in POINTS], axis=1)
+    told = np.maximum(weight, 0.0)[:, None] * shares(walk.cycle.ground(walk.phase[1:-1])[2], ahead, heights)
+    assert told.sum(axis=1) == pytest.approx(np.maximum(weight, 0.0), abs=1e-9)
+    assert contact.load[told > 1.0] == pytest.approx(told[told > 1.0], abs=1e-9)
+    assert np.all((contact.load <= told) & (contact.load >= 0.0))
 
 
 def test_the_leg_weighs_what_it_weighs() -> None:

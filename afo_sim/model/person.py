@@ -1,0 +1,118 @@
+"""Whose leg walks: the patient's mass and height, or the recorded walker's, or the leg's."""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+from afo_sim.description.quantity import Provenance
+from afo_sim.description.scenario import Scenario
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.model.recorded import recorded_stride
+
+
+@dataclass(frozen=True)
+class Person:
+    """body_mass [kg] and body_height [m]."""
+
+    body_mass: float
+    body_height: float
+
+
+@dataclass(frozen=True)
+class Size:
+    """Factors on a leg's masses and lengths, of the body that it was made for.
+
+    What follows from them is geometric similarity: equal angles, times with √length.
+
+    Source
+    ------
+    Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2: moments by m g l, times by √(l/g).
+    """
+
+    heavier: float = 1.0
+    taller: float = 1.0
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """The person's."""
+        leg, person = scenario.leg, person_of(scenario)
+        return cls(person.body_mass / leg.body_mass, person.body_height / leg.body_height)
+
+    @property
+    def slower(self) -> float:
+        """Factor on times: √length."""
+        return math.sqrt(self.taller)
+
+    @property
+    def springy(self) -> float:
+        """Factor on the stiffness about a joint: moments go with mass × length at the same angles."""
+        return self.heavier * self.taller
+
+    @property
+    def damped(self) -> float:
+        """Factor on the damping about a joint: moment × time."""
+        return self.springy * self.slower
+
+
+def person_of(scenario: Scenario) -> Person:
+    """The patient's own mass and height; what is not told is the recorded walker's, else the leg's.
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read.
+    """
+    leg, patient = scenario.leg, scenario.patient
+    mass = None if patient is None else patient.body_mass
+    height = None if patient is None else patient.body_height
+    if scenario.gait is not None and (mass is None or height is None):
+        walker = recorded_stride(scenario.gait)
+        mass = walker.body_mass if mass is None else mass
+        height = walker.body_height if height is None else height
+    return Person(leg.body_mass if mass is None else mass, leg.body_height if height is None else height)
+
+
+def persons_stride(scenario: Scenario) -> GaitCycle:
+    """The recorded stride as the scenario's person walks it; a walker of unknown height is of the leg's.
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read.
+    """
+    assert scenario.gait is not None
+    return recorded_stride(scenario.gait, taller_than_recorded(scenario))
+
+
+def taller_than_recorded(scenario: Scenario) -> float:
+    """Factor by which the scenario's person is taller than the recorded walker [-]."""
+    assert scenario.gait is not None
+    trial = recorded_stride(scenario.gait).body_height or scenario.leg.body_height
+    return person_of(scenario).body_height / trial
+
+
+def with_person(scenario: Scenario) -> Scenario:
+    """The scenario with the person's mass and height told, so that whoever reads it sees what ran."""
+    patient = scenario.patient
+    if patient is None:
+        return scenario
+    person = person_of(scenario)
+    told: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
+    told["provenance"] = patient.provenance | _sources(scenario)
+    # a copy is not checked again: a gait file's mass is checked where it is read
+    return scenario.model_copy(update={"patient": patient.model_copy(update=told)})
+
+
+def _sources(scenario: Scenario) -> dict[str, Provenance]:
+    """Sources of the mass and height that the patient does not tell."""
+    patient, gait = scenario.patient, scenario.gait
+    assert patient is not None and gait is not None
+    walker, found = f"of the recorded walker, gait {gait.cycle}", {}
+    if patient.body_mass is None:
+        found["body_mass"] = Provenance(kind="derived", source=walker)
+    if patient.body_height is None and recorded_stride(gait).body_height is not None:
+        found["body_height"] = Provenance(kind="derived", source=walker)
+    elif patient.body_height is None:
+        source = "of the leg's body: the recorded walker's is not known"
+        found["body_height"] = Provenance(kind="assumed", source=source)
+    return found

@@ -1,0 +1,201 @@
+"""Air in the chambers before the first step: filled while the wearer stands, by pressure or by time.
+
+A chamber that is filled for a time is integrated from ambient air, with mass and σ = p V^γ as its states:
+
+    ṁ = ṁ_in        σ̇ as `pneumatics.sigma_rate`        p V(p)^γ = σ
+
+The posture is that of the first step. V(p) is the volume of muscles at rest at their own length, on the cuff
+that gives way under them.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.description.orthosis import Chamber
+from afo_sim.model.build import Built
+from afo_sim.physics.pneumatics import laminar_slope, sigma_rate, valve_flow
+
+STEP = 0.025  # of the filling at first; half of it changes air and pressure by less than 0.1 % [s]
+SLOWER = 0.25  # time from which on it grows with the time that has passed [s]
+STABLE = 0.8  # of the time in which a chamber follows its supply, or its wall: a step is no longer [-]
+SAME = 1e-5  # relative residual of the pressure
+TRIES = 20
+CLOSE = 2e-3  # relative change of the pressure over which the volume follows as it did before
+FLAT = 1e-5  # relative change of the pressure below which it does not tell how the volume follows
+STILL = 1e-4  # relative change in a second below which a chamber is full [1/s]
+
+Volume = Callable[[float], float]  # absolute pressure [Pa] → volume [m³]
+
+
+@dataclass(frozen=True)
+class Held:
+    """The air of a chamber: mass [kg], absolute pressure [Pa], volume [m³]."""
+
+    mass: float
+    pressure: float
+    volume: float
+
+    @property
+    def temperature(self) -> float:
+        """Of the air [K]."""
+        return self.pressure * self.volume / (self.mass * GAS_CONSTANT)
+
+    @property
+    def sigma(self) -> float:
+        """p V^γ [Pa·m^(3γ)]."""
+        return float(self.pressure * self.volume**HEAT_CAPACITY_RATIO)
+
+
+def prefill(built: Built, data: mujoco.MjData) -> None:
+    """Put the air into the chambers with which the scenario starts to walk.
+
+    Parameters
+    ----------
+    built : compiled scenario of walking
+    data : at the first posture; its air is written over. The callbacks must be installed.
+    """
+    model, scenario = built.model, built.scenario
+    told = scenario.start.chambers if scenario.start is not None else {}
+    actuators = {built.index.chambers[name]: start for name, start in told.items()}
+    gauge = {k: start.pressure for k, start in actuators.items() if start.pressure is not None}
+    names = {actuator: name for name, actuator in built.index.chambers.items()}
+    warm = {}
+    for actuator, start in actuators.items():
+        if start.fill_time is None:
+            continue
+        # one after the other: the next one fills beside those that are full
+        chamber = scenario.orthosis.chamber[names[actuator]]
+        volume = _volume_of(model, data, actuator, gauge)
+        warm[actuator] = filled(chamber, scenario.supply.pressure, start.fill_time, volume)
+        gauge[actuator] = warm[actuator].pressure - AMBIENT_PRESSURE
+    native.fill_chambers(model, data, gauge)
+    for actuator, held in warm.items():
+        there = float(native.read_flows(model, data.userdata, actuator).volume)
+        mass = held.pressure * there / (GAS_CONSTANT * held.temperature)
+        sigma = held.pressure * there**HEAT_CAPACITY_RATIO
+        native.write_held(model, data.act, actuator, np.array([mass, sigma]))
+
+
+def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: float = STEP) -> Held:
+    """The air of a chamber whose inlet valve's coil has had current for a time, from ambient air.
+
+    Parameters
+    ----------
+    chamber : its valves and wall
+    supply : gauge pressure before the inlet valve [Pa]
+    time : since the coil was switched on; the valve opens after its delay [s]
+    volume : of the chamber at rest at an absolute pressure
+    step : of the integration at first [s]
+    """
+    inlet, source = chamber.inlet, supply + AMBIENT_PRESSURE
+    empty = volume(AMBIENT_PRESSURE)
+    held = Held(AMBIENT_PRESSURE * empty / (GAS_CONSTANT * AMBIENT_TEMPERATURE), AMBIENT_PRESSURE, empty)
+    left = time - inlet.opening_delay
+    if left <= 0.0 or supply <= 0.0:
+        return held
+    stiff = laminar_slope(inlet.conductance, inlet.critical_ratio) * HEAT_CAPACITY_RATIO * GAS_CONSTANT
+    # known: where the volume was last solved for; gives: d ln V/d ln p before it
+    passed, known, gives, begun = 0.0, held, 0.0, False
+
+    def rates(air: Held) -> tuple[float, float]:
+        """Of mass and σ."""
+        flow = valve_flow(
+            source,
+            AMBIENT_TEMPERATURE,
+            air.pressure,
+            air.temperature,
+            1.0,
+            inlet.conductance,
+            inlet.critical_ratio,
+        )
+        into, out = max(flow, 0.0), max(-flow, 0.0)
+        return flow, sigma_rate(air.temperature, air.volume, into, out, chamber.wall_conductance)
+
+    while passed < left:
+        longest = STABLE * min(
+            held.volume / (stiff * held.temperature),  # the supply's, and the wall's
+            held.mass * GAS_CONSTANT / ((HEAT_CAPACITY_RATIO - 1.0) * max(chamber.wall_conductance, 1e-9)),
+        )
+        h = min(step * max(1.0, passed / SLOWER), longest, left - passed)
+        passed = left if h == left - passed else passed + h
+        flow, rise = rates(held)
+        if max(abs(flow) / held.mass, abs(rise) / held.sigma) < STILL:
+            break
+        half = _given_way(held, held.sigma + 0.5 * h * rise, held.mass + 0.5 * h * flow, gives)
+        flow, rise = rates(half)
+        guess = _given_way(held, held.sigma + h * rise, held.mass + h * flow, gives)
+        held = guess
+        if begun and abs(guess.pressure / known.pressure - 1.0) < CLOSE:
+            continue
+        begun, held = True, _at_rest(guess, volume, gives)
+        pressed = math.log(held.pressure / known.pressure)
+        if abs(pressed) > FLAT:
+            gives = max(math.log(held.volume / known.volume) / pressed, 0.0)
+        known = held
+    return held
+
+
+def _given_way(held: Held, sigma: float, mass: float, gives: float) -> Held:
+    """The air with another σ and mass, where its volume gives way as before."""
+    ratio = (sigma / held.sigma) ** (1.0 / (1.0 + HEAT_CAPACITY_RATIO * gives))
+    return Held(mass, held.pressure * ratio, held.volume * ratio**gives)
+
+
+def _at_rest(guess: Held, volume: Volume, gives: float) -> Held:
+    """The air at the pressure at which its volume at rest holds its σ: p V(p)^γ = σ, by the secant method."""
+    sigma = guess.sigma
+    log_p, last_p, last_v = math.log(guess.pressure), math.nan, math.nan
+    wanted = math.log(sigma)
+    for _ in range(TRIES):
+        log_v = math.log(volume(math.exp(log_p)))
+        left = wanted - log_p - HEAT_CAPACITY_RATIO * log_v
+        if abs(left) < SAME:
+            break
+        if abs(log_p - last_p) > FLAT:  # never of no number
+            gives = max((log_v - last_v) / (log_p - last_p), 0.0)
+        last_p, last_v = log_p, log_v
+        log_p += left / (1.0 + HEAT_CAPACITY_RATIO * gives)
+    pressure = math.exp(log_p)
+    return Held(guess.mass, pressure, (sigma / pressure) ** (1.0 / HEAT_CAPACITY_RATIO))
+
+
+def _volume_of(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, others: dict[int, float]) -> Volume:
+    """The volume at rest of a chamber's actuator by its pressure, beside others at theirs."""
+    beside = dict(others)
+
+    def volume(pressure: float) -> float:
+        native.fill_chambers(model, data, beside | {actuator: pressure - AMBIENT_PRESSURE})
+        return float(native.read_flows(model, data.userdata, actuator).volume)
+
+    return volume
+
+
+def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: float) -> float:
+    """Absolute pressure at which a chamber at rest holds a mass [kg] at ambient temperature [Pa].
+
+    p = m R T / V(p), again and again: the volume hardly follows the pressure.
+    """
+    volume, pressure = _volume_of(model, data, actuator, {}), AMBIENT_PRESSURE
+    for _ in range(TRIES):
+        last, pressure = pressure, mass * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume(pressure)
+        if abs(pressure / last - 1.0) < SAME:
+            break
+    return pressure
+
+
+def ambient_mass(built: Built, data: mujoco.MjData) -> float:
+    """Air in all chambers at ambient pressure and temperature, in a posture [kg]; callbacks installed."""
+    native.fill_chambers(built.model, data, 0.0)
+    held = [native.read_held(built.model, data.act, k)[0] for k in built.index.chambers.values()]
+    return float(sum(held))
+
+
+def held_mass(built: Built, act: np.ndarray) -> float:
+    """Air in all chambers in a state `act` (na,) [kg]."""
+    return float(sum(native.read_held(built.model, act, k)[0] for k in built.index.chambers.values()))
