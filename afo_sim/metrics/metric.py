@@ -1,7 +1,7 @@
 """A number with its unit, and the registry of what such numbers are called and mean."""
 
 import functools
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, Self, TypeVar
 
@@ -9,10 +9,15 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import in_unit, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
+PUSH_OFF = "Push-off"
 NEED, TORQUE, WORK = "Torque needed", "Torque of the orthosis", "Work of the orthosis"
+START = "First strides after a stop"
 AIR, TIME, OTHER = "Air and pressure", "Walking", "Further"
 ENERGY = "Energy of air and muscles"
-GROUPS = (TIME, CLEARANCE, CONTACT, ANKLE, NEED, TORQUE, WORK, AIR, ENERGY, OTHER)  # in the order of a report
+# in the order of a report
+GROUPS = (TIME, CLEARANCE, START, CONTACT, ANKLE, PUSH_OFF, NEED, TORQUE, WORK, AIR, ENERGY, OTHER)
+
+Found = Iterator[tuple[str, float]]  # name of a metric, value in the registry's unit
 
 
 class Metric(float):

@@ -63,6 +63,11 @@ def highest(values: np.ndarray) -> float:
     return clean(max(float(values.max()), 0.0)) if len(values) else 0.0
 
 
+def mean(values: np.ndarray) -> float:
+    """Mean of some values (n,), zero of none."""
+    return clean(float(values.mean())) if len(values) else 0.0
+
+
 def clean(value: float) -> float:
     """Without what rounding leaves where there is nothing."""
     return 0.0 if abs(value) < ROUNDING else value

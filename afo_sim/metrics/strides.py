@@ -12,6 +12,9 @@ from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
+FAST = 0.75  # quantile of the foot's forward speed over the stride from which on it is fast [-]
+BEGUN = 0.1  # share of the swing in which the foot leaves the floor [-]
+ORTHOSIS = "ankle/moment/orthosis"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,48 @@ class Stride:
     def swing(self) -> np.ndarray:
         """Mask of the rows in swing, from toe-off to the next heel strike (n,)."""
         return self.phase >= self.toe_off
+
+    @cached_property
+    def upright(self) -> float:
+        """Phase at which the shank leans back past the vertical in swing [-]; 1 where it does not."""
+        lean = self["shank/angle"]
+        past = np.flatnonzero(self.swing[1:] & (lean[:-1] > 0.0) & (lean[1:] <= 0.0))
+        return float(self.phase[past[0] + 1]) if len(past) else 1.0
+
+    @property
+    def carried(self) -> np.ndarray:
+        """Mask of the rows in initial and mid-swing: from toe-off until the shank stands upright (n,)."""
+        return self.swing & (self.phase < self.upright)
+
+    @property
+    def passing(self) -> np.ndarray:
+        """Mask of the same rows but for the first tenth of the swing, in which the foot leaves the floor."""
+        return self.carried & (self.phase >= self.toe_off + BEGUN * (1.0 - self.toe_off))
+
+    @cached_property
+    def level(self) -> float:
+        """Ankle angle at which the outsole stands flat under an upright shank [rad]: that of a drop."""
+        if "sole/pitch" not in self.columns:
+            return 0.0
+        return float(self["ankle/angle"][0] - self["shank/angle"][0] - self["sole/pitch"][0])
+
+    @cached_property
+    def fast(self) -> np.ndarray:
+        """Mask of the rows in which the ankle's forward speed is in its upper quartile (n,).
+
+        The ankle's, not the toe's: it is the recorded one, so that all who walk alike are looked at alike.
+        """
+        return self.speed >= np.quantile(self.speed, FAST)
+
+    @cached_property
+    def speed(self) -> np.ndarray:
+        """Forward speed of the ankle [m/s] (n,)."""
+        return np.gradient(self["ankle/position/x"], self.timestep)
+
+    @property
+    def fastest(self) -> float:
+        """Phase of the ankle's greatest forward speed [-]."""
+        return float(self.phase[np.argmax(self.speed)])
 
     def at(self, column: str, phase: np.ndarray | float) -> np.ndarray:
         """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""

@@ -1,7 +1,7 @@
 """Numbers that a clinician and a designer ask of a recording of walking, for each stride and over all.
 
-The strides before the air has settled, and always the first begun, are the transient from the start: they
-stand among the strides, but not in the totals (`strides.settled`).
+The first stride begun, and those whose air is far from what it is later on, are the transient from the start:
+they stand among the strides, but not in the totals (`strides.settled`).
 A total is the mean over the strides, but for the `lowest_…` clearances. Swing is from toe-off to the next
 heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; peaks and means of a torque
 "each way" are positive numbers. A metric that is undefined is left out, and a warning says so.
@@ -13,58 +13,59 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import peak
 from afo_sim.metrics.ankle import chambers
-from afo_sim.metrics.dip import dip
+from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.metric import (
     AIR,
     ANKLE,
     CLEARANCE,
     CONTACT,
-    NEED,
     TIME,
     TORQUE,
     WORK,
+    Found,
     Metric,
     measured,
     telling,
     tells,
 )
-from afo_sim.metrics.strides import Stride, settled, strides
+from afo_sim.metrics.need import SIDES, SWING, needs
+from afo_sim.metrics.push_off import against_push_off, push_off
+from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
 LOADING = 0.12  # end of the loading response [-]
 GVS_POINTS = 51  # of a stride, both heel strikes among them
-ORTHOSIS = "ankle/moment/orthosis"
-SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
 
-Found = Iterator[tuple[str, float]]  # name, value in the registry's unit
-COUNTED = "the settled one; where it is walked to, those after the start and until the air has settled"
-DIP = (
-    "least height in swing: the minimum between two peaks, else the lowest of mid-swing; below zero is a trip"
-)
+COUNTED = "the solved one; where none was solved for, those after the start's transient"
 SLAP = "highest plantarflexion velocity as the foot comes down after heel strike"
-NEEDED = "healthy ankle's active moment less what the patient gives"
 HEALTHY = "of the recorded healthy ankle's"
-NORMAL = "at 1 bar, 20 °C, 65 % humidity (ISO 8778)"
-TO_RECORDED = "the same foot with the recorded ankle angle"
-SHARE = "of the recorded healthy ankle's whole internal moment, each at its peak"
+ANR = "litres ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
+NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
+CHANGE = "from the last but one counted stride to the last, where strides are walked and not solved for"
+CHANGES = {"walked_clearance_change": "toe_clearance", "walked_air_change": "air_per_stride"}
 
 
 @dataclass(frozen=True)
 class WalkMetrics:
-    """Of a run: metrics over the settled strides, metrics of each whole stride by its number, warnings."""
+    """Of a run: metrics over the counted strides, metrics of each whole stride by its number, warnings."""
 
     totals: dict[str, Metric]
     strides: dict[int, dict[str, Metric]]
     warnings: tuple[str, ...]
 
 
-@tells(TIME, ("strides_counted", "", "Strides counted", COUNTED))
+@tells(
+    TIME,
+    ("strides_counted", "", "Strides counted", COUNTED),
+    ("walked_clearance_change", "mm", "Change of the toe clearance", CHANGE),
+    ("walked_air_change", "percent", "Change of the air per stride", CHANGE),
+)
 @tells(
     CLEARANCE,
     ("lowest_toe_clearance", "mm", "Toe clearance, lowest stride"),
@@ -115,8 +116,10 @@ def walk_metrics(
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
             totals[f"lowest_{name}"] = measured(f"lowest_{name}", lowest)
-    warnings += [] if solved else [*_too_few(columns, whole), *_unsettled(counted, each)]
-    warnings += _without_dip(totals)
+    if not solved:
+        totals |= _changes(counted, each)
+        warnings += [*_too_few(columns, whole), *_unsettled(counted, totals)]
+    warnings += _without_event(totals)
     return WalkMetrics(totals, each, tuple(warnings))
 
 
@@ -124,14 +127,14 @@ def _finite(metrics: dict[str, Metric]) -> dict[str, Metric]:
     return {name: metric for name, metric in metrics.items() if math.isfinite(metric.value)}
 
 
-def _without_dip(totals: dict[str, Metric]) -> Iterator[str]:
-    """Warnings of swings without the dip that the literature calls clearance."""
+def _without_event(totals: dict[str, Metric]) -> Iterator[str]:
+    """Warnings of swings without the minimum that the literature calls clearance."""
     for point in ("toe", "ball"):
-        share = totals.get(f"swings_without_{point}_dip")
+        share = totals.get(f"swings_without_{point}_event")
         if share is not None and share.value > 0.0:
             yield (
-                f"{point}_clearance: {share.value:.0f} % of the swings have no minimum between two peaks; "
-                "there it is the lowest of the middle half of the swing"
+                f"{point}_clearance: {share.value:.0f} % of the swings have no minimum while the foot is "
+                "fast; there it is the height at the ankle's greatest speed"
             )
 
 
@@ -144,21 +147,36 @@ def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator
         )
 
 
-def _unsettled(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> Iterator[str]:
+def _changes(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> dict[str, Metric]:
+    """Change of clearance and air from the last but one counted stride to the last."""
+    found = {}
+    for name, of in CHANGES.items():
+        pair = [each[stride.number].get(of) for stride in counted[-2:]]
+        if len(pair) < 2 or pair[0] is None or pair[1] is None:
+            continue
+        change = pair[1].value - pair[0].value
+        if name == "walked_clearance_change":
+            found[name] = measured(name, change)
+        elif pair[0].value > 0.0:
+            found[name] = measured(name, 100.0 * change / pair[0].value)
+    return found
+
+
+def _unsettled(counted: list[Stride], totals: dict[str, Metric]) -> Iterator[str]:
     """Strides of equal duration that do not repeat: totals are means over a change."""
-    if len(counted) < 2 or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
+    change = totals.get("walked_clearance_change")
+    if change is None or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
         return
-    before, last = (each[stride.number].get("toe_clearance") for stride in counted[-2:])
-    if before is not None and last is not None and abs(last.value - before.value) > UNSETTLED:
+    if abs(change.value) > UNSETTLED:
         yield (
-            f"the strides do not repeat: the last one's toe clearance is {last.value - before.value:+.1f} mm "
+            f"the strides do not repeat: the last one's toe clearance is {change.value:+.1f} mm "
             "off the one's before (air still settling, or a timer that drifts); totals are means over them"
         )
 
 
 def _each(name: str) -> str:
     """The metric of each stride that a total is made of."""
-    return name.removeprefix("lowest_") if name.endswith("_clearance") else name
+    return CHANGES.get(name) or (name.removeprefix("lowest_") if name.endswith("_clearance") else name)
 
 
 def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dict[str, Metric]:
@@ -171,11 +189,11 @@ def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dic
 
     Returns
     -------
-    dict of Metric, from `_timing`, `_clearance`, `_contact`, `_ankle`, `_need`, `_torque`, `_work` and `_air`
+    dict of Metric
     """
-    parts: list[Callable[[Stride], Found]] = [_timing, _clearance, _contact, _ankle, _need]
+    parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
     if has_orthosis(stride.columns):
-        parts += [_torque, _work, _air]
+        parts += [against_push_off, _torque, _work, _air]
     return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
 
 
@@ -196,42 +214,8 @@ def _timing(stride: Stride) -> Found:
 
 
 @tells(
-    CLEARANCE,
-    ("toe_clearance", "mm", "Toe clearance", DIP),
-    ("toe_clearance_phase", "percent", "Toe clearance, when", "of the gait cycle"),
-    ("toe_clearance_to_recorded", "mm", "Toe clearance less the healthy trial's", TO_RECORDED),
-    ("swings_with_toe_contact", "percent", "Swings in which the toe touches", "clearance below zero"),
-    ("swings_without_toe_dip", "percent", "Swings without a minimum of the toe", "between two peaks"),
-    ("ball_clearance", "mm", "Ball clearance", "of the ball of the foot, likewise"),
-    ("ball_clearance_phase", "percent", "Ball clearance, when", "of the gait cycle"),
-    ("ball_clearance_to_recorded", "mm", "Ball clearance less the healthy trial's", TO_RECORDED),
-    ("swings_with_ball_contact", "percent", "Swings in which the ball touches", "clearance below zero"),
-    ("swings_without_ball_dip", "percent", "Swings without a minimum of the ball", "between two peaks"),
-)
-def _clearance(stride: Stride) -> Found:
-    """Clearances of the sole's points toe and ball in swing, as `dip` finds them.
-
-    Heights are those of the foot's own sole. A plate worn under it counts as a shoe's sole, and the other
-    shoe's as just as thick: the body stands that much higher, and the clearance is that of the plate's
-    underside (with the sole level; at a pitch ψ the underside has thickness × (1 − cos ψ) more).
-    """
-    swing = stride.swing
-    for point in ("toe", "ball"):
-        height, recorded = stride[f"{point}/height"][swing], stride[f"gait/{point}_height"][swing]
-        if len(height) < 3 or not np.isfinite(height).all():
-            yield f"{point}_clearance", math.nan
-            continue
-        at, is_dip = dip(height)
-        yield f"{point}_clearance", 1e3 * float(height[at])
-        yield f"{point}_clearance_phase", 100.0 * float(stride.phase[swing][at])
-        yield f"{point}_clearance_to_recorded", 1e3 * float(height[at] - recorded[dip(recorded)[0]])
-        yield f"swings_with_{point}_contact", 100.0 * (height[at] < 0.0)
-        yield f"swings_without_{point}_dip", 100.0 * (not is_dip)
-
-
-@tells(
     CONTACT,
-    ("foot_pitch_at_contact", "deg", "Foot pitch at initial contact", "sole to floor, toe up positive"),
+    ("foot_pitch_at_contact", "deg", "Foot pitch at initial contact", "outsole to floor, toe up positive"),
     ("contacts_with_heel", "percent", "Strides that begin with the heel", "pitch above 8°"),
     ("contacts_with_flat", "percent", "Strides that begin flat", "pitch from −1.6° to 8°"),
     ("contacts_with_forefoot", "percent", "Strides that begin with the forefoot", "pitch below −1.6°"),
@@ -244,7 +228,7 @@ def _contact(stride: Stride) -> Found:
     The slap is looked for in the loading response (0 to 12 %), until the ankle is at its most plantarflexed.
     """
     angle, shank = (math.degrees(stride.at(name, 0.0)) for name in ("ankle/angle", "shank/angle"))
-    pitch = angle - shank
+    pitch = angle - shank - math.degrees(stride.level)
     yield "foot_pitch_at_contact", pitch
     if math.isfinite(pitch):
         yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH)
@@ -257,17 +241,33 @@ def _contact(stride: Stride) -> Found:
 
 @tells(
     ANKLE,
-    ("peak_swing_dorsiflexion", "deg", "Peak dorsiflexion in swing", "dorsiflexion positive"),
-    ("mid_swing_angle", "deg", "Ankle angle at mid-swing", "half-way from toe-off to heel strike"),
+    (
+        "peak_swing_dorsiflexion",
+        "deg",
+        "Peak dorsiflexion in swing",
+        "a shoe's drop counts as plantarflexion",
+    ),
+    (
+        "mid_swing_angle",
+        "deg",
+        "Ankle angle at mid-swing",
+        "half-way from toe-off to heel strike; a shoe's drop counts",
+    ),
     ("ankle_range", "deg", "Ankle range", "highest less lowest angle of the stride"),
     ("angle_error_recorded", "deg", "Distance from the healthy trial (RMSE)", "over the whole stride"),
-    ("angle_error_norm", "deg", "Distance from the norm (RMSE)", "adults' published mean"),
+    (
+        "angle_error_norm",
+        "deg",
+        "Distance from the norm (RMSE)",
+        "adults' published mean; zero is upright standing",
+    ),
     ("gvs_recorded", "deg", "Gait variable score against the healthy trial", "RMS over 51 points"),
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
 )
 def _ankle(stride: Stride) -> Found:
     """Ankle angle of the stride, and its distance from the recorded healthy walker and from the norm.
 
+    The norm's zero is the ankle of who stands upright, in what he wears. So a shoe's drop counts as its zero.
     The gait variable score is the distance over 51 points of the stride, 0, 2, … 100 % (Baker et al. 2009).
     """
     angle = np.degrees(stride["ankle/angle"])
@@ -280,26 +280,13 @@ def _ankle(stride: Stride) -> Found:
     points = np.linspace(0.0, 1.0, GVS_POINTS)
     norm = gait_norm.read()
     here = np.degrees(stride.at("ankle/angle", points))
+    level = stride.level
     for name, rows, score in (
         ("recorded", stride["gait/ankle_angle"], stride.at("gait/ankle_angle", points)),
-        ("norm", norm.at("ankle_angle", stride.phase), norm.at("ankle_angle", points)),
+        ("norm", level + norm.at("ankle_angle", stride.phase), level + norm.at("ankle_angle", points)),
     ):
         yield f"angle_error_{name}", _rms(angle - np.degrees(rows))
         yield f"gvs_{name}", _rms(here - np.degrees(score))
-
-
-@tells(
-    NEED,
-    *peak.rows("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
-    *peak.rows("needed_plantarflexion_torque", "Plantarflexion torque needed", "likewise"),
-    *peak.rows("needed_swing_torque", "Dorsiflexion torque needed in swing", "likewise"),
-)
-def _need(stride: Stride) -> Found:
-    """Torque that the patient lacks in the healthy ankle's motion."""
-    needed = stride["gait/needed_moment"]
-    for side, sign in SIDES.items():
-        yield from peak.told(f"needed_{side}_torque", sign * needed, stride.timestep)
-    yield from peak.told("needed_swing_torque", needed[stride.swing], stride.timestep)
 
 
 @tells(
@@ -308,19 +295,18 @@ def _need(stride: Stride) -> Found:
     ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
     *peak.rows("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
     ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
-    ("share_of_dorsiflexion_moment", "percent", "Share of the biological dorsiflexion moment", SHARE),
-    ("share_of_plantarflexion_moment", "percent", "Share of the biological plantarflexion moment", SHARE),
+    ("orthosis_swing_torque_mean", "N*m", "Torque in swing, mean", f"dorsiflexion positive, {SWING}"),
     ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
     *peak.rows("torque_missing", "Torque missing", "need that the orthosis leaves open"),
     *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
 )
 def _torque(stride: Stride) -> Found:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
-    torque, healthy = stride[ORTHOSIS], stride["gait/ankle_moment"]
+    torque = stride[ORTHOSIS]
     for side, sign in SIDES.items():
         yield from peak.told(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
         yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
-        yield f"share_of_{side}_moment", _share(peak.highest(sign * torque), peak.highest(sign * healthy))
+    yield "orthosis_swing_torque_mean", peak.mean(torque[stride.carried])
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.clip(way * torque, 0.0, np.abs(needed))
@@ -358,7 +344,8 @@ def _work(stride: Stride) -> Found:
     ("air_per_stride_{}", "g", "Air per stride, {}"),
     ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
     ("air_per_stride", "g", "Air per stride", "taken from the supply"),
-    ("free_air_per_stride", "l", "Normal litres per stride", NORMAL),
+    ("free_air_per_stride", "l", "Free air per stride", ANR),
+    ("normal_litres_per_stride", "l", "Normal litres per stride", NORMAL),
 )
 def _air(stride: Stride) -> Found:
     """Air that the inlet valves take from the supply, and the chambers' highest and lowest pressures."""
@@ -374,6 +361,7 @@ def _air(stride: Stride) -> Found:
         pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
     yield "air_per_stride", total
     yield "free_air_per_stride", total / STANDARD_DENSITY  # 1 g/l = 1 kg/m³
+    yield "normal_litres_per_stride", total / NORMAL_DENSITY
     yield from pressures
 
 

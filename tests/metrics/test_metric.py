@@ -17,7 +17,9 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.metrics import walking
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.first_strides import first_stride_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, telling, tells
+from afo_sim.metrics.reference import reference_metrics
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
@@ -95,11 +97,15 @@ def test_matplotlib_draws_metrics() -> None:
 def told() -> dict[str, Metric]:
     """Everything that walking, its settled stride, a fixed shank and a balance of energy tell."""
     plain = walk_columns(4.2)
+    for how in ("less", "more"):
+        plain[f"sole/height_{how}_extended"] = plain["sole/height"]
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
     balance = energy_metrics(terms, 2, 1e-4)
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
-    return {**walking, **ankle_metrics(columns, STEP, 1.0), **balance}
+    compared = reference_metrics(walking, walking)
+    first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
+    return {**walking, **compared, **first, **ankle_metrics(columns, STEP, 1.0), **balance}
 
 
 def test_every_registered_metric_is_told_by_its_function() -> None:
@@ -141,7 +147,7 @@ def test_a_metric_without_a_row_is_refused_and_a_row_stands_once() -> None:
 
 
 def test_what_is_asked_for_is_what_is_told_beside_it() -> None:
-    parts = [walking._timing, walking._clearance, walking._air]
+    parts = [walking._timing, walking.clearances, walking._air]
     assert telling(parts, None) == parts
     assert telling(parts, {"toe_clearance", "stance"}) == parts[:2]
     assert telling(parts, {"air_per_stride_dorsiflexor"}) == parts[2:]

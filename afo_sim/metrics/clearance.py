@@ -1,0 +1,141 @@
+"""Minimum clearance of the outsole in swing, where the foot is fast, and contact of a swinging foot."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from afo_sim.metrics.metric import CLEARANCE, Found, tells
+from afo_sim.metrics.strides import Stride
+
+NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
+HEIGHTS = {  # of a point's clearance: the column, and that of the same foot with the recorded ankle
+    "toe": ("sole/height", "gait/sole_height"),
+    "ball": ("ball/height", "gait/ball_height"),
+}
+EXTENSIONS = ("less_extended", "more_extended")
+BELOW = 0.010  # height that a swing comes within [m]
+
+EVENT = (
+    "least height of the outsole above the floor on which it stands flat, while the ankle's forward speed is "
+    "in its upper quartile, before the shank stands upright"
+)
+TO_RECORDED = "the same foot with the recorded ankle angle"
+PASSING = "from a tenth of the swing on until the shank stands upright"
+FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the floor"
+
+
+@tells(
+    CLEARANCE,
+    ("toe_clearance", "mm", "Toe clearance", EVENT),
+    ("toe_clearance_phase", "percent", "Toe clearance, when", "of the gait cycle"),
+    ("toe_clearance_to_recorded", "mm", "Toe clearance less the healthy trial's", TO_RECORDED),
+    ("toe_clearance_less_extended", "mm", "Toe clearance, toes less extended", "the least that is assumed"),
+    ("toe_clearance_more_extended", "mm", "Toe clearance, toes more extended", "the most that is assumed"),
+    ("swings_without_toe_event", "percent", "Swings without a minimum", "of the outsole while it is fast"),
+    ("swings_with_toe_contact", "percent", "Swings in which the forefoot touches", FOREFOOT),
+    ("swings_within_10mm", "percent", "Swings within 10 mm of the floor", FOREFOOT),
+    ("ball_clearance", "mm", "Ball clearance", "of the ball of the foot alone, at its own minimum"),
+    ("ball_clearance_phase", "percent", "Ball clearance, when", "of the gait cycle"),
+    ("ball_clearance_to_recorded", "mm", "Ball clearance less the healthy trial's", TO_RECORDED),
+    (
+        "swings_without_ball_event",
+        "percent",
+        "Swings without a minimum of the ball",
+        "while the foot is fast",
+    ),
+    ("swings_with_ball_contact", "percent", "Swings in which the ball touches", f"the floor {PASSING}"),
+)
+def clearances(stride: Stride) -> Found:
+    """Clearances of the outsole in swing: of all its points, and of the ball alone.
+
+    The minimum is a local one while the ankle's forward speed is in its upper quartile over the stride, and
+    before the shank stands upright: behind that the heel comes down to land. A stride without one has the
+    height at the ankle's greatest speed, near which others have theirs. That is one moment for all who walk
+    alike, and does not jump with the foot.
+
+    Source
+    ------
+    Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De Asha & Buckley
+    2015 (abstract). Floor: that of the same outsole standing flat.
+    """
+    for point, (column, recorded) in HEIGHTS.items():
+        height = stride[column]
+        if not np.isfinite(height[stride.swing]).all() or not stride.swing.any():
+            yield f"{point}_clearance", math.nan
+            continue
+        own, of_recorded = event(stride, column), event(stride, recorded)
+        at = _first([own, stride.fastest])
+        least = _at(stride, column, at)
+        yield f"{point}_clearance", 1e3 * least
+        yield f"{point}_clearance_phase", 100.0 * at
+        yield (
+            f"{point}_clearance_to_recorded",
+            1e3 * (least - _at(stride, recorded, _first([of_recorded, stride.fastest]))),
+        )
+        yield f"swings_without_{point}_event", 100.0 * (own is None)
+        if point == "toe":
+            yield from _otherwise_extended(stride, at)
+    yield from _passing(stride)
+
+
+def _otherwise_extended(stride: Stride, at: float) -> Iterator[tuple[str, float]]:
+    """Toe clearance at other extensions of the toes, each at its own event, else at a phase."""
+    for how in EXTENSIONS:
+        column = f"sole/height_{how}"
+        if column in stride.columns:
+            phase = _first([event(stride, column), at])
+            yield f"toe_clearance_{how}", 1e3 * _at(stride, column, phase)
+
+
+def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
+    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
+    ball = stride["ball/height"][stride.passing]
+    forefoot = np.minimum(ball, stride["toe/height"][stride.passing])
+    if len(ball) and np.isfinite(forefoot).all():
+        yield "swings_with_toe_contact", 100.0 * bool(forefoot.min() <= 0.0)
+        yield "swings_within_10mm", 100.0 * bool(forefoot.min() <= BELOW)
+        yield "swings_with_ball_contact", 100.0 * bool(ball.min() <= 0.0)
+
+
+def _first(phases: Sequence[float | None]) -> float:
+    """The first phase that there is."""
+    return next(phase for phase in phases if phase is not None)
+
+
+def _at(stride: Stride, column: str, phase: float) -> float:
+    """A column in the row at a phase."""
+    row = int(np.searchsorted(stride.phase, phase - 1e-9))
+    return float(stride[column][min(row, len(stride.phase) - 1)])
+
+
+def event(stride: Stride, column: str) -> float | None:
+    """Phase of a height's lowest local minimum while the foot passes fast [-]; None where there is none.
+
+    Parameters
+    ----------
+    stride : of walking
+    column : height of a point [m]
+    """
+    row = lowest_minimum(stride[column], stride.fast & stride.passing)
+    return None if row is None else float(stride.phase[row])
+
+
+def lowest_minimum(height: np.ndarray, among: np.ndarray) -> int | None:
+    """Row of the lowest local minimum of a stride's height; None where there is none.
+
+    Parameters
+    ----------
+    height : (n,)
+    among : mask of the rows that are looked at (n,)
+
+    Returns
+    -------
+    a row lower than the one before it, and the lowest of the 2 % of the stride around it, so that ripple on
+    a slope is no minimum
+    """
+    near = max(1, round(NEAR * len(height)))
+    inner = height[1:-1]
+    turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:]) & among[1:-1]) + 1
+    found = [k for k in turns if height[k] <= height[max(0, k - near) : k + near + 1].min()]
+    return int(min(found, key=lambda k: height[k])) if found else None

@@ -1,0 +1,140 @@
+"""The first strides after a stop, which the wearer walks before the muscles hold the air of later ones.
+
+Strides are counted from the start of the walk: whole ones, from heel strike to heel strike.
+"""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from afo_sim.metrics.metric import START, TOLD, Metric, entry, measured, tells
+from afo_sim.metrics.strides import strides
+from afo_sim.metrics.walking import stride_metrics
+
+STRIDES = 10  # from a stop on, over which the lowest clearance is looked for
+NEAR = 0.5  # between the last stride and the settled one, from which on those between need no walking [mm]
+CLEARANCE, AIR = "toe_clearance", "air_per_stride"
+NUMBERED = "toe_clearance_stride_{}"
+LOWEST, UNTIL = "lowest_toe_clearance_first_ten", "strides_until_clear"
+AIR_FIRST, AIR_BEFORE = "air_first_stride", "air_before_first_step"
+TEN = "of the ten from a stop; of fewer where the last is within 0.5 mm of the settled one, which counts too"
+CLEAR = (
+    "strides from a stop until the toe clears the floor and stays clear in the ten, and in the settled one "
+    "where it is solved for; 0: from the first on"
+)
+NEEDED = {NUMBERED.format(1): 1, NUMBERED.format(2): 2, NUMBERED.format(3): 3, AIR_FIRST: 1, AIR_BEFORE: 1}
+NEEDED |= {LOWEST: STRIDES, UNTIL: STRIDES}  # strides from the start
+
+
+@tells(
+    START,
+    (NUMBERED.format(1), "mm", "Toe clearance, first stride", "from a stop"),
+    (NUMBERED.format(2), "mm", "Toe clearance, second stride", "from a stop"),
+    (NUMBERED.format(3), "mm", "Toe clearance, third stride", "from a stop"),
+    (LOWEST, "mm", "Toe clearance, lowest of the first ten", TEN),
+    (UNTIL, "", "Strides until the toe is clear", CLEAR),
+    (AIR_FIRST, "g", "Air of the first stride", "taken from the supply"),
+    (AIR_BEFORE, "g", "Air before the first step", "filled while standing, beyond ambient air"),
+)
+def first_stride_metrics(
+    begun: Sequence[Mapping[str, Metric]],
+    settled: Mapping[str, Metric] | None = None,
+    air_before: float | None = None,
+    wanted: Collection[str] | None = None,
+) -> tuple[dict[str, Metric], tuple[str, ...]]:
+    """Metrics of the strides after a stop.
+
+    Parameters
+    ----------
+    begun : metrics of each whole stride from the start, in order
+    settled : metrics of the settled stride, where it was solved for
+    air_before : that was filled before the first step [kg]
+    wanted : names; all by default
+
+    Returns
+    -------
+    (metrics, warnings of what is left out)
+    """
+    asked = frozenset(NEEDED) if wanted is None else frozenset(wanted)
+    values = {} if air_before is None else {AIR_BEFORE: 1e3 * air_before}
+    heights = [_value(stride, CLEARANCE) for stride in begun[:STRIDES]]
+    end = _value(settled, CLEARANCE) if settled is not None else None
+    values |= {NUMBERED.format(k): height for k, height in enumerate(heights[:3], 1)}
+    warnings = []
+    if begun:
+        values[AIR_FIRST] = _value(begun[0], AIR)
+    if len(heights) == STRIDES or (heights and end is not None and abs(heights[-1] - end) <= NEAR):
+        values[LOWEST] = _lowest(heights if len(heights) == STRIDES or end is None else [*heights, end])
+        values[UNTIL], why = _until_clear(heights, end)
+        if why and UNTIL in asked:
+            warnings.append(f"{UNTIL} is left out: {why}")
+    elif math.isfinite(values.get(AIR_FIRST, math.nan)):
+        left = [name for name in (LOWEST, UNTIL) if name in asked]
+        warnings += [f"{name} is left out: {_too_few(len(heights))}" for name in left]
+    told = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
+    return {name: measured(name, value) for name, value in told.items()}, tuple(warnings)
+
+
+def from_start(
+    columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, wanted: Collection[str]
+) -> list[dict[str, Metric]]:
+    """What the first whole strides of a recording tell, each by itself, however many are walked.
+
+    Parameters
+    ----------
+    columns : of a recording of walking from the start, at the full step rate
+    timestep : [s]
+    body_mass : of the patient [kg]
+    wanted : names of metrics of the first strides
+    """
+    whole = strides(columns, timestep, body_mass)[: strides_needed(wanted)]
+    return [stride_metrics(stride, made_of(wanted)) for stride in whole]
+
+
+def strides_needed(wanted: Collection[str] | None) -> int:
+    """Strides from the start that some metrics need, by their names; None for all of them."""
+    names = NEEDED if wanted is None else wanted
+    return max((NEEDED.get(name, 0) for name in names), default=0)
+
+
+def made_of(wanted: Collection[str]) -> frozenset[str]:
+    """The metrics of single strides that some metrics need, by their names."""
+    numbered = {CLEARANCE for name in wanted if name in NEEDED and name not in (AIR_FIRST, AIR_BEFORE)}
+    return frozenset(numbered | {AIR for name in wanted if name == AIR_FIRST})
+
+
+def undefined(wanted: Collection[str] | None, has_air: bool, is_filled: bool) -> dict[str, Metric]:
+    """The wanted metrics as NaN, of walking with or without chambers and air before the first step."""
+    without = (set() if has_air else {AIR_FIRST}) | (set() if is_filled else {AIR_BEFORE})
+    names = [n for n in NEEDED if (wanted is None or n in wanted) and n not in without]
+    return {name: Metric(math.nan, entry(name).unit) for name in names}
+
+
+def _too_few(strides: int) -> str:
+    count = "one stride" if strides == 1 else f"{strides} strides"
+    return f"{count} from the start cannot tell, {STRIDES} would (a longer duration)"
+
+
+def _value(metrics: Mapping[str, Metric], name: str) -> float:
+    return float(metrics[name]) if name in metrics else math.nan
+
+
+def _lowest(heights: Sequence[float]) -> float:
+    """NaN where any is."""
+    return math.nan if any(math.isnan(height) for height in heights) else min(heights)
+
+
+def _until_clear(heights: Sequence[float], end: float | None) -> tuple[float, str]:
+    """Strides until the toe is clear and stays so, or NaN and the reason."""
+    if any(math.isnan(height) for height in heights) or (end is not None and math.isnan(end)):
+        return math.nan, "a stride has no toe clearance"
+    below = [number for number, height in enumerate(heights, 1) if height < 0.0]
+    if end is not None and end < 0.0:
+        return math.nan, f"the toe is {-end:.1f} mm below the floor in the settled stride"
+    if below and below[-1] == STRIDES:
+        return math.nan, f"the toe is still below the floor in stride {STRIDES}"
+    return float(below[-1] if below else 0), ""
+
+
+NAMES = frozenset(row.name for row in TOLD[first_stride_metrics])

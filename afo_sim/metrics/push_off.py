@@ -1,0 +1,95 @@
+"""Push-off: what the ankle loses of it beside the recorded one, and what the orthosis takes from it."""
+
+import math
+
+import numpy as np
+
+from afo_sim.metrics import peak
+from afo_sim.metrics.metric import PUSH_OFF, Found, Metric, tells
+from afo_sim.metrics.strides import ORTHOSIS, Stride
+
+HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
+OVER = "from 40 % of the stride to toe-off"
+LOST = "recorded less this one's"
+OWN = "this project's own, no published limit was found"
+
+WHOSE = "by the orthosis or by the patient's own weakness: hold it against a run without orthosis"
+
+# Below the first number is green, above the second red, between them yellow; in the registry's units. The
+# work is 5 and 10 % of the 0.32 J/kg that a healthy ankle gives at a free speed, the torque of its moment's
+# peak of 1.4 N·m/kg. Only what the orthosis does is judged: angles are lost by weak patients, too.
+LIMITS = {
+    "work_against_push_off": (0.016, 0.032),
+    "torque_against_push_off_per_mass": (0.07, 0.14),
+}
+COLOURS = ("green", "yellow", "red")
+
+
+def _limits(name: str) -> str:
+    """A metric's limits as a part of its meaning."""
+    green, red = LIMITS[name]
+    return f"green below {green:g}, red above {red:g} ({OWN})"
+
+
+@tells(
+    PUSH_OFF,
+    ("ankle_range_lost", "deg", "Ankle range lost", LOST),
+    ("dorsiflexion_lost", "deg", "Dorsiflexion lost in stance", f"{LOST}, {WHOSE}"),
+    (
+        "plantarflexion_at_toe_off",
+        "deg",
+        "Plantarflexion at toe-off",
+        "plantarflexion positive; a shoe's drop counts",
+    ),
+    (
+        "plantarflexion_lost_at_toe_off",
+        "deg",
+        "Plantarflexion lost at toe-off",
+        f"{LOST}, {WHOSE}",
+    ),
+)
+def push_off(stride: Stride) -> Found:
+    """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded healthy ankle."""
+    angle, recorded = (np.degrees(stride[name]) for name in ("ankle/angle", "gait/ankle_angle"))
+    yield "ankle_range_lost", float(np.ptp(recorded) - np.ptp(angle))
+    stance = ~stride.swing
+    yield "dorsiflexion_lost", float(recorded[stance].max() - angle[stance].max())
+    here = -math.degrees(stride.at("ankle/angle", stride.toe_off))
+    yield "plantarflexion_at_toe_off", here
+    healthy = -math.degrees(stride.at("gait/ankle_angle", stride.toe_off))
+    yield "plantarflexion_lost_at_toe_off", healthy - here
+
+
+@tells(
+    PUSH_OFF,
+    *peak.rows("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
+    (
+        "torque_against_push_off_per_mass",
+        "N*m/kg",
+        "Torque against push-off per body mass",
+        f"{peak.MEANING}; {_limits('torque_against_push_off_per_mass')}",
+    ),
+    (
+        "work_against_push_off",
+        "J/kg",
+        "Work against push-off",
+        f"that dorsiflexion torque takes from plantarflexion {OVER}; {_limits('work_against_push_off')}",
+    ),
+)
+def against_push_off(stride: Stride) -> Found:
+    """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
+    rows = (stride.phase >= HEEL_RISE) & ~stride.swing
+    torque, velocity = stride[ORTHOSIS][rows], stride["ankle/velocity"][rows]
+    peaks = dict(peak.told("torque_against_push_off", torque, stride.timestep))
+    yield from peaks.items()
+    yield "torque_against_push_off_per_mass", peaks[f"torque_against_push_off{peak.OVER}"] / stride.body_mass
+    taken = np.maximum(torque, 0.0) * np.maximum(-velocity, 0.0)
+    yield "work_against_push_off", peak.clean(float(taken.sum()) * stride.timestep / stride.body_mass)
+
+
+def colour(metric: Metric, name: str) -> str | None:
+    """Green, yellow or red as LIMITS has it for a metric; None of one without limits, or undefined."""
+    if name not in LIMITS or not math.isfinite(metric.value):
+        return None
+    green, red = LIMITS[name]
+    return COLOURS[(metric.value >= green) + (metric.value > red)]

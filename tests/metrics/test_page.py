@@ -1,0 +1,47 @@
+"""docs/metrics.md and the registry say the same."""
+
+import pathlib
+import re
+
+from documents import PAGES
+
+from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.metrics import page
+from afo_sim.metrics.push_off import LIMITS
+from afo_sim.metrics.renamed import RENAMED
+from afo_sim.metrics.words import METRICS, number
+
+PAGE = PAGES["metrics"]
+
+
+def test_the_page_shows_the_registry() -> None:
+    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
+    rows, registered = (sorted(text.split("\n")) for text in (shown.strip(), page.markdown().strip()))
+    assert rows == registered, "python scripts/metrics_pictures.py --table"  # in whatever order of imports
+
+
+def test_every_metric_and_every_old_name_stands_once_in_the_table() -> None:
+    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
+    rows = re.findall(r"^\| `([^`]+)` \|", shown, flags=re.M)
+    assert sorted(rows) == sorted(name.replace("{}", "…") for name in METRICS)
+    assert all(shown.count(f"`{old}`") == 1 for old in RENAMED)
+
+
+def test_sources_and_earlier_meanings_are_of_metrics_that_there_are() -> None:
+    assert set(page.BEFORE) <= set(METRICS)
+    assert all(any(name.startswith(start) for name in METRICS) for start in page.SOURCES)
+
+
+def test_the_page_tells_the_limits_of_push_off_and_the_densities() -> None:
+    for name, (green, red) in LIMITS.items():
+        row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{name}` | {green:g}"))
+        assert f"| {red:g}" in row
+    for density in (STANDARD_DENSITY, NORMAL_DENSITY):
+        assert f"{1.0 / density:.3f}" in PAGE and f"{density:g} kg/m³" in PAGE
+    assert f"{number(100.0 * (NORMAL_DENSITY / STANDARD_DENSITY - 1.0), '')}" == "9"
+
+
+def test_the_pictures_are_there() -> None:
+    pictures = re.findall(r"\]\(\.\./(models/scenarios/pictures/metrics-[\w-]+\.png)\)", PAGE)
+    root = pathlib.Path(__file__).parents[2]
+    assert len(pictures) == 5 and all((root / picture).is_file() for picture in pictures)

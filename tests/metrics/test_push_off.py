@@ -1,0 +1,84 @@
+"""What push-off loses, against a sine; and the parts of swing in which torque is needed."""
+
+import math
+
+import numpy as np
+import pytest
+from synthetic_walk import AMPLITUDE, MASS, STEP, UPRIGHT, walk_columns, with_orthosis
+
+from afo_sim.metrics.metric import Metric, entry
+from afo_sim.metrics.push_off import LIMITS, colour
+from afo_sim.metrics.walking import walk_metrics
+
+
+def values(columns: dict[str, np.ndarray]) -> dict[str, float]:
+    found = walk_metrics(columns, STEP, MASS).totals
+    return {name: metric.value for name, metric in found.items()}
+
+
+def test_work_against_push_off_is_the_torque_times_the_angle_that_it_holds_back() -> None:
+    """The sine falls all the way from 40 % to toe-off at 60 %."""
+    columns = walk_columns()
+    found = values(with_orthosis(columns, np.full_like(columns["time"], 3.0)))
+    fallen = AMPLITUDE * (math.sin(0.8 * math.pi) - math.sin(1.2 * math.pi))
+    assert found["work_against_push_off"] == pytest.approx(3.0 * fallen / MASS, rel=0.01)
+    assert found["torque_against_push_off"] == found["torque_against_push_off_10ms"] == pytest.approx(3.0)
+    assert found["torque_against_push_off_per_mass"] == pytest.approx(3.0 / MASS)
+
+
+def test_a_torque_elsewhere_or_the_other_way_is_not_against_push_off() -> None:
+    columns = walk_columns()
+    phase = columns["gait/phase"]
+    for torque in (np.where((phase > 0.4) & (phase < 0.6), -3.0, 3.0), np.full_like(phase, -3.0)):
+        found = values(with_orthosis(columns, torque))
+        assert found["work_against_push_off"] == pytest.approx(0.0, abs=1e-4)
+        assert found["torque_against_push_off_10ms"] == pytest.approx(0.0, abs=0.4)  # a row at each end
+
+
+def test_what_the_ankle_loses_is_the_recorded_ones_more() -> None:
+    """The recorded sine is 3 degrees lower: less dorsiflexed, more plantarflexed at toe-off."""
+    found = values(walk_columns())
+    assert found["ankle_range_lost"] == pytest.approx(0.0, abs=1e-9)
+    assert found["dorsiflexion_lost"] == pytest.approx(-3.0, abs=1e-9)
+    assert found["plantarflexion_at_toe_off"] == pytest.approx(-12.0 * math.sin(1.2 * math.pi), abs=0.05)
+    assert found["plantarflexion_lost_at_toe_off"] == pytest.approx(3.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(0.0, "green"), (0.015, "green"), (0.017, "yellow"), (0.031, "yellow"), (0.033, "red")],
+)
+def test_limits_have_colours(value: float, shown: str) -> None:
+    """5 and 10 % of the 0.32 J/kg that a healthy ankle gives."""
+    assert colour(Metric(value, "J/kg"), "work_against_push_off") == shown
+
+
+def test_what_a_weak_patient_loses_is_not_laid_upon_the_orthosis() -> None:
+    assert colour(Metric(18.0, "deg"), "plantarflexion_lost_at_toe_off") is None
+
+
+def test_what_has_no_limit_or_no_value_has_no_colour() -> None:
+    assert colour(Metric(1.0, "mm"), "toe_clearance") is None
+    assert colour(Metric(math.nan, "J/kg"), "work_against_push_off") is None
+
+
+def test_limits_are_in_the_registrys_units_and_told_as_this_projects_own() -> None:
+    """5 and 10 % of 0.32 J/kg and of 1.4 N·m/kg."""
+    assert LIMITS["work_against_push_off"] == pytest.approx((0.05 * 0.32, 0.10 * 0.32))
+    assert LIMITS["torque_against_push_off_per_mass"] == pytest.approx((0.05 * 1.4, 0.10 * 1.4))
+    for name in LIMITS:
+        assert "this project's own, no published limit was found" in entry(name).meaning
+
+
+def test_the_need_is_told_until_the_shank_is_upright_and_after_it() -> None:
+    columns = walk_columns()
+    phase = columns["gait/phase"]
+    late = phase > UPRIGHT + 0.01
+    columns["gait/needed_moment"] = np.where(late, 9.0, columns["gait/needed_moment"])
+    columns["gait/passive_moment"] = np.where(late, -20.0, columns["gait/passive_moment"])
+    found = values(columns)
+    assert found["needed_swing_torque"] == found["needed_swing_torque_10ms"] == 4.0
+    assert found["needed_swing_torque_tissue"] == 2.5
+    assert found["needed_terminal_swing_torque"] == 9.0
+    assert found["needed_terminal_swing_torque_tissue"] == 9.0  # tissue that own strength holds is no need
+    assert found["needed_dorsiflexion_torque"] == 9.0
