@@ -13,6 +13,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.criterion import (
     CHECKS,
@@ -232,7 +233,8 @@ def check_metric(run: Recording, metric: str, low: object, high: object) -> Resu
 def metric_result(run: Recording, metric: str, kind: str, limits: object, why: str = "") -> Result:
     """The result of the check named `kind` on a metric, with limits written as in a checks file."""
     if metric not in run.metrics:
-        raise _unknown("the run has no such metric", "metric", metric, run.metrics)
+        problem = told("the run has no such metric", metric)
+        raise _unknown(problem, "metric", metric, run.metrics, instead(metric, run.metrics))
     value, unit = run.metrics[metric].value, run.metrics[metric].unit
     check = read_criterion(kind, limits, unit)
     if not run.ok:
@@ -258,7 +260,9 @@ def _never_ended(run: Recording, name: str, why: str) -> Result:
     return Result(False, message, name, math.nan, math.nan, math.nan)
 
 
-def _unknown(problem: str, field: str, name: str, names: Iterable[str]) -> InputError:
+def _unknown(
+    problem: str, field: str, name: str, names: Iterable[str], nearest: str | None = None
+) -> InputError:
     alike = [other for other in names if other.split("/")[0] == name.split("/")[0]] or names
-    nearest = nearest_name(name, names)
+    nearest = nearest or nearest_name(name, names)
     return InputError(problem, field=field, value=name, allowed=", ".join(alike), nearest=nearest)

@@ -1,6 +1,6 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +9,21 @@ from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.first_strides import (
+    AIR_BEFORE,
+    NAMES,
+    first_stride_metrics,
+    from_start,
+    made_of,
+    strides_needed,
+)
 from afo_sim.metrics.metric import TOLD, Metric
+from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
+from afo_sim.model.person import with_person
+from afo_sim.model.start import air_before
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy import balance
 from afo_sim.simulation.energy_told import told_energy, with_static_forces
@@ -51,8 +62,21 @@ class Asked:
 
     @property
     def walking(self) -> frozenset[str] | None:
-        """Those that walking tells."""
-        return None if self.metrics is None else self.metrics - ELSEWHERE
+        """Those that a stride tells, and those that others are compared with."""
+        if self.metrics is None:
+            return None
+        own = (self.metrics - ELSEWHERE) | made_of(self.metrics)
+        return own | ({COMPARED} if self.reference else set())
+
+    @property
+    def reference(self) -> bool:
+        """Whether a comparison with the scenario's reference is asked for, which takes a walk of its own."""
+        return self.metrics is not None and not self.metrics.isdisjoint(COMPARISONS)
+
+    @property
+    def first_strides(self) -> int:
+        """Strides from the start that the metrics need."""
+        return strides_needed(self.metrics)
 
     @property
     def energy(self) -> bool:
@@ -62,7 +86,8 @@ class Asked:
 
 EVERYTHING = Asked()
 ENERGIES = frozenset(row.name for row in TOLD[energy_metrics])
-ELSEWHERE = ENERGIES | {row.name for row in TOLD[settling_metrics]}
+COMPARISONS = frozenset(row.name for row in TOLD[reference_metrics])
+ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES
 
 
 def make_recording(built: Built, rollout: Rollout) -> Recording:
@@ -107,7 +132,7 @@ def recording_of(
         columns=columns,
         metrics=found.totals,
         strides=found.strides,
-        scenario=scenario.resolved(),
+        scenario=with_person(scenario).resolved(),
         model_xml=labelled(built.xml),
         model_binary=to_binary(built.full_model),
         status=status,
@@ -152,7 +177,42 @@ def examine(
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
     energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
-    return columns, WalkMetrics(found.totals | energy, found.strides, (*doubts, *found.warnings))
+    begins = built.walk is not None and not solved and rollout.first_step == 0
+    first, left_out = first_strides(built, rollout, columns, None, asked) if begins else ({}, ())
+    warnings = (*doubts, *found.warnings, *left_out)
+    return columns, WalkMetrics(found.totals | energy | first, found.strides, warnings)
+
+
+def first_strides(
+    built: Built,
+    rollout: Rollout,
+    columns: dict[str, np.ndarray] | None,
+    settled: Mapping[str, Metric] | None,
+    asked: Asked = EVERYTHING,
+) -> tuple[dict[str, Metric], tuple[str, ...]]:
+    """Metrics of the strides after a stop, and warnings of what they do not tell.
+
+    Parameters
+    ----------
+    built, rollout : from the start
+    columns : of the roll-out, where they are known
+    settled : metrics of the settled stride, where it was solved for
+    asked : metrics
+    """
+    wanted = NAMES if asked.metrics is None else asked.metrics & NAMES
+    if not wanted:
+        return {}, ()
+    if columns is None:
+        columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
+    filled = built.scenario.start is not None and AIR_BEFORE in wanted and len(columns["time"]) > 0
+    before = air_before(built, rollout.rows["act"][0]) if filled else None
+    strides = from_start(columns, built.scenario.timestep, built.body_mass, wanted)
+    gait = built.scenario.gait
+    if gait is not None and gait.start_phase > 0.0:  # the first swing belongs to no whole stride
+        wanted, strides = wanted & {AIR_BEFORE}, []
+    found, left_out = first_stride_metrics(strides, settled, before, wanted)
+    # who asks for all of them is not warned of the few that this run cannot tell
+    return found, () if asked.metrics is None else left_out
 
 
 def _energy(

@@ -10,6 +10,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.renamed import Metrics
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.exchange import dataset, frame
 from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
@@ -33,7 +34,7 @@ class Recording:
     Raises
     ------
     InputError
-        There is no such column.
+        There is no such column, or no such metric.
 
     Examples
     --------
@@ -57,6 +58,9 @@ class Recording:
     parameters: dict[str, list[float]]
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
     model_binary: bytes = b""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "metrics", Metrics(self.metrics))
 
     def __repr__(self) -> str:
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)

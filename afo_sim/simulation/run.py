@@ -12,6 +12,7 @@ from afo_sim.model.periodic import why_walked
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.reference import compared, reference_of
 from afo_sim.simulation.settled_run import run_settled
 from afo_sim.simulation.simulate import Progress, simulate
 
@@ -38,7 +39,8 @@ def run(
     -------
     Recording; its `status` is "ok", or says why the simulation stopped early. Of walking whose strides repeat
     it ends with the settled stride, which is solved for, and `metrics` are of that stride
-    (`gait.settled = "walked"` walks there instead).
+    (`gait.settled = "walked"` walks there instead). Where the scenario has a `reference`, that is walked too:
+    `lift_over_reference` and `reference_toe_clearance` compare the two.
 
     Raises
     ------
@@ -71,6 +73,15 @@ def run_scenario(
     watch: Watch | None = None,
 ) -> Recording:
     """Simulate a description as `run` does; `watch` sees it grow."""
+    if scenario.reference is not None:
+        reference_of(scenario)  # refused before anything is walked
+    return compared(_alone(scenario, policy, progress, watch), scenario)
+
+
+def _alone(
+    scenario: Scenario, policy: Policy | None, progress: Progress | None, watch: Watch | None
+) -> Recording:
+    """The run without its reference."""
     if policy is None and scenario.walking and not why_walked(scenario):
         return run_settled(scenario, progress=progress, watch=watch)
     return run_built(build(scenario), policy=policy, progress=progress, watch=watch)

@@ -7,14 +7,17 @@ after each jump of the air before it is judged.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.model.build import Built
 from afo_sim.model.periodic import AFTER, steps_of_stride
+from afo_sim.model.prefill import cooled, prefill
 from afo_sim.model.walk import JOINTS
 from afo_sim.simulation.first_air import first_air
 from afo_sim.simulation.policy import Rows, fixed
@@ -99,14 +102,34 @@ def settle(
 def _begun(built: Built, control: np.ndarray) -> Case | Rollout:
     """The case to walk from rest, or an empty Rollout where it cannot start."""
     n = steps_of_stride(built.scenario)
+
+    def guess(built: Built, data: mujoco.MjData) -> Mapping[int, float]:
+        """What is filled and vented; what is neither keeps the air with which the wearer starts."""
+        return {**first_air(built, data, control[n : 2 * n]), **_sealed(built, data, control)}
+
     try:
-        guess = None if sticks(built) else lambda built, data: first_air(built, data, control[n : 2 * n])
-        case = case_of(built, fixed(control), control[0], air=guess)
+        # friction that keeps the past keeps that of this start
+        case = case_of(built, fixed(control), control[0], air=None if sticks(built) else guess)
     except Exception as error:
         return not_begun(built.model, error)
     if isinstance(case, Case) and (reason := limp(case)) is not None:
         return not_begun(built.model, reason)
     return case
+
+
+def _sealed(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
+    """Gauge pressure at the start of each chamber whose valves never open [Pa], by its actuator."""
+    index = built.index
+    shut = [
+        actuator
+        for name, actuator in index.chambers.items()
+        if not control[:, [index.valves[f"{name}_{side}"] for side in ("inlet", "outlet")]].any()
+    ]
+    if not shut:
+        return {}
+    prefill(built, data)
+    held = {k: float(native.read_held(built.model, data.act, k)[0]) for k in shut}
+    return {k: cooled(built.model, data, k, mass) - AMBIENT_PRESSURE for k, mass in held.items()}
 
 
 class _Party:

@@ -18,7 +18,15 @@ from afo_sim.metrics.walking import WalkMetrics
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides
-from afo_sim.simulation.examine import Examined, make_recording, name_rows, recording_of, timing_of
+from afo_sim.model.person import with_person
+from afo_sim.simulation.examine import (
+    Examined,
+    first_strides,
+    make_recording,
+    name_rows,
+    recording_of,
+    timing_of,
+)
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.settle import Settled, settle
@@ -68,7 +76,8 @@ def run_settled(
     Returns
     -------
     Recording as long as the scenario, in whole strides: at least one from the start, then two settled ones.
-    `metrics` are of the settled stride, `strides` of each. The step is a whole part of a stride.
+    `metrics` are of the settled stride, and of those after a stop by their
+    names; `strides` of each. The step is a whole part of a stride.
     """
     first, second = build(start_up(scenario)), build(two_strides(scenario))
     if watch is not None:
@@ -76,22 +85,25 @@ def run_settled(
     see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
     walked = simulate(first, schedule.controls(first), progress=progress, see=see)
     if walked.failure is not None:
-        return dataclasses.replace(make_recording(first, walked), scenario=scenario.resolved())
+        return dataclasses.replace(make_recording(first, walked), scenario=with_person(scenario).resolved())
     begun = time.perf_counter()
     settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
     seconds = walked.wall_seconds + time.perf_counter() - begun
     if settled.rollout.failure is not None:
         failed = make_recording(first, walked)
         status = f"failed: while the settled stride was sought: {settled.rollout.failure}"
-        return dataclasses.replace(failed, scenario=scenario.resolved(), status=status, metrics={})
+        return dataclasses.replace(
+            failed, scenario=with_person(scenario).resolved(), status=status, metrics={}
+        )
     before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
+    begun_with, left_out = first_strides(first, walked, before.columns, after.found.totals)
     steps = first.scenario.n_step + settled.strides * steps_of_stride(scenario)
     recording = recording_of(
         first,
         scenario,
         columns=_joined(first, before, second, after),
-        found=_found(first, before, after, settled),
-        warnings=_warnings(first, before, after, settled),
+        found=_found(first, before, after, settled_metrics(settled) | begun_with),
+        warnings=(*_warnings(first, before, after, settled), *left_out),
         timing=timing_of(steps, seconds),
     )
     if watch is not None:
@@ -121,10 +133,10 @@ def _end(first: Built) -> int:
     return round(float(first.walk.phase[first.scenario.n_step + 1]))
 
 
-def _found(first: Built, before: Examined, after: Examined, settled: Settled) -> WalkMetrics:
-    """Totals of the settled stride, and the metrics of every stride."""
+def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Metric]) -> WalkMetrics:
+    """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
     strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
-    return WalkMetrics(after.found.totals | settled_metrics(settled), strides, ())
+    return WalkMetrics(after.found.totals | beside, strides, ())
 
 
 def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:

@@ -3,20 +3,31 @@
 The rows of WALKING replace those of a fixed shank that have the same name.
 """
 
+import dataclasses
 import functools
 from collections.abc import Callable
 
 import numpy as np
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.model.contact import LOADED
-from afo_sim.model.foot import POINTS, Foot, turned_all
-from afo_sim.model.patient import Active
+from afo_sim.gait.fourier import Wave
+from afo_sim.model.foot import Foot, Turn
+from afo_sim.model.outsole import POINTS, padded
+from afo_sim.model.patient import Active, passive_along
+from afo_sim.model.tissue import own_tissue
 from afo_sim.model.walk import JOINTS, Walk
 from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
 from afo_sim.simulation.frame import Column, Frame
 
-WORN = "of this foot's sole above the floor, were the ankle as recorded"
+WORN = "of this outsole above the floor, were the ankle as recorded"
+LOWEST = {"toe": ("pulp", "tip"), "sole": POINTS}
+HEIGHTS = {
+    "heel": "of the outsole above the floor",
+    "ball": "of the outsole above the floor",
+    "toe": "of the lower of pulp and tip above the floor",
+    "sole": "of the outsole's lowest point above the floor",
+}
+Points = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
 class WalkFrame(Frame):
@@ -72,30 +83,49 @@ class WalkFrame(Frame):
         z = self.joint(JOINTS[1])
         return z if self.built.contact is None else z + self.joint(SINK)
 
-    def sole(self, pitch: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Distances of the sole's points ahead of the ankle and above it [m] (n,), at pitches [rad] (n,)."""
-        places = [self.foot.points[name] for name in POINTS]
-        return dict(zip(POINTS, turned_all(places, pitch), strict=True))
+    @functools.cached_property
+    def extension(self) -> np.ndarray:
+        """Extension of the toes against the foot [rad] (n,); 0 of a rigid foot."""
+        toes = self.built.scenario.leg.toes
+        return np.zeros(self.n) if toes is None else self.joint(toes.joint)
 
     @functools.cached_property
-    def points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """The sole's points as `sole` gives them, at the simulated pitch."""
-        return self.sole(self.pitch)
+    def resting(self) -> np.ndarray:
+        """Rest extension of the toes [rad] (n,); 0 of a rigid foot."""
+        return np.zeros(self.n) if self.walk.toe is None else self.instants(self.walk.toe)
 
     @functools.cached_property
-    def recorded_points(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """The same at the recorded ankle angle."""
-        return self.sole(self.instants(self.walk.ankle) - self.shank)
+    def turn(self) -> Turn:
+        """Of the foot (n,)."""
+        return Turn.by(self.pitch)
+
+    @functools.cached_property
+    def points(self) -> Points:
+        """The outsole's points from the ankle, forward and up [m], at the simulated pitch and extension."""
+        return self.foot.outsole(self.turn, self.extension)
+
+    @functools.cached_property
+    def recorded_points(self) -> Points:
+        """The same at the recorded ankle angle, the toes at rest."""
+        return self.foot.outsole(self.instants(self.walk.ankle) - self.shank, self.resting)
+
+    def otherwise_extended(self, swing: float) -> Points:
+        """The same at the simulated pitch, were the toes to rest at another extension in swing [rad]."""
+        assert self.walk.resting is not None
+        other = dataclasses.replace(self.walk.resting, swing=swing)
+        wave = Wave.at(self.instants(self.walk.phase))
+        return self.foot.outsole(self.turn, self.extension + other.at(wave) - self.walk.resting.at(wave))
 
     @functools.cached_property
     def pads(self) -> np.ndarray:
         """Forces of the pads [N] (n, n_point)."""
-        return np.stack([self.moment(name) for name in PADS], axis=1)
+        there = [name for name in PADS if name in self.built.index.walking]
+        return np.stack([self.moment(name) for name in there], axis=1)
 
     @functools.cached_property
     def ahead(self) -> np.ndarray:
         """Distance of the sole's points ahead of the ankle [m] (n, n_point)."""
-        return np.stack([self.points[name][0] for name in POINTS], axis=1)
+        return np.stack([self.points[name][0] for name in padded(self.foot.toes)], axis=1)
 
     @functools.cached_property
     def recorded_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -147,8 +177,8 @@ def _pressure_centre(f: WalkFrame) -> np.ndarray:
     place = f.recorded_ground[2]
     contact = f.built.contact
     if contact is not None:
-        centre = np.sum(f.pads * f.ahead, axis=1) / np.maximum(f.pressing, LOADED)
-        place = np.where(f.pressing > LOADED, centre + f.steps(contact.shift), place)
+        centre = np.sum(f.pads * f.ahead, axis=1) / np.maximum(f.pressing, contact.loaded)
+        place = np.where(f.pressing > contact.loaded, centre + f.steps(contact.shift), place)
     return f.joint(JOINTS[0]) + place
 
 
@@ -160,6 +190,23 @@ def _frame_moment(f: WalkFrame) -> np.ndarray:
     return f.foot.frame_moment(f.pitch, f.driven[:, :2], f.driven[:, 2])
 
 
+def _toes_moment(f: WalkFrame) -> np.ndarray:
+    """What bent toes do about the ankle beyond straight ones: weight and inertia."""
+    toes, described = f.foot.toes, f.built.scenario.leg.toes
+    assert toes is not None and described is not None
+    joint = f.built.model.joint(described.joint).dofadr[0]
+    shank = f.built.model.joint(JOINTS[2]).dofadr[0]
+    speed = f.dof("qvel") - f.rows["qvel"][:, shank]
+    angular = f.dof("qacc") - f.driven[:, 2]
+    straight = toes.moment(f.driven[:, :2], [(f.turn, speed, angular)] * 2)
+    bent = (
+        f.turn.further(f.extension),
+        speed + f.rows["qvel"][:, joint],
+        angular + f.rows["qacc"][:, joint],
+    )
+    return straight - toes.moment(f.driven[:, :2], [(f.turn, speed, angular), bent])
+
+
 def _column(
     name: str,
     unit: str,
@@ -168,20 +215,40 @@ def _column(
     *,
     whole: bool = False,
     contact: bool = False,
+    toes: bool = False,
 ) -> Column:
-    """A column of walking, or only of walking in contact."""
+    """A column of walking, or only of walking in contact, or of a foot whose toes bend."""
     return Column(
         name,
         unit,
         sign,
         formula,
         whole=whole,
-        where=lambda built: built.walk is not None and (built.contact is not None or not contact),
+        where=lambda built: (
+            built.walk is not None
+            and (built.contact is not None or not contact)
+            and (built.walk.toe is not None or not toes)
+        ),
     )
 
 
-def _height(point: str, *, recorded: bool = False) -> Callable[[WalkFrame], np.ndarray]:
-    return lambda f: f.ankle_height + (f.recorded_points if recorded else f.points)[point][1]
+def _height(what: str, *, recorded: bool = False) -> Callable[[WalkFrame], np.ndarray]:
+    return lambda f: f.ankle_height + _lowest(f.recorded_points if recorded else f.points, what)
+
+
+def _lowest(points: Points, what: str) -> np.ndarray:
+    """Height of the lowest of some of the outsole's points above the ankle [m] (n,)."""
+    found: np.ndarray = np.minimum.reduce([points[name][1] for name in LOWEST.get(what, (what,))])
+    return found
+
+
+def _extended(which: int) -> Callable[[WalkFrame], np.ndarray]:
+    def formula(f: WalkFrame) -> np.ndarray:
+        toes = f.built.scenario.leg.toes
+        assert toes is not None
+        return f.ankle_height + _lowest(f.otherwise_extended(toes.swing_extension_range[which]), "sole")
+
+    return formula
 
 
 MOMENT = "internal, dorsiflexion positive"
@@ -206,8 +273,16 @@ WALKING = (
         f"{MOMENT}; active moment of the recorded walking less what the patient gives",
         lambda f: f.steps(f.active.needed),
     ),
+    _column(
+        "gait/passive_moment",
+        "N*m",
+        f"{MOMENT}; this ankle's tissue at the recorded angles",
+        lambda f: f.steps(passive_along(f.walk, own_tissue(f.built.scenario))),
+    ),
     _column("gait/ball_height", "m", WORN, _height("ball", recorded=True)),
     _column("gait/toe_height", "m", WORN, _height("toe", recorded=True)),
+    _column("gait/sole_height", "m", WORN, _height("sole", recorded=True)),
+    _column("gait/toe_extension", "rad", "at which the toes rest", lambda f: f.resting, toes=True),
     _column(
         "ankle/moment/orthosis",
         "N*m",
@@ -221,6 +296,12 @@ WALKING = (
         "dorsiflexion positive; ground force about the ankle",
         lambda f: f.ground_moment,
     ),
+    _column(
+        "sole/pitch",
+        "rad",
+        "of the outsole to the floor, toe up positive",
+        lambda f: f.pitch - f.foot.level,
+    ),
     _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", lambda f: f.shank),
     _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
     _column("ankle/position/z", "m", "up, the floor at 0", lambda f: f.ankle_height),
@@ -232,7 +313,22 @@ WALKING = (
     ),
     _column("ground/force/z", "N", "on the foot, upward positive", lambda f: f.pressing),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
-    *(_column(f"{point}/height", "m", "of the sole above the floor", _height(point)) for point in POINTS),
+    *(_column(f"{point}/height", "m", sign, _height(point)) for point, sign in HEIGHTS.items()),
+    _column(
+        "sole/height_less_extended",
+        "m",
+        "the same, were the toes extended in swing by the least of swing_extension_range",
+        _extended(0),
+        toes=True,
+    ),
+    _column(
+        "sole/height_more_extended",
+        "m",
+        "the same, were the toes extended in swing by the greatest of swing_extension_range",
+        _extended(1),
+        toes=True,
+    ),
+    _column("toe/extension", "rad", "of the toes against the foot", lambda f: f.extension, toes=True),
     _column(
         "gait/ground_force_z",
         "N",
@@ -253,6 +349,14 @@ WALKING = (
         "dorsiflexion positive; weight of foot, plate and muscles",
         _gravity_moment,
         whole=True,
+    ),
+    _column(
+        "ankle/moment/toes",
+        "N*m",
+        "dorsiflexion positive; weight and inertia of bent toes beyond those of straight ones",
+        _toes_moment,
+        whole=True,
+        toes=True,
     ),
     _column(
         "ankle/moment/frame",

@@ -17,11 +17,15 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.first_strides import undefined
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.reference import reference_metrics
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import two_strides, why_walked
-from afo_sim.simulation.examine import EVERYTHING, Asked, examine
+from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
+from afo_sim.simulation.reference import References
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
@@ -45,18 +49,37 @@ class Outcome:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A case that is ready to run."""
+    """A case that is ready to run.
+
+    `solved` says that these are two strides, of which the settled one is solved for; `first` are the strides
+    from the start, where something is asked of them beside it.
+    """
 
     number: int
     built: Built
     control: np.ndarray
-    solved: bool = False  # two strides, of which the settled one is solved for
+    solved: bool = False
+    first: "Prepared | None" = None
 
     @property
     def layout(self) -> tuple[Any, ...]:
         """The parts that cases must have in common to share a roll-out."""
         sizes = self.built.model._sizes.tobytes()  # all of them: some are in no attribute of their own
-        return (self.built.scenario.callback, self.solved, len(self.control), sizes)
+        return (self.built.scenario.callback, self.solved, len(self.control), self.first_steps, sizes)
+
+    @property
+    def first_steps(self) -> int:
+        """Steps from the start that are walked beside the search for the settled stride."""
+        return 0 if self.first is None else len(self.first.control)
+
+
+@dataclass(frozen=True, eq=False)
+class Rolled:
+    """A case that has run: its rows; of a settled stride how it was found, and the strides from the start."""
+
+    rollout: Rollout
+    settled: Settled | None = None
+    first: Rollout | None = None
 
 
 class Jobs(Protocol):
@@ -75,7 +98,6 @@ class Jobs(Protocol):
 
 
 Numbered = tuple[int, Outcome]
-Rolled = Rollout | Settled
 Batched = list[Prepared] | Numbered
 
 
@@ -101,29 +123,30 @@ def outcomes(
     (number, Outcome), the numbers of a chunk in no particular order
     """
     keep_flat()
-    batches = _batches(scenario, cases, chunk, BATCH_BYTES / (1 if threads < 2 else threads + AHEAD))
+    most_bytes = BATCH_BYTES / (1 if threads < 2 else threads + AHEAD)
+    batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
     with native.installed():
         yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
 
 
 def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
-    workspace = Workspace({})
+    workspace, references = Workspace({}), References()
     for batch in batches:
         if isinstance(batch, tuple):
             yield batch
         else:
-            yield from _finish(batch, _roll(batch, workspace), asked)
+            yield from _finish(batch, _roll(batch, workspace), asked, references)
 
 
 def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Iterator[Numbered]:
     """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
     running: dict[Future[list[Rolled]], tuple[list[Prepared], Workspace]] = {}
-    free = [Workspace({}) for _ in range(threads + AHEAD)]
+    free, references = [Workspace({}) for _ in range(threads + AHEAD)], References()
 
     def collected(how_many: str) -> Iterator[Numbered]:
         for ended in wait(running, return_when=how_many).done:
             batch, workspace = running.pop(ended)
-            yield from _finish(batch, ended.result(), asked)
+            yield from _finish(batch, ended.result(), asked, references)
             free.append(workspace)
 
     with ThreadPoolExecutor(threads) as pool:
@@ -132,7 +155,7 @@ def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Ite
                 yield batch
             elif _in_python(batch):  # its callbacks would be those of all threads
                 yield from collected(ALL_COMPLETED)
-                yield from _finish(batch, _roll(batch, free[0]), asked)
+                yield from _finish(batch, _roll(batch, free[0]), asked, references)
             else:
                 if not free:
                     yield from collected(FIRST_COMPLETED)
@@ -142,15 +165,36 @@ def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Ite
             yield from collected(FIRST_COMPLETED)
 
 
-def prepare(scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any]) -> Prepared | Outcome:
-    """Read and compile a case, or say why that cannot be."""
+def prepare(
+    scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any], first_strides: int = 0
+) -> Prepared | Outcome:
+    """Read and compile a case, or say why that cannot be.
+
+    Parameters
+    ----------
+    scenario, number, sets : of the case
+    first_strides : from the start that are walked where the settled stride is solved for; where it is walked
+        to, they are there anyway
+    """
     try:
         description = load("scenario", scenario, sets)
         solved = description.walking and not why_walked(description)
         built = build(two_strides(description) if solved else description)
-        return Prepared(number, built, schedule.controls(built), solved)
+        first = _first(description, number, first_strides) if solved and first_strides else None
+        return Prepared(number, built, schedule.controls(built), solved, first)
     except Exception as error:  # one case's trouble is not the others'
         return _failed(error)
+
+
+def _first(description: Scenario, number: int, strides: int) -> Prepared:
+    """The first strides of the run that a case is alone, no more than it has.
+
+    The whole run is laid out, and its first part rolled out: so its inputs are the run's to the last bit.
+    """
+    assert description.gait is not None
+    built, n = build(start_up(description)), steps_of_stride(description)
+    until_strike = -round(description.gait.start_phase * n) % n
+    return Prepared(number, built, schedule.controls(built)[: until_strike + strides * n])
 
 
 def _batches(
@@ -158,12 +202,13 @@ def _batches(
     cases: Iterable[tuple[int, Mapping[str, Any]]],
     chunk: int,
     most_bytes: float,
+    first_strides: int,
 ) -> Iterator[Batched]:
     """Cases of one layout, as many as fit; number and outcome of those that cannot run."""
     groups: dict[tuple[Any, ...], list[Prepared]] = {}
     room: dict[tuple[Any, ...], int] = {}
     for count, (number, sets) in enumerate(cases, start=1):
-        case = prepare(scenario, number, sets)
+        case = prepare(scenario, number, sets, first_strides)
         if isinstance(case, Outcome):
             yield number, case
         else:
@@ -171,7 +216,7 @@ def _batches(
             if layout not in room:
                 # a search for a stride keeps two strides beside the result's two
                 row = 8.0 * row_width(case.built.model) * (2.0 if case.solved else 1.0)
-                room[layout] = max(int(most_bytes / (row * len(case.control))), 1)
+                room[layout] = max(int(most_bytes / (row * (len(case.control) + case.first_steps))), 1)
             groups.setdefault(layout, []).append(case)
             if len(groups[layout]) == room[layout]:
                 yield groups.pop(layout)
@@ -190,10 +235,18 @@ def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
     builts, controls = [case.built for case in batch], [case.control for case in batch]
     if batch[0].solved:
         mode: native.Mode = "python" if _in_python(batch) else "native"
-        return list(settle(builts, controls, mode=mode, workspace=workspace))
+        settled = settle(builts, controls, mode=mode, workspace=workspace)
+        first = [case.first for case in batch if case.first is not None]
+        walked = _walk(first, workspace) if first else [None] * len(batch)
+        return [Rolled(each.rollout, each, before) for each, before in zip(settled, walked, strict=True)]
+    return [Rolled(rollout) for rollout in _walk(batch, workspace)]
+
+
+def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
+    """Roll-outs from the start; rows of a search for settled strides in the same memory stay."""
     if _in_python(batch):
         return [_roll_alone(case) for case in batch]
-    return list(simulate_together(builts, controls, workspace))
+    return simulate_together([case.built for case in batch], [case.control for case in batch], workspace)
 
 
 def _roll_alone(case: Prepared) -> Rollout:
@@ -203,26 +256,48 @@ def _roll_alone(case: Prepared) -> Rollout:
         return Rollout({}, case.control[:0], error)
 
 
-def _finish(batch: Sequence[Prepared], rolled: Sequence[Rolled], asked: Asked) -> Iterator[Numbered]:
+def _finish(
+    batch: Sequence[Prepared], rolled: Sequence[Rolled], asked: Asked, references: References
+) -> Iterator[Numbered]:
     for case, each in zip(batch, rolled, strict=True):
-        yield case.number, _outcome(case, each, asked)
+        yield case.number, _outcome(case, each, asked, references)
 
 
-def _outcome(case: Prepared, rolled: Rolled, asked: Asked) -> Outcome:
-    settled = rolled if isinstance(rolled, Settled) else None
-    rollout = rolled.rollout if isinstance(rolled, Settled) else rolled
-    if rollout.failure is not None:
-        return _failed(rollout.failure)
+def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: References) -> Outcome:
+    for rollout in (rolled.first, rolled.rollout):  # in the order in which a run comes to them
+        if rollout is not None and rollout.failure is not None:
+            return _failed(rollout.failure)
     try:
-        _, found = examine(case.built, rollout, transient=False, solved=settled is not None, asked=asked)
+        totals, warnings = _told(case, rolled, asked)
+        if asked.reference and case.built.scenario.reference is not None:
+            totals = totals | reference_metrics(totals, references.of(case.built.scenario).metrics)
     except Exception as error:
         return _failed(error)
-    totals, warnings = found.totals, found.warnings
-    if settled is not None:
-        totals, warnings = totals | settled_metrics(settled), (*unsettled_warning(settled), *warnings)
+    totals = _undefined(case, totals, asked) | totals
     return Outcome(
         OK, "", {name: _finite(m) for name, m in totals.items()}, (*case.built.warnings, *warnings)
     )
+
+
+def _told(case: Prepared, rolled: Rolled, asked: Asked) -> tuple[dict[str, Metric], tuple[str, ...]]:
+    """Metrics and warnings of a case that has run."""
+    settled = rolled.settled
+    _, found = examine(case.built, rolled.rollout, transient=False, solved=settled is not None, asked=asked)
+    if settled is None:
+        return found.totals, found.warnings
+    totals, warnings = found.totals | settled_metrics(settled), (*unsettled_warning(settled), *found.warnings)
+    if case.first is None or rolled.first is None:
+        return totals, warnings
+    first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked)
+    return totals | first, (*warnings, *left_out)
+
+
+def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> dict[str, Metric]:
+    """What is asked of the first strides, undefined: a column of rows, whether the case at hand tells it."""
+    scenario = case.built.scenario
+    if not (scenario.walking and totals):
+        return {}
+    return undefined(asked.metrics, bool(scenario.orthosis.chamber), scenario.start is not None)
 
 
 def _finite(metric: Metric) -> Metric:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.shown import shown
 
 if TYPE_CHECKING:
@@ -59,12 +60,9 @@ class Results:
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.table.column_names:
-            raise InputError(
-                "the sweep has no such column",
-                field="column",
-                value=column,
-                nearest=nearest_name(column, self.table.column_names),
-            )
+            problem = told("the sweep has no such column", column)
+            nearest = instead(column, self.table.column_names)
+            raise InputError(problem, field="column", value=column, nearest=nearest)
         values = self.table[column].to_numpy()
         return values.astype(str) if values.dtype == object else values
 

@@ -11,6 +11,9 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
+from afo_sim.metrics.metric import TOLD
+from afo_sim.metrics.reference import COMPARED, reference_metrics
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
@@ -256,16 +259,36 @@ def _tried(
     if not units:
         problem = "no case that was tried has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
+    known = units | comparisons(scenario, sets, units)
     for name in plan.metrics:
-        if name not in units:
-            problem = "is no metric of this scenario"
-            allowed = ", ".join(sorted(units))
-            raise InputError(problem, file=plan.file, field="metrics", value=name, allowed=allowed)
+        if name not in known:
+            problem, near = told("is no metric of this scenario", name), instead(name, known)
+            allowed = ", ".join(sorted(known))
+            raise InputError(
+                problem, file=plan.file, field="metrics", value=name, allowed=allowed, nearest=near
+            )
     for parameter in plan.parameters:
         if parameter.name in units:
             problem = "is the name of a metric"
             raise InputError(problem, file=plan.file, field=f"parameters.{parameter.name}")
-    return {name: units[name] for name in plan.metrics or units}, seconds
+    return {name: known[name] for name in plan.metrics or units}, seconds
+
+
+def comparisons(
+    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], units: Mapping[str, str]
+) -> dict[str, str]:
+    """Metrics that compare with the scenario's reference, with their units: only if asked for.
+
+    Parameters
+    ----------
+    scenario : what all cases begin with
+    sets : overrides of cases
+    units : of the metrics that cases have
+    """
+    compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
+    if not compares or COMPARED not in units:
+        return {}
+    return {row.name: row.unit for row in TOLD[reference_metrics]}
 
 
 def probe(

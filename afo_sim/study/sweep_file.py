@@ -13,6 +13,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import PROBLEMS, load, split_key
 from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study.case_table import values_of
 from afo_sim.study.constraint import Constraint, read_constraint
@@ -53,9 +54,8 @@ class SweepFile(StrictTable):
     def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
         for name in metrics:
             if words(name).group == OTHER:
-                raise refusal(
-                    f"{name!r} is no metric", "see `afo-sim run`", "", nearest_name(name, WORDS) or ""
-                )
+                problem = told(f"{name!r} is no metric", name)
+                raise refusal(problem, "see `afo-sim run`", "", instead(name, WORDS) or "")
         return metrics
 
     @field_validator("keep")

@@ -5,9 +5,10 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.errors import InputError
 from afo_sim.common.units import EXAMPLES, in_unit
 from afo_sim.metrics import words as metric_words
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
@@ -18,6 +19,8 @@ HOW_MANY = 3  # metrics, where none is asked for and DEFAULT are not there
 LOW_IS_GOOD = (
     "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
     "needed_", "swings_with", "contacts_with_forefoot", "contacts_with_flat", "rise_time", "peak_pressure_",
+    "normal_litres_", "torque_against_", "work_against_", "ankle_range_lost", "dorsiflexion_lost",
+    "plantarflexion_lost_",
 )  # fmt: skip
 # Units by the size of the values: (largest value below which it is used [SI], unit).
 SIZES = {
@@ -108,7 +111,9 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
     for text in asked:
         name, colon, end = text.partition(":")
         if name not in results.metrics:
-            raise unknown(name, results.metrics, field="metric", problem="the sweep has no such metric")
+            problem, near = told("the sweep has no such metric", name), instead(name, results.metrics)
+            allowed = ", ".join(results.metrics)
+            raise InputError(problem, field="metric", value=name, allowed=allowed, nearest=near)
         if colon and end not in ("lowest", "highest"):
             raise InputError("is no choice", field=name, value=end, allowed="lowest, highest")
         found[name] = end if colon else better(name)  # type: ignore[assignment]

@@ -11,6 +11,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import AFTER, steps_of_stride, two_strides, why_walked
+from afo_sim.model.person import with_person
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.run import run
@@ -263,7 +264,7 @@ def test_a_kept_run_has_the_model_that_ran(tmp_path: pathlib.Path) -> None:
     run(described).save(tmp_path / "run", rrd=False)
     kept = read_recording(tmp_path / "run")
     assert kept.model().opt.timestep == two_strides(described).timestep
-    assert load("scenario", kept.scenario) == described  # as it was asked for
+    assert load("scenario", kept.scenario) == with_person(described)  # as it was asked for, by whoever walked
 
 
 def test_plain_walking_has_no_solved_rows() -> None:

@@ -16,7 +16,7 @@ OTHERS = {
     "walk-healthy": ("walk-dropfoot", "angle_error_recorded"),
     "walk-dropfoot": ("walk-healthy", "toe_clearance_to_recorded"),
     "walk-dropfoot-afo": ("walk-dropfoot", "toe_clearance"),
-    "walk-dropfoot-afo-short": ("walk-dropfoot-afo", "toe_clearance"),
+    "walk-dropfoot-afo-short": ("walk-dropfoot", "toe_clearance"),
     "walk-dropfoot-afo-timer": ("walk-dropfoot", "toe_clearance"),
     "arm": ("arm-short", "range_of_motion"),
     "arm-short": ("arm", "range_of_motion"),

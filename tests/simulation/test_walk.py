@@ -13,7 +13,8 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.description.walking import Gait
 from afo_sim.gait import file as gait_file
-from afo_sim.gait.cycle import fit_to_leg
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.place import fit_to_leg
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import turned
 from afo_sim.model.patient import needed_moment
@@ -22,23 +23,39 @@ from afo_sim.physics.passive_ankle import passive_moment
 from afo_sim.simulation.recording import Recording
 
 HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's
-TEN_STRIDES = {"duration": "13.3 s"}  # and one that ends in the run, to the last row
+# one recorded walker at the leg's own size, whatever the scenarios walk with
+WALKER = {
+    "gait.cycle": "gatk_stride1",
+    "patient.body_mass": "75 kg",
+    "patient.body_height": "1.78 m",  # the trial's
+    "leg.body_height": "1.78 m",
+}
+TEN_STRIDES = WALKER | {"duration": "13.3 s"}  # and one that ends in the run, to the last row
 SWING = (0.68, 0.97)
 
 
 @pytest.fixture(scope="module")
 def healthy() -> Recording:
-    return afo_sim.run("walk-healthy")
+    return afo_sim.run("walk-healthy", WALKER)
 
 
 @pytest.fixture(scope="module")
 def drop_foot() -> Recording:
-    return afo_sim.run("walk-dropfoot")
+    return afo_sim.run("walk-dropfoot", WALKER)
 
 
 @pytest.fixture(scope="module")
 def lifted() -> Recording:
     return afo_sim.run("walk-dropfoot-afo-short", TEN_STRIDES)
+
+
+def placed(under: float = 0.0, behind: float = 0.0) -> GaitCycle:
+    """The shipped stride about the ankle of the shipped leg, whose bare sole is 68 mm below it.
+
+    An even sole is `under` it [m], and reaches `behind` its heel [m].
+    """
+    sole = ((-0.060 - behind, -0.068 - under), (0.120, -0.068 - under))
+    return fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), sole, stack=under).cycle
 
 
 def settled(run: Recording) -> np.ndarray:
@@ -52,14 +69,14 @@ def in_swing(run: Recording) -> np.ndarray:
 
 
 def walk_built(name: str = "walk-healthy", sets: dict[str, object] | None = None) -> Built:
-    return build(load("scenario", name, sets))
+    return build(load("scenario", name, WALKER | (sets or {})))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("settled", ["solved", "walked"])
 def test_the_shank_is_where_the_recording_says_after_ten_strides(settled: str) -> None:
     lifted = afo_sim.run("walk-dropfoot-afo-short", TEN_STRIDES | {"gait.settled": settled})
-    cycle, _ = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)
+    cycle = placed(0.022, 0.018)  # S1's plate
     phase = lifted["time"] / cycle.stride_time
     for column, name, bound in (
         ("ankle/position/x", "ankle_x", 1e-4),
@@ -72,7 +89,7 @@ def test_the_shank_is_where_the_recording_says_after_ten_strides(settled: str) -
 
 def test_the_foot_feels_the_shanks_true_acceleration(healthy: Recording) -> None:
     # one step of the finite differences is off by a fourth derivative of a 10 Hz signal
-    cycle, _ = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)
+    cycle = placed()
     built = walk_built()
     assert built.walk is not None
     exact = cycle.signal("ankle_z", built.walk.phase[1:-1], 2)
@@ -107,7 +124,7 @@ def test_all_moments_sum_to_the_ankles_acceleration(lifted: Recording) -> None:
 
 def independent_foot(run: Recording, built: Built) -> tuple[np.ndarray, np.ndarray]:
     """Ankle angle of the bare foot by an integration of its own, over the second stride."""
-    cycle, scenario = fit_to_leg(gait_file.read(assets.find_gait("gatk_stride1")), 0.068)[0], built.scenario
+    cycle, scenario = placed(), built.scenario
     mass, foot_mass, inertia = 75.0, 1.09, 0.0061 + 1.09 * (0.055**2 + 0.030**2)
     period, begin = cycle.stride_time, cycle.stride_time
 
@@ -192,10 +209,11 @@ def test_the_orthosis_gives_the_clearance_back(
 
 def test_the_stop_holds_an_ankle_that_the_recorded_ground_bends() -> None:
     """Weak calf muscles under the recorded force: into the stop at 30°, which gives a little."""
-    run = afo_sim.run("walk-dropfoot", {"patient": "plantarflexor-weak", "duration": "2.4 s"})
-    assert 30.0 < np.degrees(run["ankle/angle"]).max() < 32.0
+    run = afo_sim.run("walk-dropfoot", WALKER | {"patient": "plantarflexor-weak", "duration": "2.4 s"})
+    # the stop gives with the moment, 142 N·m here
+    assert 30.0 < np.degrees(run["ankle/angle"]).max() < 32.5
     total = sum(run[name] for name in run.columns if name.startswith("ankle/moment/"))
-    foot = build(load("scenario", "walk-dropfoot")).foot
+    foot = build(load("scenario", "walk-dropfoot", WALKER)).foot
     assert foot is not None
     assert np.abs(total - foot.inertia * run["ankle/acceleration"]).max() < 1e-9
 
@@ -219,13 +237,14 @@ def test_heights_are_those_of_the_model(lifted: Recording) -> None:
     built = walk_built("walk-dropfoot-afo-short")
     data = mujoco.MjData(built.model)
     for row in range(0, len(lifted["time"]), 1777):
-        for name in ("shank_x", "shank_z", "shank_angle", "ankle"):
+        for name in ("shank_x", "shank_z", "shank_angle", "ankle", "toe"):
             joint = built.model.joint(name)
             data.qpos[joint.qposadr[0]] = lifted[f"qpos/{name}"][row]
         mujoco.mj_kinematics(built.model, data)
-        for point in ("heel", "ball", "toe"):
-            height = data.site(point).xpos[2]
-            assert lifted[f"{point}/height"][row] == pytest.approx(height, abs=1e-9)
+        heights = {name: data.site(f"sole_{name}").xpos[2] for name in ("heel", "ball", "pulp", "tip")}
+        heights |= {"toe": min(heights["pulp"], heights["tip"]), "sole": min(heights.values())}
+        for point in ("heel", "ball", "toe", "sole"):
+            assert lifted[f"{point}/height"][row] == pytest.approx(heights[point], abs=1e-9)
 
 
 def test_varied_strides_have_the_stated_mean_and_spread() -> None:
@@ -286,7 +305,8 @@ def test_every_patient_walks(patient: str) -> None:
 def test_a_bigger_patient_is_the_same_shape() -> None:
     """All lengths × 1.2, masses × 1.5: the foot's inertia × 1.5 × 1.44."""
     sets = {"patient.body_mass": "112.5 kg", "patient.body_height": "2.1 m"}
-    small, big = (walk_built(sets=s).foot for s in ({}, sets))
+    own = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}
+    small, big = (walk_built(sets=s).foot for s in (own, sets))
     assert small is not None and big is not None
     assert big.mass == pytest.approx(1.5 * small.mass, rel=1e-9)
     assert big.inertia == pytest.approx(1.5 * 1.44 * small.inertia, rel=1e-9)

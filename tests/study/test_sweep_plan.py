@@ -757,7 +757,7 @@ def test_shipped_sweeps_are_good(name: str) -> None:
     found = sweep_file.read(name)
     assert len(found.description) > 10
     many = cases_of(found)
-    assert len(many) == found.cases
+    assert len(many) > 1 if found.design == "grid" else len(many) == found.cases  # a grid tells no number
     assert all(np.isfinite(many.values[p.name]).all() for p in found.parameters if not p.words)
 
 

@@ -26,7 +26,7 @@ class BestDesign:
     metrics : {name: value with its unit} of objective and limits; NaN where a run has none
     limits : {limit: True where it is kept}; without any, empty
     feasible : True where every limit and constraint is kept
-    settled : True where more generations would find nothing better
+    converged : True where more generations would find nothing better
     starts : objective that each start of the search has ended with
     scenario : with the best parameters, ready to run
     summary : everything that best.json holds
@@ -38,7 +38,7 @@ class BestDesign:
     metrics: dict[str, Metric]
     limits: dict[str, bool]
     feasible: bool
-    settled: bool
+    converged: bool
     starts: tuple[Metric, ...]
     scenario: Scenario
     summary: dict[str, Any]
@@ -48,9 +48,9 @@ class BestDesign:
         values = ", ".join(f"{name} = {value}" for name, value in self.parameters.items())
         broken = [limit for limit, kept in self.limits.items() if not kept]
         limits = f"; not kept: {', '.join(broken)}" if broken else "; limits kept" if self.limits else ""
-        settled = "" if self.settled else "; not settled"
+        open_ended = "" if self.converged else "; not converged"
         best = f"{self.goal} {self.objective} = {self.metrics[self.objective]}"
-        return f"<BestDesign: {best} with {values}{limits}{settled}>"
+        return f"<BestDesign: {best} with {values}{limits}{open_ended}>"
 
     def _repr_html_(self) -> str:  # asked for by Jupyter
         return shown().html(self)
@@ -73,7 +73,7 @@ def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
         | {goal["metric"]: _metric(goal["value"], goal["unit"])},
         limits={_limit_text(one): one["short"] == 0.0 for one in limits},
         feasible=summary["feasible"],
-        settled=summary["settled"],
+        converged=summary["converged"],
         starts=tuple(_metric(start["objective"], goal["unit"]) for start in summary["starts"]),
         scenario=load("scenario", search.designs.scenario, summary["sets"]),
         summary=dict(summary),

@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.study.results import optional
 
 START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
-SETTLED = 1e-4  # standard deviation in every direction below which nothing is left to find
+CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
 
 
 class Evolution:
@@ -31,7 +31,7 @@ class Evolution:
             "seed": math.nan,  # leaves NumPy's own generator alone
             "verbose": -9,
             "signals_filename": "",  # no options from whatever file lies in the current folder
-            "tolx": SETTLED,
+            "tolx": CONVERGED,
             # What it is told are ranks, of which the best is always the same: they tell no progress.
             "tolfun": 0.0,
             "tolfunhist": 0.0,
@@ -50,7 +50,7 @@ class Evolution:
         return int(self._strategy.popsize)
 
     @property
-    def settled(self) -> bool:
+    def converged(self) -> bool:
         """True where the designs have come so close together that nothing is left to find."""
         return bool(self._strategy.stop())
 

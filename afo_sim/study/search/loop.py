@@ -76,7 +76,7 @@ def evolve(
 
     Returns
     -------
-    (all designs in the order in which they were tried, whether every start has settled)
+    (all designs in the order in which they were tried, whether every start has converged)
 
     Raises
     ------
@@ -87,14 +87,14 @@ def evolve(
     done: list[Columns] = []
     for generation in range(generations):
         for start, evolution in enumerate(evolutions):
-            if evolution.settled:
+            if evolution.converged:
                 continue
             columns = _generation(problem, folder, (generation, start), evolution, evaluate, done)
             evolution.tell(problem.aim.ranks(columns))
             done.append(columns)
             if report is not None:
                 report(_progress(problem.aim, done, generations * len(evolutions)))
-    return store.joined(done), all(evolution.settled for evolution in evolutions)
+    return store.joined(done), all(evolution.converged for evolution in evolutions)
 
 
 def _generation(

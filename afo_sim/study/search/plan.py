@@ -15,6 +15,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
+from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study import arguments, sweep_file
 from afo_sim.study.design import Cases, case_seeds, cases_of
@@ -109,7 +110,7 @@ class SearchPlan:
         fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
         for field, name in fields.items():
             if name not in units:
-                problem, near = "is no metric of this scenario", nearest_name(name, units)
+                problem, near = told("is no metric of this scenario", name), instead(name, units)
                 allowed = ", ".join(sorted(units))
                 raise InputError(
                     problem, file=self.file, field=field, value=name, allowed=allowed, nearest=near
@@ -335,7 +336,8 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
 
 def _known(name: str) -> str:
     if words(name).group == OTHER:
-        raise refusal(f"{name!r} is no metric", "see `afo-sim run`", nearest=nearest_name(name, WORDS) or "")
+        problem = told(f"{name!r} is no metric", name)
+        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
     return name
 
 

@@ -16,7 +16,7 @@ from afo_sim.description.reader import expand, load
 from afo_sim.study.design import Cases
 from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, pool
-from afo_sim.study.runner import probe
+from afo_sim.study.runner import comparisons, probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
 from afo_sim.study.search.answers import Answers, Columns, answers
@@ -44,7 +44,7 @@ class Opened:
     def finished(self) -> bool:
         """True where nothing is left to do."""
         return self.best is not None and (
-            self.best["settled"] or self.best["generations"] >= self.search.generations
+            self.best["converged"] or self.best["generations"] >= self.search.generations
         )
 
     @property
@@ -139,7 +139,7 @@ def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | No
         designs = search.as_cases(values)
         return answers(opened.scenario, designs, patients, problem.aim.metrics, who)
 
-    columns, settled = evolve(
+    columns, converged = evolve(
         problem, opened.folder, search.generations, lambda v: judged(v, opened.patients), report
     )
     best = row(columns, best_of(problem.aim, columns))
@@ -150,7 +150,9 @@ def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | No
         again = search.aim(opened.units).judge(found.metrics) | {
             "reason": np.array(found.reasons, dtype=object)
         }
-    summary = _summary(opened, columns, best, settled) | {"fresh_patients": _fresh(problem.aim, fresh, again)}
+    summary = _summary(opened, columns, best, converged) | {
+        "fresh_patients": _fresh(problem.aim, fresh, again)
+    }
     _write(opened, columns, summary)
     return summary
 
@@ -161,10 +163,12 @@ def _tried(
     """The metrics that cases have, with their units, and what one case takes [s]."""
     middle = {p.name: p.spread.at(np.array([0.5])) for p in search.designs.parameters}  # type: ignore[union-attr]
     sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
-    return probe(scenario, [search.designs.set, sets], search.file)
+    tried = [search.designs.set, sets]
+    units, seconds = probe(scenario, tried, search.file)
+    return units | comparisons(scenario, tried, units), seconds
 
 
-def _summary(opened: Opened, columns: Columns, best: Columns, settled: bool) -> dict[str, Any]:
+def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:
     """The result but for the fresh patients, as JSON-able data."""
     problem, aim = opened.problem, opened.problem.aim
     simulated = int(np.count_nonzero(columns[OUTSIDE] == 0.0))
@@ -174,7 +178,7 @@ def _summary(opened: Opened, columns: Columns, best: Columns, settled: bool) -> 
         "scenario": opened.search.designs.scenario_name,
         "feasible": bool(aim.feasible(best)[0]),
         "feasible_designs": int(np.count_nonzero(aim.feasible(columns))),
-        "settled": settled,
+        "converged": converged,
         "starts": _starts(opened, columns),
         "generations": int(columns["generation"][-1]) + 1,
         "designs": len(columns["design"]),

@@ -39,9 +39,9 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     patients = f"{best['patients']} patient{'s' if best['patients'] > 1 else ''}"
     tried += f", {best['simulated']} of them simulated with {patients} each"
     how = (
-        "the search has settled"
-        if best["settled"]
-        else "the search has not settled: more generations may find better"
+        "the search has converged"
+        if best["converged"]
+        else "the search has not converged: more generations may find better"
     )
     lines = []
     if best["feasible"]:
@@ -72,6 +72,8 @@ def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
     lacking = f", and {len(starts) - len(values)} found none that keeps every limit"
     if not values:
         return [f"none of {len(starts)} starts found a design that keeps every limit"]
+    if len(values) == 1:  # there is nothing to compare it with
+        return [f"only one of {len(starts)} starts found designs that keep every limit: take more starts"]
     low, high = min(values), max(values)
     label = metric_words.words(goal["metric"]).label
     size = max(abs(low), abs(high))
