@@ -14,13 +14,16 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.shoe import Shoe
 from afo_sim.description.walking import Patient
+from afo_sim.description.words import reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.model.build import build
 from afo_sim.model.mounting import muscle_names, own_contraction, sweep_ankle
 from afo_sim.simulation.checks_file import read_checks
+from afo_sim.simulation.reference import reference_of
 
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -99,8 +102,8 @@ def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file), patient (dorsiflexor_strength), a list of checks ([[check]]), a "
-            "sweep ([parameters.NAME]) or a search (with [objective])",
+            "(conductance), leg (file), patient (dorsiflexor_strength), shoe (heel_stack), a list of checks "
+            "([[check]]), a sweep ([parameters.NAME]) or a search (with [objective])",
         )
     return kind
 
@@ -163,6 +166,9 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
                 f"{own:.3f}, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
             )
         )
+    if scenario.reference is not None:
+        reference_of(scenario)
+        findings.append(("compared with", reference(scenario.resolved())))
     return findings + [("warning", warning) for warning in built.warnings]
 
 
@@ -193,6 +199,17 @@ def _patient(patient: Patient) -> list[tuple[str, str]]:
     return [(f"strength of the {side}", f"{100 * share:g} %") for side, share in sides.items()]
 
 
+def _shoe(shoe: Shoe) -> list[tuple[str, str]]:
+    drop = shoe.heel_stack - shoe.ball_stack
+    return [
+        ("under heel and ball", f"{1e3 * shoe.heel_stack:g} mm and {1e3 * shoe.ball_stack:g} mm"),
+        ("drop", f"{1e3 * drop:g} mm"),
+        ("toe spring", f"{1e3 * shoe.toe_spring:g} mm"),
+        ("stiffness added to the toes", f"{shoe.toe_stiffness:g} N·m/rad"),
+        ("mass", f"{shoe.mass:g} kg"),
+    ]
+
+
 def _leg(leg: Leg) -> list[tuple[str, str]]:
     return _check_model(leg.file)
 
@@ -204,6 +221,7 @@ _FINDINGS: dict[type, Any] = {
     Valve: _valve,
     Leg: _leg,
     Patient: _patient,
+    Shoe: _shoe,
 }
 
 

@@ -44,6 +44,8 @@ def test_documents_runs_run(tmp_path: pathlib.Path) -> None:
     for line in lines:
         if "gait.cycle=my_walk.csv" in line:
             continue  # of a trial that is imported first, in tests/cli
+        if "runs/least-air" in line:
+            continue  # of a search of minutes
         command = line.replace("afo-sim", f'"{sys.executable}" -m afo_sim', 1)
         subprocess.run(command, shell=True, cwd=tmp_path, check=True, capture_output=True)
     assert (tmp_path / "runs" / "slack" / "summary.json").is_file()

@@ -11,7 +11,7 @@ from afo_sim.description.reader import load
 MODELS = assets.folder("models")
 
 
-@pytest.mark.parametrize("kind", ["leg", "orthosis", "muscle", "valve"])
+@pytest.mark.parametrize("kind", ["leg", "orthosis", "muscle", "valve", "shoe"])
 def test_every_description_loads_and_says_what_it_is(kind: str) -> None:
     found = assets.names(kind)
     assert found
@@ -51,6 +51,14 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
         assert muscle.damper.model_fields_set - {"provenance"} == set(muscle.damper.provenance)
     assert set(muscle.limits.provenance) == set(type(muscle.limits).model_fields) - {"provenance"}
     assert (MODELS / "muscles" / name / "README.md").is_file()
+
+
+@pytest.mark.parametrize("name", assets.names("shoe"))
+def test_every_number_of_a_shoe_says_where_it_comes_from(name: str) -> None:
+    shoe = load("shoe", name)
+    assert set(shoe.provenance) == set(type(shoe).model_fields) - {"name", "description", "provenance"}
+    assert not [told for told in shoe.provenance.values() if told.kind == "published"]  # none was measured
+    assert (MODELS / "shoes" / name / "README.md").is_file()
 
 
 def test_fitted_numbers_are_never_called_published() -> None:

@@ -74,7 +74,8 @@ def known_walk() -> Walk:
     """The shipped first stride without its drift, the foot level where it lies flat: it repeats exactly."""
     cycle = read(assets.find_gait("gatk_stride1"))
     closed = {name: cycle.signal(name, cycle.phase) for name in KINEMATICS}
-    level = (closed["ankle_angle"] - closed["shank_angle"])[cycle.foot_flat()].mean()
+    again = dataclasses.replace(cycle, **closed)
+    level = again.foot_pitch()[again.foot_flat()].mean()
     closed["ankle_angle"] = closed["ankle_angle"] - level
     return Walk(dataclasses.replace(cycle, **closed))
 

@@ -27,6 +27,10 @@ def gait_import_command(
     mass: Annotated[
         str | None, typer.Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
     ] = None,
+    height: Annotated[str | None, typer.Option(help='of the body, "1.72 m"; not known by default')] = None,
+    sole: Annotated[
+        str | None, typer.Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
+    ] = None,
     model: Annotated[pathlib.Path | None, typer.Option(help="the person's scaled OpenSim model")] = None,
     static: Annotated[pathlib.Path | None, typer.Option(help="standing trial: .trc, .c3d, .csv")] = None,
     map: Annotated[pathlib.Path | None, typer.Option(help="TOML that says which marker sits where")] = None,

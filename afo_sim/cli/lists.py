@@ -9,8 +9,8 @@ from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress
 
 LISTS = (
-    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "patients", "gaits", "sweeps",
-    "searches",
+    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "patients", "shoes", "gaits",
+    "sweeps", "searches",
 )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def optimise(
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import replacing
-        from afo_sim.show.numbers import UNSEEN
+        from afo_sim.show.numbers import unseen
         from afo_sim.show.search_figure import draw_search
         from afo_sim.study.pool import pool, processors
         from afo_sim.study.search import plan, runner, store, words
@@ -71,8 +71,8 @@ def optimise(
         print_table(title, header, rows)
     for line in words.statement(best):
         print(line)
-    if opened.scenario.get("gait"):
-        print(UNSEEN)
+    for line in unseen(opened.scenario, opened.problem.aim.metrics):
+        print(line)
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
 
 

@@ -48,12 +48,13 @@ def run(
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
+        from afo_sim.model.person import with_person
         from afo_sim.simulation.run import run_scenario
 
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
         folder = out or pathlib.Path("runs") / description.name
-        check_run_folder(folder, description.resolved(), force=force)
+        check_run_folder(folder, with_person(description).resolved(), force=force)
         check_writable(folder)
         recording = run_scenario(description, progress=report, watch=watch)
         recording.save(folder, rrd=rrd, rate=hertz)

@@ -72,7 +72,7 @@ def sweep(
     check_counts(threads, workers)
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.show.numbers import UNSEEN
+        from afo_sim.show.numbers import unseen
         from afo_sim.study import design, pool, runner, sweep_file
         from afo_sim.study.store import SWEEP
 
@@ -93,8 +93,8 @@ def sweep(
         took = time.monotonic() - begun
         _keep_recordings(store)
     print(_end_text(store, state, took, "" if part == "1/1" else f" of part {part}"))
-    if SWEEP.read(folder)["scenario"].get("gait"):
-        print(UNSEEN)
+    for line in unseen(SWEEP.read(folder)["scenario"], store.metrics):
+        print(line)
 
 
 def _keep_recordings(store: "Store") -> None:

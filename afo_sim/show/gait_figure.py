@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.common.assets import find_gait, gait_names
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import closing_errors, stance
-from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.file import read
+from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait.trial.importing import Imported
 from afo_sim.gait.trial.verdict import taken_words
 from afo_sim.show import stride_panels, trial_panels
@@ -21,9 +24,12 @@ WARNED = 3  # warnings that stand on the page
 SMALL, SMALL_LINE = 7.5, 120  # size of a warning's letters [points], and letters of its line
 LONGEST_WARNING = 230  # letters of one; the file has it whole
 FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
+HINGE = 0.70  # of the toes, from heel to tip [-]; scaled adult of the leg's toes
+EXTENSION = 11.0  # drawn of the toes in swing, over the stride the published mean [deg]
 SHANK = 0.38  # drawn [m]
 FORCE = 0.35  # drawn length of one body weight [m]
 DORSAL, PLANTAR, GREY = COLOURS[0], COLOURS[1], "0.6"
+STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
 
 
 def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = None) -> None:
@@ -96,15 +102,14 @@ def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) ->
     shank, ankle, x, z = (
         cycle.signal(n, phases) for n in ("shank_angle", "ankle_angle", "ankle_x", "ankle_z")
     )
+    extension = toe_extension(np.radians(EXTENSION))(phases)
     force_x, force_z, cop = cycle.ground(phases)
     off = stance(cycle)
-    drawn = "; foot drawn 25 cm long" if alone else ""
+    drawn = "; foot drawn 25 cm long, toes bent as usual" if alone else ""
     for k, phase in enumerate(phases):
         colour = "black" if phase <= off else GREY
         knee = x[k] + SHANK * np.sin(shank[k]), z[k] + SHANK * np.cos(shank[k])
-        along = np.array([np.cos(ankle[k] - shank[k]), np.sin(ankle[k] - shank[k])])
-        under = np.array([x[k], z[k]]) + cycle.ankle_height * np.array([along[1], -along[0]])
-        foot = np.array([(x[k], z[k]), *(under + end * along for end in ends), (x[k], z[k])])
+        foot = _foot((x[k], z[k]), ankle[k] - shank[k], extension[k], cycle.ankle_height, ends)
         axis.plot([knee[0], x[k]], [knee[1], z[k]], color=colour, lw=0.8)
         axis.plot(*foot.T, color=colour, lw=0.6)
         if phase <= off and force_z[k] > 0.05:
@@ -119,6 +124,26 @@ def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) ->
     axis.set_ylabel("up [m]")
 
 
+def _foot(
+    ankle: tuple[float, float], pitch: float, extension: float, height: float, ends: tuple[float, float]
+) -> np.ndarray:
+    """Outline of a foot with bent toes: ankle, heel, hinge, tip and back to hinge and ankle [m] (6, 2).
+
+    Parameters
+    ----------
+    ankle : place [m]
+    pitch, extension : of the foot, toe up; of the toes against it [rad]
+    height : of the ankle above the sole [m]
+    ends : heel and tip from the ankle along the sole [m]
+    """
+    along = np.array([np.cos(pitch), np.sin(pitch)])
+    toes = np.array([np.cos(pitch + extension), np.sin(pitch + extension)])
+    under = np.asarray(ankle) + height * np.array([along[1], -along[0]])
+    hinge = ends[0] + HINGE * (ends[1] - ends[0])
+    ball = under + hinge * along
+    return np.array([ankle, under + ends[0] * along, ball, ball + (ends[1] - hinge) * toes, ball, ankle])
+
+
 def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     percent = 100.0 * cycle.phase
     fine = np.linspace(0.0, 1.0, 401)
@@ -131,10 +156,13 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     axes["knee"].plot(
         100 * fine, np.degrees(norm.at("knee_angle", fine)), color="0.75", lw=3.0, label="a published mean"
     )
-    closing = closing_errors(cycle)
+    closing, strides = closing_errors(cycle), _strides(cycle) if alone else []
+    recorded = "mean" if alone and "mean" in cycle.notes else "recorded"
     for name in ("shank", "knee", "ankle"):
         field = f"{name}_angle"
-        axes[name].plot(percent, np.degrees(getattr(cycle, field)), color=PLANTAR, label="recorded")
+        for stride in strides:
+            axes[name].plot(100 * stride.phase, np.degrees(getattr(stride, field)), **STRIDE)
+        axes[name].plot(percent, np.degrees(getattr(cycle, field)), color=PLANTAR, label=recorded)
         series = np.degrees(cycle.signal(field, fine))
         axes[name].plot(100 * fine, series, color="black", lw=0.8, ls="--", label="Fourier series")
         error = round(closing[f"{field}_deg"], 2) + 0.0  # no "-0.00"
@@ -142,6 +170,12 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     if alone:
         axes["ankle"].legend(loc="lower left")
         axes["knee"].legend(loc="upper left")
+
+
+def _strides(cycle: GaitCycle) -> list[GaitCycle]:
+    """The shipped strides that a mean is of, by its note `strides`."""
+    names = [name.strip() for name in cycle.notes.get("strides", "").split(",")]
+    return [read(find_gait(name)) for name in names if name in gait_names()]
 
 
 def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
@@ -154,6 +188,8 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
     low, high = (-norm.at(name, fine) for name in ("moment_high", "moment_low"))
     look = {"color": NORM, "lw": 1.5, "label": "published means" if alone else None}  # two means, often alike
     axis.fill_between(100.0 * fine, low, high, **look)
+    for stride in _strides(cycle) if alone else []:
+        axis.plot(100.0 * stride.phase, -stride.ankle_moment, **STRIDE)
     axis.plot(percent, -cycle.ankle_moment, color=PLANTAR, label="of the file" if alone else "taken")
     axis.plot(percent, -cycle.ground_moment(), color="black", lw=0.8, ls="--", label="from force")
     if imported is not None and imported.reference is not None:
@@ -181,7 +217,7 @@ def _pressure(axis: Any, cycle: GaitCycle) -> None:
 def _over_stride(axis: Any, cycle: GaitCycle, label: str) -> None:
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     axis.axvline(100.0 * stance(cycle), color="0.75", lw=0.6, ls=":", zorder=1)
-    axis.axvspan(100.0 * FLAT[0], 100.0 * FLAT[1], color="0.96", lw=0.0, zorder=0)
+    axis.axvspan(100.0 * cycle.flat.start, 100.0 * cycle.flat.end, color="0.96", lw=0.0, zorder=0)
     axis.set_xlim(0.0, 100.0)
     axis.set_xlabel("stride [%]")
     axis.set_ylabel(label)

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from html import escape
 
+from afo_sim.description.words import reference
 from afo_sim.fitting import law_report, run_scenario
 from afo_sim.fitting.law_result import StaticFit
 from afo_sim.fitting.run_fit import FitRun
@@ -48,7 +49,10 @@ def recording_html(recording: Recording) -> str:
     rows = len(recording["time"]) if "time" in recording.columns else 0
     parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
     parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
-    parts += [f"<div>{escape(sentence)}</div>" for sentence in in_short(recording.metrics)]
+    parts += [
+        f"<div>{escape(sentence)}</div>"
+        for sentence in in_short(recording.metrics, reference(recording.scenario))
+    ]
     if rows > 1:
         parts += [_picture(draw, recording) for draw in (draw_angle, draw_torque)]
     if recording.metrics:

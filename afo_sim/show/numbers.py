@@ -1,22 +1,29 @@
 """Metrics as people read them: digits, units, and the reason where a number is undefined."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.errors import InputError
-from afo_sim.description.words import body_mass
+from afo_sim.common.units import parse_quantity
+from afo_sim.description.words import body_height, body_mass, reference, worn
+from afo_sim.metrics.first_strides import NAMES
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import number
+from afo_sim.metrics.words import lift, number
+
+if TYPE_CHECKING:
+    from afo_sim.gait.cycle import GaitCycle
 
 UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
 UNSEEN = (
-    "note: the numbers are of settled strides; the wearer walks the first ones after every stop too, and may "
-    "trip in them: look at them with afo-sim run"
+    "note: the numbers are not of the first strides, which the wearer walks after every stop too and may "
+    "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
 )
+CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
 FIRST = 8  # strides of a run whose toe clearance is told
-SAME_MASS = 0.05  # of the recorded walker and the patient, as a share; beyond it the two are told
+# of the recorded walker and the patient, as a share; beyond it the two are told
+SAME_MASS, SAME_HEIGHT = 0.05, 0.01
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -41,12 +48,25 @@ def printed(name: str, metric: Metric) -> str:
     return f"{metric.value:.4g}" if reason is None else f"– ({reason})"
 
 
+def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
+    """A note for many walks of which nobody has asked how they begin.
+
+    Parameters
+    ----------
+    scenario : of a sweep or search, resolved
+    metrics : names that are looked at
+    """
+    return [UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
+
+
 def cautions(
     scenario: Mapping[str, Any],
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[str]:
-    """What a reader of a run's numbers must know: strides that are left out, assumed stiffness that decides.
+    """What a reader of a run's numbers must know: what is worn and compared, strides that are left out.
+
+    Where the cuff's stiffness is assumed, that it decides, too.
 
     Parameters
     ----------
@@ -54,13 +74,12 @@ def cautions(
     metrics : of the run
     strides : metrics of each whole stride, by its number
     """
-    found = []
+    found = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
     if "toe_clearance" in metrics and "strides_counted" in metrics:
-        counted = float(metrics["strides_counted"])
         of = (
             "those of the settled stride, which was solved for"
             if "strides_solved" in metrics
-            else f"means over the last {counted:.0f} strides"
+            else _walked(metrics, strides)
         )
         found.append(f"the numbers are {of}; the wearer walks the first ones too{_from_start(strides)}")
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
@@ -73,7 +92,7 @@ def cautions(
 
 
 def of_walker(scenario: Mapping[str, Any]) -> list[str]:
-    """What a reader must know of a run's gait cycle: doubts of its import, another mass than the patient's.
+    """What a reader must know of a run's gait cycle: doubts of its import, another mass or height.
 
     Parameters
     ----------
@@ -89,13 +108,43 @@ def of_walker(scenario: Mapping[str, Any]) -> list[str]:
     except InputError:
         return []
     found = [f"the gait cycle was imported with a warning: {warning}" for warning in cycle.warnings]
+    if "ankle_z_m" in cycle.notes.get("derived", ""):
+        found.append(
+            "the ankle's path of this gait is derived, not recorded: a clearance is good to some 8 mm, a "
+            "difference between two runs to much less; try a recorded walker too (afo-sim list gaits)"
+        )
     mass = body_mass(scenario)
     if abs(cycle.body_mass / mass - 1.0) > SAME_MASS:
         found.append(
             f"the recorded walker weighs {cycle.body_mass:.1f} kg, the patient {mass:g} kg: force and moment "
             "are scaled to the patient (patient.body_mass)"
         )
-    return found
+    return [*found, *_of_height(cycle, scenario)]
+
+
+def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[str]:
+    """A recorded walker's height that is not known, or that is not the patient's."""
+    height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
+    trial = cycle.body_height or leg
+    told = f"is {trial:.2f} m tall" if cycle.body_height else f"is of unknown height, {leg:.2f} m is assumed"
+    if abs(trial / height - 1.0) > SAME_HEIGHT:
+        to = f"the stride is scaled to the patient's {height:.2f} m (patient.body_height)"
+        return [f"the recorded walker {told}: {to}"]
+    return [] if cycle.body_height else [f"the recorded walker {told}, the leg's"]
+
+
+def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Metric]]) -> str:
+    """Over which strides a walked run's numbers are means, and how much these still change."""
+    last, counted = max(strides, default=0), round(float(metrics["strides_counted"]))
+    changes = [
+        f"{number(metrics[name].value, metrics[name].unit, signed=True)} {unit} of {what}"
+        for name, unit, what in CHANGES
+        if name in metrics
+    ]
+    if counted < 2 or not changes:
+        return f"of stride {last} alone, which does not tell whether it repeats"
+    still = f"which still change by {' and '.join(changes)} from the last but one to the last"
+    return f"means of strides {last - counted + 1} to {last}, {still}"
 
 
 def _from_start(strides: Mapping[int, Mapping[str, Metric]]) -> str:

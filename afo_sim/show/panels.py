@@ -4,13 +4,10 @@ import itertools
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
-from afo_sim.model.foot import foot_of, turned
-from afo_sim.model.mounting import ANKLE
 from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
 from afo_sim.show.style import LINE_STYLES, MOMENTS, NORM, SOLE, STANCE, ZERO, plain
 
@@ -116,11 +113,7 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
 
 def _healthy_heights(run: RunView) -> dict[str, np.ndarray]:
     """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
-    recording = run.recording
-    model = mujoco.MjModel.from_xml_string(recording.model_xml)
-    points = foot_of(model, recording.scenario["leg"]["foot"], ANKLE).points
-    pitch = recording["gait/ankle_angle"] - recording["shank/angle"]
-    return {name: recording["ankle/position/z"] + turned(points[name], pitch)[1] for name in SOLE}
+    return {name: run.recording[f"gait/{name}_height"] for name in SOLE}
 
 
 def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:

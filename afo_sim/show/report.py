@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
+from afo_sim.description.words import reference, worn
 from afo_sim.metrics.words import in_short
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.report_tables import (
@@ -91,12 +92,27 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
             f"walking ({', '.join(walking)}) and not walking ({', '.join(others)}): each kind has its own "
             "figures, and a number that only one kind has is compared with nothing"
         )
+    found += _worn_differently(runs)
     for name in gaits_of(runs):
         if gait_file(name) is None:
             found.append(
                 f"the gait file {name} is not there any more: its source "
                 "and licence are unknown; all curves are the recordings' own"
             )
+    return found
+
+
+def _worn_differently(runs: Sequence[RunView]) -> list[str]:
+    """A note where walking runs wear or are compared with different things."""
+    found = []
+    for words, note in (
+        (worn, "the runs wear different things ({}). Part of what differs between them is the sole's doing"),
+        (reference, "the runs are compared with different walks ({}). Their lifts do not compare"),
+    ):
+        told = {run.label: words(run.recording.scenario) for run in runs if run.walks}
+        told = {label: what for label, what in told.items() if what}
+        if len(set(told.values())) > 1:
+            found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
     return found
 
 
@@ -119,7 +135,7 @@ def page(runs: Sequence[RunView]) -> str:
     return environment.get_template(TEMPLATE).render(
         title=title,
         runs=runs,
-        in_short=[(run, in_short(run.recording.metrics)) for run in runs],
+        in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],
         remarks=remarks(runs),
         scenario=list(scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],

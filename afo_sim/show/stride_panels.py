@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait.checks import stance
-from afo_sim.gait.cycle import FLAT, GaitCycle
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.flat_foot import USUAL
 from afo_sim.gait.trial.importing import Imported
 from afo_sim.gait.trial.strides import RecordedStride
 from afo_sim.show.style import COLOURS, NORM
@@ -104,7 +105,7 @@ def _flat_instant(imported: Imported, stride: RecordedStride) -> int | None:
         return None
     length = stride.end - stride.start
     # a stride that was closed lies a whole period beside what was recorded
-    away = (leg.time - stride.start - 0.5 * sum(FLAT) * length) / length
+    away = (leg.time - stride.start - 0.5 * sum(USUAL) * length) / length
     away = np.abs(away - np.round(away)) + 0.01 * np.abs(np.round(away))
     return int(np.argmin(np.where(seen, away, np.inf)))
 

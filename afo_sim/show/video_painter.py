@@ -9,10 +9,9 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.strides import loaded
-from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.model.mounting import muscle_names
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.mountings import Mountings
-from afo_sim.show.sole import sole_thickness
 from afo_sim.show.video_scenery import (
     AZIMUTH,
     DISTANCE,
@@ -38,8 +37,8 @@ class Painter:
     def __init__(self, recording: Recording, width: int, height: int):
         self.recording = recording
         self.walk = WalkView(recording) if "gait/phase" in recording.columns else None
-        ends, floor = (None, 0.0) if self.walk is None else (self.walk.carriage.ends, self.walk.floor)
-        self.model = model = scenery(recording.model_xml, width, height, ends, floor)
+        ends = None if self.walk is None else self.walk.carriage.ends
+        self.model = model = scenery(recording.model_xml, width, height, ends)
         self.data = mujoco.MjData(model)
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
@@ -121,10 +120,7 @@ class WalkView:
         self.recording = recording
         self.walked = recording["gait/stride"] + recording["gait/phase"]
         self.carriage = Carriage.beside(recording["time"], self.walked, recording["ankle/position/x"])
-        scenario = recording.scenario
-        self.body_mass = body_mass(scenario)  # [kg]
-        model = mujoco.MjModel.from_xml_string(recording.model_xml)
-        self.floor = -sole_thickness(model, scenario["leg"]["foot"], ANKLE)  # its height [m]
+        self.body_mass = body_mass(recording.scenario)  # [kg]
 
     def look_at(self, row: int) -> tuple[float, float, float]:
         """The camera's aim [m]."""
@@ -138,7 +134,7 @@ class WalkView:
         )
         if not loaded(upward, self.body_mass):
             return
-        start = np.array([place, SIDE, self.floor])
+        start = np.array([place, SIDE, 0.0])
         # MuJoCo draws an arrow at half its stated length.
         end = start + 2.0 * np.array([forward, 0.0, upward]) * ARROW / (self.body_mass * GRAVITY)
         kind, geom = mujoco.mjtGeom.mjGEOM_ARROW, scene.geoms[scene.ngeom]

@@ -20,11 +20,10 @@ def scenery(
     width: int,
     height: int,
     walkway: tuple[float, float] | None = None,
-    floor: float = 0.0,
 ) -> mujoco.MjModel:
     """The model of a run with a floor, a light and a background, for pictures of a size [pixel].
 
-    A walkway reaches from one x to another [m] at the floor's height [m], and has squares of 25 cm.
+    A walkway reaches from one x to another [m], and has squares of 25 cm. Outsoles stand at height 0.
     """
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
@@ -44,13 +43,13 @@ def scenery(
     if walkway is None:
         spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
     else:
-        _add_walkway(spec, *walkway, floor)
+        _add_walkway(spec, *walkway)
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
     _draw_pulley_muscles(spec)
     return spec.compile()
 
 
-def _add_walkway(spec: mujoco.MjSpec, start: float, end: float, height: float) -> None:
+def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
     """A floor cut along the foot's side, as in a section: what sinks below it is seen."""
     spec.add_texture(
         name="squares",
@@ -66,7 +65,7 @@ def _add_walkway(spec: mujoco.MjSpec, start: float, end: float, height: float) -
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), height],
+        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), 0.0],
         size=[0.5 * (end - start) + MARGIN, 0.5 * (FAR - EDGE), 0.1],
         material="squares",
     )

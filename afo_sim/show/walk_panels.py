@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.walking import ORTHOSIS, dip
+from afo_sim.metrics.clearance import EXTENSIONS, HEIGHTS
+from afo_sim.metrics.strides import ORTHOSIS
 from afo_sim.show.panels import NORM_LABEL, RECORDED, mean_and_spread
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import NORM, ZERO, plain
@@ -14,6 +15,8 @@ from afo_sim.show.style import NORM, ZERO, plain
 INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)
 FLEXION = "plantarflexion –  |  + dorsiflexion"
 TRIP = "below the floor: a trip, where the dashed line is not"
+WIDE = 3.0  # of the gait cycle to each side, over which a number is written [%]
+BAND = "toes less to more extended in swing (assumed)"
 WORK = ("orthosis_positive_work", "orthosis_negative_work")
 
 
@@ -55,20 +58,36 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
 
 
 def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
-    """Height of toe or ball above the floor in swing, with a dot at the minimum that counts."""
+    """Height of the outsole or its ball above the floor in swing, with a dot at the minimum that counts.
+
+    A band about the outsole's is that of the assumed extension of the toes.
+    """
     start = min(run.toe_off for run in runs)
     dots: list[tuple[float, float, str]] = []
     for run in runs:
-        height = 1e3 * run.cycles(f"{point}/height")
-        mean_and_spread(axis, height, run.colour, run.name, PERCENT)
-        rows = np.flatnonzero(run.toe_off <= PHASE)
-        lowest = rows[dip(1e-3 * height.mean(axis=0)[rows])[0]]
-        dots.append((PERCENT[lowest], height.mean(axis=0)[lowest], run.colour))
+        own, _ = _heights(run, point)
+        mean_and_spread(axis, 1e3 * run.cycles(own), run.colour, run.name, PERCENT)
+        ends = [f"{own}_{how}" for how in EXTENSIONS]
+        if all(name in run.recording.columns for name in ends):
+            low, high = (1e3 * run.cycles(name).mean(axis=0) for name in ends)
+            axis.fill_between(PERCENT, low, high, color=run.colour, alpha=0.2, lw=0.0, label=BAND)
+        found = run.recording.metrics
+        if f"{point}_clearance" in found:
+            when = found[f"{point}_clearance_phase"].value
+            dots.append((when, found[f"{point}_clearance"].value, run.colour))
     _dots(axis, dots)
-    recorded = 1e3 * runs[0].cycles(f"gait/{point}_height").mean(axis=0)
-    axis.plot(PERCENT, recorded, **RECORDED | {"label": "this foot, ankle as in the healthy trial"})
-    over_cycle(axis, None, f"{point} above the floor [mm]", start)
+    healthy = 1e3 * runs[0].cycles(_heights(runs[0], point)[1]).mean(axis=0)
+    axis.plot(PERCENT, healthy, **RECORDED | {"label": "this foot, ankle as in the healthy trial"})
+    what = "outsole" if point == "toe" else point
+    over_cycle(axis, None, f"{what} above the floor [mm]", start)
     axis.set_title(f"{point} clearance in swing", loc="left")
+
+
+def _heights(run: RunView, point: str) -> tuple[str, str]:
+    """Columns of a point's height, and of the recorded one's; of a recording without outsole the toe's."""
+    own, recorded = HEIGHTS[point]
+    there = own in run.recording.columns
+    return (own, recorded) if there else (f"{point}/height", f"gait/{point}_height")
 
 
 def share_floor(axes: Sequence[Any], start: float) -> None:
@@ -89,22 +108,30 @@ def share_floor(axes: Sequence[Any], start: float) -> None:
 
 
 def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
-    """Clearances (gait cycle [%], height [mm], colour); the highest has its number above, others below."""
-    highest = max(height for _, height, _ in dots)
+    """Clearances (gait cycle [%], height [mm], colour), a dot each.
+
+    One has its number below it. Those of several stand in a column above all curves there, the highest on
+    top, so that none covers another.
+    """
     for x, height, colour in dots:
         axis.plot(x, height, "o", ms=5.0, color=colour, zorder=5)
-        above = len(dots) > 1 and height == highest
-        axis.annotate(
-            f"{height:.0f} mm".replace("-", "−"),
-            (x, height),
-            xytext=(0.0, 5.0 if above else -5.0),
-            textcoords="offset points",
-            ha="center",
-            va="bottom" if above else "top",
-            fontsize=8.0,
-            color=colour,
-            zorder=6,
-        )
+    if len(dots) == 1:
+        x, height, colour = dots[0]
+        _number(axis, (x, height), height, colour, up=-15.0)
+    elif dots:
+        middle = float(np.mean([x for x, _, _ in dots]))
+        near = np.abs(PERCENT - middle) < WIDE
+        lines = [line.get_ydata() for line in axis.lines]
+        top = max(float(line[near].max()) for line in lines if len(line) == len(PHASE))
+        for k, (_, height, colour) in enumerate(sorted(dots, key=lambda dot: dot[1])):
+            _number(axis, (middle, top), height, colour, up=8.0 + 10.0 * k)
+
+
+def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: float) -> None:
+    """A clearance [mm] in words, above or below a place by `up` [points]."""
+    text = f"{height:.0f} mm".replace("-", "−")
+    look = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": 8.0, "zorder": 6}
+    axis.annotate(text, at, xytext=(0.0, up), color=colour, **look)
 
 
 def torque(axis: Any, run: RunView) -> None:

@@ -41,7 +41,16 @@ def test_import_writes_a_cycle_and_its_picture(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "mine" / "walk.csv"
-    facts = ("--source", "my laboratory, trial 3", "--licence", "CC0")
+    facts = (
+        "--source",
+        "my laboratory, trial 3",
+        "--licence",
+        "CC0",
+        "--height",
+        "172 cm",
+        "--sole",
+        "25 mm",
+    )
     code, printed, complaint = call(
         capsys, "gait", "import", *trial, "--out", str(out), "--mass", "67.2 kg", *facts
     )
@@ -52,9 +61,11 @@ def test_import_writes_a_cycle_and_its_picture(
     assert (out.parent / "walk.png").read_bytes().startswith(b"\x89PNG")
     cycle = gait.read(out)
     assert (cycle.source, cycle.licence, cycle.body_mass) == ("my laboratory, trial 3", "CC0", 67.2)
-    code, printed, complaint = call(capsys, "check", str(out))
-    assert code == 0, complaint
-    assert "gait cycle" in printed
+    assert (cycle.body_height, cycle.sole_thickness) == (pytest.approx(1.72), pytest.approx(0.025))
+    for command in (("check", str(out)), ("gait", "show", str(out))):
+        code, printed, complaint = call(capsys, *command)
+        assert code == 0, complaint
+        assert "1.72 m" in printed and "25 mm under the ankle" in printed
     picture = tmp_path / "again.pdf"
     assert call(capsys, "gait", "show", str(out), "--out", str(picture))[0] == 0
     assert picture.read_bytes().startswith(b"%PDF")
@@ -124,6 +135,12 @@ REFUSED = {
     "another body's mass": (("--mass", "110 kg"), "is the body mass right"),
     "a child's mass": (("--mass", "40 kg"), "is the body mass right"),
     "mass without unit": (("--mass", "72"), "--mass = '72': has no unit; write it like \"72 kg\""),
+    "height without unit": (("--height", "1.72"), "--height = '1.72': has no unit; write it like \"1.72 m\""),
+    "height of a tree": (
+        ("--height", "17.2 m"),
+        "--height = 17.2: is out of range; allowed: 0.5 to 2.5 (SI)",
+    ),
+    "sole of a stilt": (("--sole", "25 cm"), "--sole = 0.25: is out of range; allowed: 0 to 0.15 (SI)"),
     "cutoff without unit": (("--cutoff", "6"), "--cutoff = '6': has no unit; write it like \"6 Hz\""),
     "cutoff too high": (("--cutoff", "80 Hz"), "--cutoff = '80 Hz': is above 50 Hz; allowed: 6 Hz"),
     "wrong unit": (("--mass", "72 m"), "does not convert to kg"),

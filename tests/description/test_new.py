@@ -55,7 +55,7 @@ def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib
     ]
     table = tomllib.loads("\n".join(undone))  # TOML refuses a key that is there twice
     for key, value in table.items():
-        if not isinstance(value, dict) and key not in ("name", "patient"):
+        if not isinstance(value, dict) and key not in ("name", "patient", "shoe", "reference"):
             load(kind, tmp_path / ("mine.toml" if kind == "scenario" else f"mine/{kind}.toml"), {key: value})
 
 

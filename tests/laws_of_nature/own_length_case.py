@@ -18,6 +18,7 @@ from laws_of_nature.own_length_reference import (
     Surroundings,
     Valve,
 )
+from laws_of_nature.toe_reference import Toes, rest_extension, series
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
@@ -25,6 +26,7 @@ from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.model.build import Built
+from afo_sim.model.person import person_of
 from afo_sim.simulation.recording import Recording
 
 FINE = 1e-4  # step of the tables that recorded walking is read from [s]
@@ -33,7 +35,7 @@ FINE = 1e-4  # step of the tables that recorded walking is read from [s]
 def device_of(built: Built) -> Device:
     """The numbers of a built scenario."""
     scenario = built.scenario
-    orthosis, patient = scenario.orthosis, scenario.patient
+    orthosis, patient, (heavier, taller) = scenario.orthosis, scenario.patient, size_of(built)
     names = list(orthosis.chamber)
     chambers = tuple(
         Chamber(name, c.tube_volume, c.wall_conductance, valve_of(c.inlet), valve_of(c.outlet))
@@ -48,7 +50,7 @@ def device_of(built: Built) -> Device:
         anchors_of(orthosis),
         foot_of(built),
         scenario.supply.pressure + AMBIENT,
-        0.0 if patient is None else patient.spasticity,
+        0.0 if patient is None else patient.spasticity * heavier * taller**1.5,
     )
 
 
@@ -100,35 +102,82 @@ def anchors_of(orthosis: Orthosis) -> tuple[Anchor, ...]:
 
 
 def foot_of(built: Built) -> Foot:
-    """The foot with all that it carries, from the bodies of the compiled model."""
-    model, leg = built.model, built.scenario.leg
-    carried = {model.body(leg.foot).id: np.zeros(3)}
+    """The foot with all that it carries, from the bodies of the compiled model; its tissue as described.
+
+    The tissue's moment goes with mass × length of the person, damping with √length more.
+    """
+    model, leg, patient = built.model, built.scenario.leg, built.scenario.patient
+    joint, toes, (heavier, taller) = model.joint("ankle"), toes_of(built), size_of(built)
+    mass, centre, inertia = together(built, leg.foot, model.joint("ankle").pos, without_toes=toes is not None)
+    assert leg.friction == 0.0
+    return Foot(
+        mass=mass,
+        centre=centre,
+        inertia=inertia,
+        armature=float(model.dof_armature[joint.dofadr[0]]),
+        damping=leg.damping * heavier * taller**1.5,
+        scale=leg.passive.scale * heavier * taller * (1.0 if patient is None else patient.passive_scale),
+        offset=leg.passive.offset + (0.0 if patient is None else patient.passive_offset),
+        load=built.scenario.load_moment,
+        stops=(float(joint.range[0]), float(joint.range[1])),
+        toes=toes,
+    )
+
+
+def toes_of(built: Built) -> Toes | None:
+    """The toes, where they bend: their body in the compiled model, their spring as it is described.
+
+    Stiffness goes with mass × length of the person, damping with √length more; an orthosis stays as it is.
+    """
+    model, scenario = built.model, built.scenario
+    described = scenario.leg.toes
+    if described is None or not scenario.walking:
+        return None
+    joint, plate, shoe = model.joint(described.joint), scenario.orthosis.outsole, scenario.shoe
+    mass, centre, about = together(built, described.body, joint.pos)
+    ankle = model.joint("ankle").pos
+    x, _, z = model.body(described.body).pos + joint.pos - ankle
+    heavier, taller = size_of(built)
+    sole = 0.0 if shoe is None else shoe.toe_stiffness * heavier * taller
+    return Toes(
+        hinge=(float(x), float(z)),
+        mass=mass,
+        centre=centre,
+        inertia=about - mass * (centre[0] ** 2 + centre[1] ** 2),
+        armature=float(model.dof_armature[joint.dofadr[0]]),
+        stiffness=described.stiffness * heavier * taller,
+        sole_stiffness=sole if plate is None else plate.toe_stiffness,
+        damping=described.damping * heavier * taller**1.5,
+    )
+
+
+def size_of(built: Built) -> tuple[float, float]:
+    """Factors on masses and lengths of the leg, of the person who walks."""
+    leg, person = built.scenario.leg, person_of(built.scenario)
+    return person.body_mass / leg.body_mass, person.body_height / leg.body_height
+
+
+def together(
+    built: Built, name: str, pivot: np.ndarray, *, without_toes: bool = False
+) -> tuple[float, tuple[float, float], float]:
+    """A body with all that it carries: mass [kg], centre from a pivot in it [m], inertia about it [kg·m²]."""
+    model, toes = built.model, built.scenario.leg.toes
+    carried = {model.body(name).id: np.zeros(3)}
     for body in range(model.nbody):
         parent = int(model.body_parentid[body])
-        if parent in carried:
+        hinged = without_toes and toes is not None and model.body(body).name == toes.body
+        if parent in carried and not hinged:
             carried[body] = carried[parent] + model.body_pos[body]
-    joint = model.joint("ankle")
     mass, moment, inertia = 0.0, np.zeros(3), 0.0
     for body, place in carried.items():
-        assert np.allclose(model.body_quat[body], [1.0, 0.0, 0.0, 0.0])
-        at = place + model.body_ipos[body] - joint.pos
+        assert body == model.body(name).id or np.allclose(model.body_quat[body], [1.0, 0.0, 0.0, 0.0])
+        at = place + model.body_ipos[body] - pivot
         turn = Rotation.from_quat(model.body_iquat[body], scalar_first=True).as_matrix()
         own = (turn @ np.diag(model.body_inertia[body]) @ turn.T)[1, 1]
         mass += model.body_mass[body]
         moment += model.body_mass[body] * at
         inertia += own + model.body_mass[body] * (at[0] ** 2 + at[2] ** 2)
-    assert leg.friction == 0.0
-    return Foot(
-        mass=float(mass),
-        centre=(float(moment[0] / mass), float(moment[2] / mass)),
-        inertia=float(inertia),
-        armature=float(model.dof_armature[joint.dofadr[0]]),
-        damping=leg.damping,
-        scale=leg.passive.scale,
-        offset=leg.passive.offset,
-        load=built.scenario.load_moment,
-        stops=(float(joint.range[0]), float(joint.range[1])),
-    )
+    return float(mass), (float(moment[0] / mass), float(moment[2] / mass)), float(inertia)
 
 
 def seats_of(scenario: Scenario) -> list[tuple[str, str]]:
@@ -160,7 +209,7 @@ def walked(built: Built, begin: float, end: float) -> Drive:
     taken as given, at the steps of the built scenario, linear between them.
     """
     scenario, walk, own = built.scenario, built.walk, built.active
-    assert walk is not None and own is not None and scenario.gait is not None and scenario.phases is not None
+    assert walk is not None and own is not None and scenario.gait is not None
     assert scenario.gait.variability == 0.0 and built.contact is None
     cycle, first = walk.cycle, scenario.gait.start_phase
     stride = scenario.gait.stride_time or cycle.stride_time
@@ -180,6 +229,8 @@ def walked(built: Built, begin: float, end: float) -> Drive:
             cycle.signal("knee_angle", phase),
             moment,
             np.interp(time, step, own.stiffness),
+            cycle.signal("shank_angle", phase, 1) * cycle.stride_time / stride,
+            *resting(built, phase, stride),
         ]
         tables[k] = np.column_stack(rows).tolist()
     spacing = stride / count
@@ -193,13 +244,23 @@ def walked(built: Built, begin: float, end: float) -> Drive:
 
     events = []
     for number, (chamber, side) in enumerate(seats_of(scenario)):
-        phases = getattr(scenario.phases.chambers.get(chamber), side, ())
+        chambers = {} if scenario.phases is None else scenario.phases.chambers
+        phases = getattr(chambers.get(chamber), side, ())
         turns = [(a, b) for low, high in phases for a, b in unwrapped(low, high)]
         on = [(strike + a * stride, strike + b * stride) for strike in strikes for a, b in turns]
         on = joined([(max(a, 0.0), b) for a, b in on if b > 0.0])
         valve = valve_of(getattr(scenario.orthosis.chamber[chamber], side))
         events += [(time, number, opened) for time, opened in valve.travels(on, end)]
     return Drive(around, tuple(sorted(events)), tuple(strikes))
+
+
+def resting(built: Built, phase: np.ndarray, stride: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rest extension of the toes at phases [rad] and its rate [rad/s]; zero of a rigid foot."""
+    toes = built.scenario.leg.toes
+    if toes is None:
+        return np.zeros_like(phase), np.zeros_like(phase)
+    waves = rest_extension(toes.swing_extension)
+    return series(waves, phase), series(waves, phase, 1) / stride
 
 
 def unwrapped(low: float, high: float) -> list[tuple[float, float]]:
@@ -240,7 +301,7 @@ def rest(device: Device, around: Surroundings) -> list[float]:
     def excess(angle: float) -> float:
         pulls, arms, _ = device.tensions(angle, hanging(device, angle))
         moment = sum(m.count * t * arm for m, t, arm in zip(device.muscles, pulls, arms, strict=True))
-        return device.acceleration(angle, 0.0, moment, around)
+        return device.accelerations(angle, 0.0, [], moment, around)[0]
 
     angle = brentq(excess, *device.foot.stops, xtol=1e-14)
     contractions = hanging(device, angle)
@@ -276,20 +337,41 @@ def filled(device: Device, contractions: list[float], pressure: float = 0.0) -> 
     return found
 
 
-def state_at(built: Built, run: Recording, row: int) -> list[float]:
-    """The states at a row of a recording.
+def start_at(built: Built, drive: Drive, level: float = 0.0) -> list[float]:
+    """The states at the start of recorded walking: muscles hang without air, toes rest.
 
-    The ankle's rate is the angle's derivative by five rows: recorded velocities stand between the angles.
+    `level` [rad] is how far the outsole turns the ankle's zero.
     """
-    scenario, angle = built.scenario, run["ankle/angle"][row - 2 : row + 3]
-    rate = (angle[0] - 8.0 * angle[1] + 8.0 * angle[3] - angle[4]) / (
-        12.0 * (run["time"][1] - run["time"][0])
-    )
+    device, cycle, gait = device_of(built), built.walk.cycle, built.scenario.gait
+    angle = float(cycle.signal("ankle_angle", gait.start_phase)) + gait.ankle_offset + level
+    speed = float(cycle.signal("ankle_angle", gait.start_phase, 1))
+    contractions = hanging(device, angle)
+    state = [angle, speed, *contractions, *filled(device, contractions)]
+    toes, around = device.foot.toes, drive.around(0.0)
+    if toes is not None:
+        share = toes.stiffness / (toes.stiffness + toes.sole_stiffness)
+        state += [share * around.toe_rest, share * around.toe_rest_rate]
+    return state
+
+
+def state_at(built: Built, run: Recording, row: int) -> list[float]:
+    """The states at a row of a recording."""
+    scenario = built.scenario
     groups = scenario.orthosis.muscle
-    state = [angle[2], rate, *(run[f"muscle/{name}_1/contraction"][row] for name in groups)]
+    state = [*motion_at(run, "ankle/angle", row)]
+    state += [float(run[f"muscle/{name}_1/contraction"][row]) for name in groups]
     for name in scenario.orthosis.chamber:
         pressure, volume, mass = (
             run[f"chamber/{name}/{what}"][row] for what in ("pressure", "volume", "mass")
         )
-        state += [(pressure + AMBIENT) * volume**GAMMA, mass]
-    return [float(value) for value in state]
+        state += [float((pressure + AMBIENT) * volume**GAMMA), float(mass)]
+    if scenario.leg.toes is not None:
+        state += motion_at(run, "toe/extension", row)
+    return state
+
+
+def motion_at(run: Recording, column: str, row: int) -> list[float]:
+    """An angle at a row, and its rate by five rows: recorded velocities stand between the angles."""
+    angle, step = run[column][row - 2 : row + 3], run["time"][1] - run["time"][0]
+    rate = (angle[0] - 8.0 * angle[1] + 8.0 * angle[3] - angle[4]) / (12.0 * step)
+    return [float(angle[2]), float(rate)]

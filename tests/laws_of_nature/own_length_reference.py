@@ -7,7 +7,8 @@ the geometry and the equation of motion are written again, and scipy integrates 
 `tondu_lopez_2000_bladder`; the muscles run between two anchors, without friction.
 
 States: ankle angle θ, its rate ω, then of each group the contraction κ, then of each chamber σ = p_abs V^γ
-and the air's mass m. Cuff and plate have no mass: their displacement follows from the tensions.
+and the air's mass m, and last, of a foot with toes, their extension and its rate (`toe_reference.py`). Cuff
+and plate have no mass: their displacement follows from the tensions.
 """
 
 import itertools
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from laws_of_nature.toe_reference import Toes, accelerations
 from scipy.integrate import solve_ivp
 
 GRAVITY, GAS, GAMMA = 9.80665, 287.05, 1.4  # [m/s²], [J/(kg·K)], [-]
@@ -183,8 +185,9 @@ class Anchor:
 class Foot:
     """All that turns about the ankle: mass [kg], centre (x, z) [m], inertia about the ankle [kg·m²], tissue.
 
-    `armature` [kg·m²] turns with the ankle's angle, not with the foot in space; damping [N·m·s/rad]; `scale`
-    and `offset` [rad] of the passive moment; `load` against dorsiflexion [N·m].
+    With `toes` on a hinge, mass, centre and inertia are of the hindfoot alone. `armature` [kg·m²] turns with
+    the ankle's angle, not with the foot in space; damping [N·m·s/rad]; `scale` and `offset` [rad] of the
+    passive moment; `load` against dorsiflexion [N·m].
     """
 
     mass: float
@@ -196,6 +199,7 @@ class Foot:
     offset: float
     load: float
     stops: tuple[float, float]
+    toes: Toes | None = None
 
     def passive(self, angle: float, knee: float) -> float:
         """Moment of relaxed tissue, Riener & Edrich 1999, linear outside −40…20° [N·m]."""
@@ -212,7 +216,8 @@ class Surroundings:
     """What comes from outside at one moment: the shank's motion and the moments on the ankle.
 
     Shank angle [rad], its acceleration [rad/s²], acceleration of the ankle point (x, z) [m/s²], knee angle
-    [rad], moment on the foot [N·m], stiffness about angle zero [N·m/rad].
+    [rad], moment on the foot [N·m], stiffness about angle zero [N·m/rad], the shank's rate [rad/s], rest
+    extension of the toes [rad] and its rate [rad/s].
     """
 
     shank: float
@@ -222,6 +227,9 @@ class Surroundings:
     knee: float
     moment: float
     stiffness: float
+    shank_rate: float = 0.0
+    toe_rest: float = 0.0
+    toe_rest_rate: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -274,7 +282,7 @@ class Device:
         """Absolute pressures [Pa] and volumes [m³] of the chambers."""
         n = len(self.muscles)
         volumes = self.volumes(state[2 : 2 + n])
-        sigmas = state[2 + n :: 2]
+        sigmas = state[2 + n : 2 + n + 2 * len(self.chambers) : 2]
         return [s / v**GAMMA for s, v in zip(sigmas, volumes, strict=True)], volumes
 
     def rates(self, state: Sequence[float], around: Surroundings, seats: Sequence[bool]) -> list[float]:
@@ -285,13 +293,17 @@ class Device:
         pulls, arms, _ = self.tensions(angle, contractions)
         pressures, volumes = self.pressures(state)
         moment = sum(m.count * t * arm for m, t, arm in zip(self.muscles, pulls, arms, strict=True))
-        rates = [speed, self.acceleration(angle, speed, moment, around)]
+        bending = rest[-2:] if self.foot.toes is not None else []
+        accelerations = self.accelerations(angle, speed, bending, moment, around)
+        rates = [speed, accelerations[0]]
         for muscle, contraction, pull in zip(self.muscles, contractions, pulls, strict=True):
             p = pressures[muscle.chamber]
             rates.append((muscle.spring(contraction, p - AMBIENT) - pull) / (muscle.damping * p))
         for j, chamber in enumerate(self.chambers):
             mass = rest[n + 2 * j + 1]
             rates += self.air(chamber, pressures[j], volumes[j], mass, seats[2 * j : 2 * j + 2])
+        if bending:
+            rates += [bending[1], accelerations[1]]
         return rates
 
     def air(
@@ -312,17 +324,24 @@ class Device:
         )
         return [volume ** (GAMMA - 1.0) * heat, come - gone]
 
-    def acceleration(self, angle: float, speed: float, orthosis: float, around: Surroundings) -> float:
-        """θ̈ [rad/s²] of the foot on its shank, the orthosis pulling with a moment [N·m]."""
+    def accelerations(
+        self, angle: float, speed: float, bending: Sequence[float], orthosis: float, around: Surroundings
+    ) -> tuple[float, float]:
+        """θ̈ and q̈ [rad/s²] of the foot on its shank, the orthosis pulling with a moment [N·m].
+
+        `bending` are extension [rad] and rate [rad/s] of the toes, or nothing of a rigid foot.
+        """
         foot = self.foot
+        moment = orthosis + around.moment - around.stiffness * angle - foot.load
+        moment += foot.passive(angle, around.knee) - foot.damping * speed - self.reflex * max(speed, 0.0)
+        if foot.toes is not None:
+            return accelerations(foot, foot.toes, (angle, speed), bending, moment, around)
         pitch = angle - around.shank
         x, z = foot.centre
         ahead = x * math.cos(pitch) - z * math.sin(pitch)
         above = x * math.sin(pitch) + z * math.cos(pitch)
-        moment = orthosis + around.moment - around.stiffness * angle - foot.load
-        moment += foot.passive(angle, around.knee) - foot.damping * speed - self.reflex * max(speed, 0.0)
         moment += foot.mass * (above * around.ankle_x - ahead * (around.ankle_z + GRAVITY))
-        return (moment + foot.inertia * around.shank_acceleration) / (foot.inertia + foot.armature)
+        return (moment + foot.inertia * around.shank_acceleration) / (foot.inertia + foot.armature), 0.0
 
 
 @dataclass(frozen=True)
@@ -356,6 +375,11 @@ class Solution:
     def angle(self) -> np.ndarray:
         """Ankle angle [rad] (n,)."""
         return self.states[:, 0]
+
+    @property
+    def extension(self) -> np.ndarray:
+        """Of the toes against the foot, of a foot that has toes [rad] (n,)."""
+        return self.states[:, -2]
 
     def contraction(self, group: int) -> np.ndarray:
         """κ of a group [-] (n,)."""
@@ -415,6 +439,8 @@ def solve(
     jumps = [jump for jump in drive.jumps if time[0] < jump < time[-1]]
     edges = sorted({float(time[0]), *(event[0] for event in later), *jumps, float(time[-1])})
     size = np.array([1.0, 10.0, *[1.0] * len(device.muscles), *[1.0, 1e-3] * len(device.chambers)])
+    if device.foot.toes is not None:
+        size = np.append(size, [1.0, 10.0])
     state, states, evaluations = np.array(start, dtype=float), [np.array(start, dtype=float)[None]], 0
     for low, high in itertools.pairwise(edges):
         inside = time[(time > low) & (time <= high)]

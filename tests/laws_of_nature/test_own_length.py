@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from laws_of_nature.own_length_case import device_of, filled, hanging, rest, state_at, timed, walked
+from laws_of_nature.own_length_case import device_of, rest, start_at, state_at, timed, walked
 from laws_of_nature.own_length_reference import Solution, solve
 
 import afo_sim
@@ -52,13 +52,7 @@ def seated(built: Built, time: np.ndarray, method: str = "LSODA", rtol: float = 
 def walking(built: Built, time: np.ndarray, method: str = "LSODA", rtol: float = 1e-8) -> Solution:
     """From the start of recorded walking, with muscles that hang without air."""
     device, drive = device_of(built), walked(built, 0.0, time[-1])
-    cycle, gait = built.walk.cycle, built.scenario.gait
-    angle = float(cycle.signal("ankle_angle", gait.start_phase)) + gait.ankle_offset
-    speed = float(cycle.signal("ankle_angle", gait.start_phase, 1))
-    contractions = hanging(device, angle)
-    return solve(
-        device, drive, [angle, speed, *contractions, *filled(device, contractions)], time, method, rtol
-    )
+    return solve(device, drive, start_at(built, drive), time, method, rtol)
 
 
 @pytest.mark.slow
@@ -87,7 +81,8 @@ def test_a_settled_stride(mounting: str) -> None:
 @pytest.mark.slow
 def test_the_settled_stride_of_a_walk_of_its_own() -> None:
     """As above, but the ten strides before are walked separately too."""
-    scenario = mounted("walk-dropfoot-afo", "soft").set({"gait.settled": "walked"})
+    empty = {"gait.settled": "walked", "start.dorsiflexor.fill_time": "0 s"}  # as the separate walk begins
+    scenario = mounted("walk-dropfoot-afo", "soft").set(empty)
     built, run = afo_sim.build(scenario), afo_sim.run(scenario)
     time, stride = run["time"], built.walk.cycle.stride_time
     rows = slice(*np.searchsorted(time, [SETTLED * stride, (SETTLED + 1) * stride]))

@@ -10,6 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 from understood_trial import stand_in
 
+from afo_sim.common.assets import find_gait
+from afo_sim.gait.file import read
 from afo_sim.show.gait_figure import draw_gait
 from afo_sim.show.style import NORM
 
@@ -155,3 +157,16 @@ def test_the_way_from_above_has_left_on_the_left(tmp_path: pathlib.Path, drawn: 
     ways = {line.get_label(): line.get_xydata() for line in panel(drawn[0], "seen from above").lines}
     assert ways["left ankle"][:, 1].mean() > ways["pelvis"][:, 1].mean() > ways["right ankle"][:, 1].mean()
     assert all(ways[name][-1, 0] > ways[name][0, 0] + 1.0 for name in ("left ankle", "right ankle", "pelvis"))
+
+
+def test_toes_of_the_drawn_foot_bend_instead_of_sinking(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+    """Rigid toes' tip would be 5 and 17 mm below the floor at 50 and 60 % of the stride, the heel off it."""
+    cycle = read(find_gait("gatk_stride1"))
+    draw_gait(cycle, tmp_path / "a.png")
+    feet = [line.get_xydata() for line in drawn[-1].axes[0].lines if len(line.get_xydata()) == 6]
+    assert len(feet) == 11  # every 10 %
+    for foot in feet[5:7]:
+        _, heel, hinge, tip, *_ = foot
+        along, toes = hinge - heel, tip - hinge
+        assert np.arctan2(toes[1], toes[0]) > np.arctan2(along[1], along[0]) + np.radians(10.0)
+        assert tip[1] > -0.005

@@ -16,12 +16,12 @@ from synthetic_walk import AMPLITUDE, MASS, SHANK, STEP, TOE_OFF, walk_columns, 
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.words import body_mass, facts
+from afo_sim.description.words import body_mass, facts, reference
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.walking import walk_metrics
-from afo_sim.metrics.words import OTHER, in_short, number, words
+from afo_sim.metrics.words import OTHER, in_short, lift, number, words
 from afo_sim.show import report_figures
-from afo_sim.show.report import page, read_runs, write_report
+from afo_sim.show.report import page, read_runs, remarks, write_report
 from afo_sim.show.run_view import PHASE, RunView
 from afo_sim.show.style import RUNS, plain
 from afo_sim.simulation.recording import Recording
@@ -149,15 +149,15 @@ def test_it_names_runs_words_numbers_units_warnings_and_sources(compared: str) -
     text = Reader(compared).text
     for said in (
         "bare compared with worn",
-        "flaccid drop foot",
+        "drop foot, with healthy tissue",
         "dorsiflexors 0 %",
         "filled 50–95 %, vented 15–45 % of the gait cycle",
         "4 bar (gauge)",
         "Toe clearance",
         "N·m",
         "J/kg",
-        "GaitAnalysisToolKit",
-        "Apache-2.0",
+        "Bovi",
+        "typed from the article",
         "Fukuchi",
         "CC BY 4.0",
         "mujoco",
@@ -326,6 +326,33 @@ def test_clearance_and_torque_are_drawn_in_their_units() -> None:
     assert lines(report_figures.draw_pressures, [run], 0)["front"].max() == pytest.approx(3.0)
 
 
+def test_numbers_of_clearances_that_are_alike_cover_neither_each_other_nor_a_curve() -> None:
+    """Four runs within 3 mm: the numbers' boxes are apart, and no curve passes through one."""
+    import itertools
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    runs = []
+    for higher in (0.0, 0.001, 0.002, 0.003):
+        columns = walk_columns()
+        columns |= {name: columns[name] + higher for name in ("toe/height", "sole/height", "ball/height")}
+        runs.append(shown(f"{higher}", columns))
+    figure = Figure(figsize=(report_figures.WIDTH, 3.3), layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    report_figures.draw_clearance(figure, runs)
+    canvas.draw()
+    axis = figure.axes[0]
+    numbers = [text for text in axis.texts if text.get_text().endswith(" mm")]
+    assert {text.get_text() for text in numbers} == {"10 mm", "11 mm", "12 mm", "13 mm"}
+    boxes = [text.get_window_extent(canvas.get_renderer()) for text in numbers]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+    for line in axis.lines:
+        if len(line.get_xdata()) == len(PHASE):
+            path = line.get_transform().transform_path(line.get_path())
+            assert not any(path.intersects_bbox(box, filled=False) for box in boxes), line.get_label()
+
+
 def test_the_band_is_lowest_to_highest_stride() -> None:
     from matplotlib.figure import Figure
 
@@ -352,11 +379,47 @@ def test_numbers_are_written_with_their_digits_and_a_true_minus() -> None:
     assert number(12345.6, "furlong") == "1.235e+04"
 
 
+def test_a_lift_is_told_over_whom() -> None:
+    found = {"lift_over_reference": Metric(12.3, "mm"), "reference_toe_clearance": Metric(-20.0, "mm")}
+    (said,) = lift(found, reference({"reference": "barefoot"}))
+    assert (
+        said == "the toe passes 12 mm higher than that of the same patient barefoot (20 mm below the floor)"
+    )
+    other = reference({"reference": "shoe", "shoe": {"name": "trainer"}})
+    (said,) = lift(found | {"lift_over_reference": Metric(-12.3, "mm")}, other)
+    assert "12 mm lower than that of the same patient in the shoe trainer, without orthosis" in said
+    assert lift({}, other) == lift(found, "") == []
+
+
+def dressed(label: str, changes: dict[str, object], outsole: bool = False) -> RunView:
+    """The written-down walk in something."""
+    run = shown(label)
+    scenario = run.recording.scenario | changes
+    if outsole:
+        scenario["orthosis"] = scenario["orthosis"] | {"name": "s1", "outsole": {"heel_stack": "22 mm"}}
+    return dataclasses.replace(run, recording=dataclasses.replace(run.recording, scenario=scenario))
+
+
+def test_runs_that_wear_different_things_say_so() -> None:
+    bare = dressed("bare", {})
+    shod = dressed("shod", {"shoe": {"name": "trainer"}, "reference": "barefoot"})
+    braced = dressed("braced", {"shoe": {"name": "trainer"}, "reference": "orthosis-off"}, outsole=True)
+    assert remarks([bare, bare]) == remarks([shod]) == []
+    (said,) = remarks([bare, shod])
+    assert "bare: barefoot; shod: shoe trainer" in said
+    worn, compared = remarks([shod, braced])
+    assert "shod: shoe trainer; braced: outsole of s1" in worn
+    assert (
+        "shod: the same patient barefoot; braced: the same patient with the orthosis and no air" in compared
+    )
+
+
 def test_the_short_sentences_say_what_the_metrics_say() -> None:
     found = shown().recording.metrics | {"toe_clearance": Metric(-7.6, "mm")}
     said = " ".join(in_short(found))
     assert "toe passes 8 mm below the floor" in said
-    assert "ball of the foot passes 10 mm above the floor, as in the healthy trial" in said
+    same = "as high as that of this same foot with the healthy trial's ankle angle"
+    assert f"ball of the foot passes 20 mm above the floor, {same}" in said
     assert "Every stride begins with the heel" in said
     assert np.degrees(-SHANK) > 8.0
     assert in_short({}) == []
@@ -365,7 +428,7 @@ def test_the_short_sentences_say_what_the_metrics_say() -> None:
 def test_the_scenario_is_told_in_words() -> None:
     scenario = afo_sim.load("scenario", "walk-dropfoot-afo-timer", {"gait.variability": 0.03}).resolved()
     told = dict(facts(scenario))
-    assert told["valves, dorsiflexor"] == "filled 0.6–1.14 s, vented 0.18–0.54 s of every 1.2 s"
+    assert told["valves, dorsiflexor"] == "filled 0.55–1.05 s, vented 0.16–0.5 s of every 1.1 s"
     assert "varied by 3 %" in told["walking"]
     assert body_mass(scenario) == 75.0
     scenario = afo_sim.load("scenario", "walk-healthy", {"patient.body_mass": "90 kg"}).resolved()
@@ -455,7 +518,8 @@ def test_walking_beside_sitting_is_told_once(
     assert err.startswith("note: walking (worn) and not walking (sitting): each kind has its own figures")
     assert err.count("\n") == 1
     assert Reader(out.read_text(encoding="utf-8")).text.count("walking (worn) and not walking (sitting)") == 1
-    assert call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2] == ""
+    said = call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2]
+    assert said.startswith("note: the runs wear different things") and said.count("\n") == 1
 
 
 def test_a_recording_of_another_making_is_refused(

@@ -18,20 +18,21 @@ from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
 from afo_sim.simulation.recording import Recording, read_recording
 from afo_sim.simulation.run import run_built
 
+BODY = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's own
 BODY_WEIGHT = 75.0 * 9.80665
 STANDING = 0.05 * BODY_WEIGHT  # ground force of stance [N]
 
 
 @pytest.fixture(scope="module")
 def bare() -> Recording:
-    return afo_sim.run("walk-dropfoot", {"duration": "3 s"})
+    return afo_sim.run("walk-dropfoot", {"duration": "3 s"} | BODY)
 
 
 @pytest.fixture(scope="module")
 def folders(bare: Recording, tmp_path_factory: pytest.TempPathFactory) -> list[pathlib.Path]:
     """With the orthosis, without it, and faster with strides of varied duration."""
     base = tmp_path_factory.mktemp("walks")
-    with_orthosis = afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"})
+    with_orthosis = afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"} | BODY)
     varied = {"duration": "3 s", "gait.stride_time": "0.9 s", "gait.variability": 0.05}
     faster = afo_sim.run("walk-dropfoot-afo", varied)
     return [
@@ -146,42 +147,55 @@ def floor_height(file: pathlib.Path) -> float:
     return float(centre[2] + half[2])
 
 
-def test_the_plates_underside_stands_on_the_floor(folders: list[pathlib.Path], bare: Recording) -> None:
-    """In mid-stance the foot is flat: sole or plate are at the floor, which without a plate is at 0."""
-    orthosis = folders[0] / "recording.rrd"
-    assert floor_height(folders[1] / "recording.rrd") == pytest.approx(0.0, abs=1e-6)
-    assert floor_height(orthosis) == pytest.approx(-0.022, abs=1e-6)
+def underside(model: mujoco.MjModel, data: mujoco.MjData, geom: str) -> np.ndarray:
+    """Heights of a box's lower corners, back and front, as the kinematics have it (2,)."""
+    box = model.geom(geom).id
+    corners = np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0]]) * model.geom_size[box]
+    space = corners @ data.geom_xmat[box].reshape(3, 3).T + data.geom_xpos[box]
+    return space[:, 2]
+
+
+def test_what_is_drawn_has_the_heights_of_the_outsole(folders: list[pathlib.Path]) -> None:
+    """The plate's underside from heel to ball, and the sole ahead of it, bent with the toes."""
+    assert [floor_height(folder / "recording.rrd") for folder in folders[:2]] == pytest.approx([0.0, 0.0])
     run = read_recording(folders[0])
     model = mujoco.MjModel.from_xml_string(run.model_xml)
     data = mujoco.MjData(model)
-    plate = model.geom("plate_sole").id
-    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T * model.geom_size[plate]
-    low = []
-    for k in np.flatnonzero((run["gait/stride"] == 1.0) & (np.abs(run["gait/phase"] - 0.25) < 0.1))[::20]:
-        for joint in ("shank_x", "shank_z", "shank_angle", "ankle"):
+    bent = 0.0
+    for k in range(0, len(run["time"]), 97):
+        for joint in ("shank_x", "shank_z", "shank_angle", "ankle", "toe"):
             data.joint(joint).qpos[0] = run[f"qpos/{joint}"][k]
         mujoco.mj_kinematics(model, data)
-        space = corners @ data.geom_xmat[plate].reshape(3, 3).T + data.geom_xpos[plate]
-        low.append(space[:, 2].min() - floor_height(orthosis))
-    assert np.abs(low).max() < 0.011  # half the plate: it neither floats nor sinks
-    time, origins = lists(orthosis, "/world/ground_force", "Arrows3D:origins")
-    assert {round(start[0][2], 6) for start in origins if start} == {-0.022}
-    time, strips = lists(orthosis, "/world/trail/toe", "LineStrips3D:strips")
+        plate, toe = underside(model, data, "plate_sole"), underside(model, data, "shoe_tip")
+        assert plate == pytest.approx([run["heel/height"][k], run["ball/height"][k]], abs=2e-6)
+        assert toe.min() == pytest.approx(run["toe/height"][k], abs=2e-6)  # from pulp to tip
+        bent = max(bent, run["toe/extension"][k])
+    assert np.degrees(bent) > 20.0
+    _, origins = lists(folders[0] / "recording.rrd", "/world/ground_force", "Arrows3D:origins")
+    assert {round(start[0][2], 6) for start in origins if start} == {0.0}
+    time, strips = lists(folders[0] / "recording.rrd", "/world/trail/toe", "LineStrips3D:strips")
     ends = np.array([strip[0][1] for strip in strips])[:, 2]
-    assert ends + 0.022 == pytest.approx(rows_of(run, time)["toe/height"], abs=1e-6)
+    assert ends == pytest.approx(rows_of(run, time)["toe/height"], abs=2e-6)
 
 
 def test_runs_with_and_without_a_plate_walk_on_one_floor(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
-    """Who wears none is drawn lower: heights above the floor stay those of the recording."""
     write_comparison(folders[:2], tmp_path / "both.rrd")
-    assert floor_height(tmp_path / "both.rrd") == pytest.approx(-0.022, abs=1e-6)
-    for folder, shift in ((folders[0], 0.0), (folders[1], -0.022)):
+    assert floor_height(tmp_path / "both.rrd") == pytest.approx(0.0, abs=1e-6)
+    for folder in folders[:2]:
         _, moved = read(
             tmp_path / "both.rrd", f"/world/carriage/runs/{folder.name}", "Transform3D:translation"
         )
-        assert moved[:, 2] == pytest.approx(np.full(len(moved), shift), abs=1e-6)
+        assert moved[:, 2] == pytest.approx(np.zeros(len(moved)), abs=1e-6)
+
+
+def test_ghosts_toes_rest_where_the_healthy_ones_do(file: pathlib.Path, bare: Recording) -> None:
+    time, turned = read(file, "/world/healthy/toes", "Transform3D:quaternion")
+    rows = rows_of(bare, time)
+    half = 0.5 * (rows["gait/ankle_angle"] - rows["shank/angle"] + rows["gait/toe_extension"])
+    expected = np.column_stack([0.0 * half, -np.sin(half), 0.0 * half, np.cos(half)])
+    assert np.abs(np.sum(turned * expected, axis=1)) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: Recording) -> None:
@@ -195,9 +209,11 @@ def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: R
         for joint in ("shank_x", "shank_z", "shank_angle"):
             data.joint(joint).qpos[0] = bare[f"qpos/{joint}"][k]
         data.joint("ankle").qpos[0] = bare["gait/ankle_angle"][k]
+        data.joint("toe").qpos[0] = bare["gait/toe_extension"][k]
         mujoco.mj_kinematics(model, data)
-        heights = [1e3 * data.site(name).xpos[2] for name in ("toe", "ball")]
-        assert healthy[k] == pytest.approx(heights, abs=1e-6)
+        heights = {name: 1e3 * data.site(f"sole_{name}").xpos[2] for name in ("pulp", "tip", "ball")}
+        toe = min(heights["pulp"], heights["tip"])
+        assert healthy[k] == pytest.approx([toe, heights["ball"]], abs=1e-6)
     _, floor = read(file, "/clearance/floor", "Scalars:scalars")
     assert not floor.any()
     _, recorded = read(file, "/angle/healthy", "Scalars:scalars")
@@ -230,7 +246,7 @@ def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
 
 def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
     """In contact: one stance and one swing a stride, by the recorded ground, as the metrics count them."""
-    run = afo_sim.run("walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact"})
+    run = afo_sim.run("walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact"} | BODY)
     stands = run["gait/ground_force_z"] > STANDING
     dragged = ~stands & (run["ground/force/z"] >= 20.0)
     assert dragged.any()
@@ -312,12 +328,15 @@ def test_a_single_row_and_swing_alone_are_shown(changes: dict[str, object], tmp_
 
 
 @needs_vulkan
-def test_picture_shows_leg_arrow_and_trail(file: pathlib.Path, tmp_path: pathlib.Path) -> None:
+def test_picture_shows_leg_arrow_and_trail(
+    file: pathlib.Path, bare: Recording, tmp_path: pathlib.Path
+) -> None:
     from matplotlib import image
 
     shares = {}
-    for moment in (1.9, 2.2):  # push-off, and swing
-        screenshot(file, tmp_path / "a.png", moment)
+    stride = bare.metrics["stride_time"].value
+    for moment in (1.58, 1.83):  # in strides: push-off, and swing
+        screenshot(file, tmp_path / "a.png", moment * stride)
         scene = image.imread(tmp_path / "a.png")[60:700, :790, :3]
         red, green, blue = np.moveaxis(scene, 2, 0)
         bright = scene.max(axis=2) > 0.35
@@ -326,9 +345,9 @@ def test_picture_shows_leg_arrow_and_trail(file: pathlib.Path, tmp_path: pathlib
             (bright & (green > 1.5 * red) & (green > 1.5 * blue)).mean(),  # arrow
             (bright & (red > 3.0 * green) & (red > 3.0 * blue)).mean(),  # sunken trail
         ]
-    assert min(shares[1.9][0], shares[2.2][0]) > 0.01
-    assert shares[1.9][1] > 0.002 > 20.0 * shares[2.2][1]
-    assert shares[2.2][2] > 0.001
+    assert min(shares[1.58][0], shares[1.83][0]) > 0.01
+    assert shares[1.58][1] > 0.002 > 20.0 * shares[1.83][1]
+    assert shares[1.83][2] > 0.001
 
 
 @needs_vulkan

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.model.foot import foot_of, turned
-from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.model.mounting import muscle_names
 from afo_sim.show.rerun.clock import GAIT, send
 from afo_sim.show.rerun.source import Columns, Source
 
@@ -16,7 +14,7 @@ PLANTARFLEXOR = ([80, 150, 235], [90, 205, 220], [130, 120, 230], [70, 190, 150]
 RUNS = ([240, 240, 240], [250, 165, 50], [90, 190, 250], [120, 220, 120], [240, 110, 160])
 MOMENTS = {
     "orthosis": [240, 150, 60],
-    "passive": [90, 205, 140],
+    "passive": [225, 225, 225],
     "gravity": [150, 150, 240],
     "biological": [235, 110, 160],
     "ground": [110, 235, 120],
@@ -48,22 +46,6 @@ class Curve:
         """The plotted values. Angles go through `np.degrees`, so that they are its very bits."""
         values = block[self.column]
         return np.degrees(values) if self.column in ANGLES else values * self.factor
-
-
-@dataclass(frozen=True)
-class HealthyHeight(Curve):
-    """Height of a point of the sole above the floor, were the ankle as recorded on the same shank."""
-
-    point: tuple[float, float] = (0.0, 0.0)  # of the foot from the ankle, forward and up [m]
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        return ("ankle/position/z", "gait/ankle_angle", "shank/angle")
-
-    def values(self, block: Columns) -> np.ndarray:
-        pitch = block["gait/ankle_angle"] - block["shank/angle"]
-        height: np.ndarray = (block["ankle/position/z"] + turned(self.point, pitch)[1]) * self.factor
-        return height
 
 
 @dataclass(frozen=True)
@@ -131,10 +113,8 @@ def _clearance(source: Source) -> list[Curve]:
 
 
 def _healthy_heights(source: Source) -> list[Curve]:
-    model = mujoco.MjModel.from_xml_string(source.header.model_xml)
-    points = foot_of(model, source.scenario.leg.foot, ANKLE).points
     return [
-        HealthyHeight("clearance/healthy", f"{n}, healthy", dim, f"{n}/height", 1e3, points[n])
+        Curve("clearance/healthy", f"{n}, healthy", dim, f"gait/{n}_height", 1e3)
         for n, (_, dim) in SOLE.items()
     ]
 

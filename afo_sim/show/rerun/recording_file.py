@@ -80,8 +80,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
         walker, first = None, source.walks and leader is None
         if source.walks:
             colour = curves.run_colour(number)
-            floor = None if leader is None else leader.floor_height  # all walk on one floor
-            walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first, floor)
+            walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first)
         lines = curves.compared_curves(source, label, number, healthy=first)
         shown.append(RunScene(source, view, lines, walker, label))
     _write(path, " · ".join(run.label for run in shown), shown, rate)

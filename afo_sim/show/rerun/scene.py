@@ -54,7 +54,8 @@ class Stage:
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
-    walking = tuple(dict.fromkeys((*WALKING, stance_force(source.columns)))) if source.walks else ()
+    toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
+    walking = tuple(dict.fromkeys((*WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
     groups = muscle_names(source.scenario.orthosis)
     return Stage(model, groups, root, opacity, colour_by, Mountings(model, groups, source.columns), walking)
 

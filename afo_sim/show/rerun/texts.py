@@ -4,6 +4,7 @@ from typing import Any
 
 import rerun as rr
 
+from afo_sim.description.words import reference, worn
 from afo_sim.show.rerun.source import Source
 
 
@@ -12,6 +13,7 @@ def log_texts(stream: rr.RecordingStream, sources: list[tuple[str, Source]]) -> 
     names = list(dict.fromkeys(n for _, s in sources for n in s.header.metrics))
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
+    lines += [line for label, source in sources for line in _wear(label, source)]
     lines += [f"| metric | unit |{'|'.join(f' {label} ' for label, _ in sources)}|"]
     lines += [f"|---|---|{'---:|' * len(sources)}"]
     for name in names:
@@ -27,6 +29,15 @@ def log_texts(stream: rr.RecordingStream, sources: list[tuple[str, Source]]) -> 
     _document(stream, "summary", "\n".join(lines))
     texts = [f"# {label}\n```toml\n{_flat(s.header.scenario)}\n```" for label, s in sources]
     _document(stream, "scenario", "\n".join(texts))
+
+
+def _wear(label: str, source: Source) -> list[str]:
+    """What a walking run wears, and whom it is compared with."""
+    scenario = source.header.scenario
+    if not worn(scenario):
+        return []
+    other = reference(scenario)
+    return [f"{label} wears: {worn(scenario)}" + (f"; compared with {other}" if other else ""), ""]
 
 
 def _document(stream: rr.RecordingStream, entity: str, text: str) -> None:

@@ -2,8 +2,8 @@
 
 The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
 fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
-relative to their own carriages and stay together at any cadence. Parts worn under the foot count as a shoe's
-sole, which lifts the whole body: the floor lies lower by its thickness.
+relative to their own carriages and stay together at any cadence. The floor is at height 0, whatever is worn:
+the outsole of each run stands on it, and the toes bend.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,12 @@ from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait import file as gait
 from afo_sim.metrics.strides import loaded, stance_force
-from afo_sim.model.foot import foot_of, turned
+from afo_sim.model.foot import TOE_POINTS, foot_of
 from afo_sim.model.mounting import ANKLE
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.scene import Stage, log_body, replay
 from afo_sim.show.rerun.source import Columns, Source
-from afo_sim.show.sole import sole_thickness
 
 CARRIAGE = "world/carriage"
 TRAILS = {"toe": [250, 200, 70], "ball": [90, 190, 250]}  # points of the sole, and their colours
@@ -61,8 +60,8 @@ def expected_carriage(source: Source) -> Carriage:
     return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 
-def log_walkway(stream: rr.RecordingStream, way: Carriage, height: float) -> None:
-    """A walkway at a height [m] with a line every 10 cm and a stronger one every metre, once.
+def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
+    """A walkway with a line every 10 cm and a stronger one every metre, once.
 
     It is cut along the foot's side, as in a section: what sinks below the floor is seen.
     """
@@ -70,13 +69,13 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage, height: float) -> Non
     size, centre = (np.array([right, FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
         half_sizes=[[*(0.5 * size), 0.002]],
-        centers=[[*(0.5 * centre), height - 0.002]],
+        centers=[[*(0.5 * centre), -0.002]],
         colors=[[62, 66, 72]],
         fill_mode="solid",
     )
     stream.log("world/floor", floor, static=True)
     places = np.arange(round(10 * left), round(10 * right) + 1)
-    ends = np.array([[0.0, side, height + 0.0005] for side in (EDGE, FAR)])
+    ends = np.array([[0.0, side, 0.0005] for side in (EDGE, FAR)])
     strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
     metre = places % 10 == 0
     lines = rr.LineStrips3D(
@@ -89,8 +88,14 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage, height: float) -> Non
 
 def log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
     """The leg's own foot, translucent, once; the orthosis on it is left out."""
-    foot = view.model.body(source.scenario.leg.foot).id
-    log_body(stream, view, foot, f"{view.root}/healthy/foot", GHOST_COLOUR)
+    for part, name in _ghost_bodies(source).items():
+        log_body(stream, view, view.model.body(name).id, f"{view.root}/healthy/{part}", GHOST_COLOUR)
+
+
+def _ghost_bodies(source: Source) -> dict[str, str]:
+    """{part of the healthy foot: the body that has its shapes}."""
+    leg = source.scenario.leg
+    return {"foot": leg.foot} | ({} if leg.toes is None else {"toes": leg.toes.body})
 
 
 @dataclass
@@ -102,23 +107,17 @@ class Walker:
     way: Carriage
     colour: list[int] | None = None  # of the trails among several runs
     first: bool = True  # of several: it has the camera, the arrow and the ghost
-    floor: float | None = None  # height that the floor is drawn at; below its own sole by default [m]
 
     def __post_init__(self) -> None:
-        foot = self.source.scenario.leg.foot
-        self._points = foot_of(self.view.model, foot, ANKLE).points
-        self._ground = -sole_thickness(self.view.model, foot, ANKLE)  # where it stands, from its own root
+        leg = self.source.scenario.leg
+        self._foot = foot_of(self.view.model, leg, ANKLE)
+        self._toe = None if leg.toes is None else f"qpos/{leg.toes.joint}"  # column of the toes' hinge
         self._ends: dict[str, np.ndarray] = {}  # of the trails so far
 
     @property
     def trails(self) -> list[str]:
         """The entities of its trails; among several runs only the toe leaves one."""
         return [f"/{self.view.root}/trail/{name}" for name in TRAILS if name == "toe" or not self.colour]
-
-    @property
-    def floor_height(self) -> float:
-        """Height at which the floor is drawn [m]."""
-        return self._ground if self.floor is None else self.floor
 
     @property
     def stride_time(self) -> float:
@@ -137,8 +136,7 @@ class Walker:
             self._log_force(stream, block)
             self._log_ghost(stream, block)
         if self.view.root.startswith(CARRIAGE):
-            shift = np.array([0.0, 0.0, self.floor_height - self._ground]) - places
-            moved = rr.Transform3D.columns(translation=shift.astype(np.float32))
+            moved = rr.Transform3D.columns(translation=-places.astype(np.float32))
             send(stream, self.view.root, block, moved)
         self._log_trails(stream, block)
 
@@ -158,9 +156,7 @@ class Walker:
         new = np.r_[True, np.diff(nearest) != 0.0]
         rows = {name: block[name][new] for name in ("time", *GAIT)}
         metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
-        places = np.column_stack(
-            [metres, np.full_like(metres, EDGE - 0.06), np.full_like(metres, self.floor_height)]
-        )
+        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
         counts = np.full(len(rows["time"]), 3)
         marks = rr.Points3D.columns(
             positions=places.astype(np.float32),
@@ -173,7 +169,7 @@ class Walker:
         stands = loaded(block["ground/force/z"], self.source.body_mass)
         force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
         vectors = force * (ARROW / (GRAVITY * self.source.body_mass))
-        level = np.full((len(force), 2), (SIDE, self._ground))
+        level = np.full((len(force), 2), (SIDE, 0.0))
         origins = np.column_stack([block["ground/position/x"], level])
         arrow = rr.Arrows3D.columns(
             vectors=vectors[stands].astype(np.float32), origins=origins[stands].astype(np.float32)
@@ -181,28 +177,33 @@ class Walker:
         send(stream, f"{self.view.root}/ground_force", block, arrow.partition(stands.astype(int)))
 
     def _log_ghost(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """The foot at the recorded ankle angle on the same shank."""
-        model, leg = self.view.model, self.source.scenario.leg
+        """The foot at the recorded ankle angle on the same shank, its toes at rest."""
         healthy = {**block, f"qpos/{ANKLE}": block["gait/ankle_angle"]}
-        position, quaternion, _ = replay(model, healthy)
-        foot = model.body(leg.foot).id
-        pose = rr.Transform3D.columns(
-            translation=position[:, foot].astype(np.float32),
-            quaternion=quaternion[:, foot][:, [1, 2, 3, 0]].astype(np.float32),
-        )
-        send(stream, f"{self.view.root}/healthy/foot", block, pose)
+        if self._toe is not None:
+            healthy[self._toe] = block["gait/toe_extension"]
+        position, quaternion, _ = replay(self.view.model, healthy)
+        for part, name in _ghost_bodies(self.source).items():
+            body = self.view.model.body(name).id
+            pose = rr.Transform3D.columns(
+                translation=position[:, body].astype(np.float32),
+                quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
+            )
+            send(stream, f"{self.view.root}/healthy/{part}", block, pose)
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """From each row's place of a point to the next, on the underside of what is worn.
+        """From each row's place of a point of the outsole to the next; of the toe the lower of pulp and tip.
 
         The viewer shows those of the last stride.
         """
+        extension = 0.0 if self._toe is None else block[self._toe]
+        points = self._foot.outsole(block[f"qpos/{ANKLE}"] - block["shank/angle"], extension)
+        (x, z), (other_x, other_z) = (points[name] for name in TOE_POINTS)
+        points["toe"] = np.where(other_z < z, other_x, x), np.minimum(z, other_z)
         swings = ~loaded(block[stance_force(self.source.columns)], self.source.body_mass)
         for entity in self.trails:
             name = entity.rsplit("/", 1)[1]
-            x, z = turned(self._points[name], block[f"qpos/{ANKLE}"] - block["shank/angle"])
-            x, z = x + block["ankle/position/x"], z + block["ankle/position/z"]
-            path = np.column_stack([x, np.full(len(x), SIDE), z + self._ground])
+            x, z = (a + block[f"ankle/position/{b}"] for a, b in zip(points[name], "xz", strict=True))
+            path = np.column_stack([x, np.full(len(x), SIDE), z])
             path = np.vstack([self._ends.get(name, path[:1]), path])
             self._ends[name] = path[-1:]
             strips = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
@@ -218,7 +219,7 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
     if not walker.first:
         return
-    log_walkway(stream, walker.way, walker.floor_height)
+    log_walkway(stream, walker.way)
     log_ghost_shapes(stream, walker.view, walker.source)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)

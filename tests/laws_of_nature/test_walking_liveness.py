@@ -1,0 +1,214 @@
+"""Every parameter of walking is live: changed a little, a named output of a shipped scenario moves.
+
+The parameters are found in the resolved scenario, not listed here: a new one without an entry fails.
+Muscles, chambers and cuff are those of sitting, where `test_liveness.py` moves them.
+"""
+
+import fnmatch
+from typing import Any
+
+import numpy as np
+import pytest
+from laws_of_nature.liveness import leaves, nudged
+
+import afo_sim
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.simulation.recording import Recording
+
+SCENARIO = "walk-dropfoot-afo"
+# On a floor, with every value told that is optional.
+TOLD = {
+    "duration": "2.4 s",
+    "ground.mode": "contact",
+    "patient.plantarflexor_strength": 0.8,
+    "patient.body_mass": "70 kg",
+    "patient.body_height": "1.70 m",
+    "gait.variability": 0.03,
+    "gait.seed": 1,
+    "gait.sole_thickness": "10 mm",
+    "start.dorsiflexor.fill_time": "0.2 s",
+    "phases.plantarflexor.inlet": [[0.6, 0.9]],
+    "phases.plantarflexor.outlet": [[0.0, 0.4]],
+}
+# What the foot stands on: the orthosis' own outsole, or the shoe's.
+RUNS: dict[str, dict[str, Any]] = {
+    "soled": TOLD | {"gait.stride_time": "1.05 s"},
+    "shod": TOLD | {"orthosis.outsole": None, "gait.speed": "1.1 m/s"},
+}
+
+# Which recorded column must move, by the parameter's key; the first pattern that fits counts.
+OUTPUTS = {
+    "leg.passive.*": "ankle/moment/passive",
+    "leg.body_*": "ankle/moment/passive",
+    "leg.toes.stiffness": "toe/extension",
+    "leg.toes.damping": "toe/extension",
+    "leg.toes.swing_extension": "gait/toe_extension",
+    "leg.toes.swing_extension_range": "sole/height_{extended}_extended",
+    "leg.*": "ankle/angle",
+    "*.heel_stack": "heel/height",
+    "*.ball_stack": "ball/height",
+    "*.toe_spring": "toe/height",
+    "*.tip_ahead": "toe/height",
+    "*.heel_behind": "heel/height",
+    "*.toe_stiffness": "toe/extension",
+    "shoe.*": "gait/needed_moment",
+    "patient.*_strength": "ankle/moment/biological",
+    "patient.stiffness": "ankle/moment/biological",
+    "patient.spasticity": "ankle/moment/biological",
+    "patient.*": "ankle/moment/passive",
+    "ground.body_*": "shank/sink",
+    "ground.*": "ground/force/z",
+    "gait.ankle_offset": "gait/ankle_angle",
+    "gait.speed": "gait/ankle_angle",
+    "gait.sole_thickness": "ankle/position/z",
+    "gait.*": "gait/phase",
+    "start.*": "chamber/dorsiflexor/pressure",
+    "supply.pressure": "chamber/dorsiflexor/pressure",
+    "load_moment": "ankle/angle",
+    "phases.*": "chamber/{chamber}/pressure",
+}
+# Changed as a whole, and what of the run must move.
+CHOICES = {
+    "gait.cycle": ("gatk_stride1", "gait/ankle_angle"),
+    "gait.settled": ("walked", "toe_clearance"),
+    "ground.mode": ("contact", "ground/force/z"),
+    "reference": ("barefoot", "reference_toe_clearance"),
+}
+# What has no meaning where toes bend, the gait drives the shank, phases switch the valves, air is let in
+# for a time.
+REFUSED = {
+    "ground.toe_stiffness": "30 N*m/rad",
+    "shank.knee_angle": "10 deg",
+    "timer": {"period": "1.1 s", "dorsiflexor.inlet": [["0 s", "1 s"]]},
+    "start.dorsiflexor.pressure": "2 bar",
+}
+SITTING = ("orthosis.muscle.*", "orthosis.chamber.*", "orthosis.anchor.*")
+# Not physical: what runs, how finely, and what is only said.
+NOT_PHYSICAL = (
+    "*name",
+    "*description",
+    "*provenance*",
+    "*.file",
+    "*.cuff",
+    "*.plate",
+    "*.range_of_motion",
+    "leg.shank",
+    "leg.foot",
+    "leg.ankle",
+    "leg.directions",
+    "leg.toes.body",
+    "leg.toes.joint",
+    "shank.pose",
+    "callback",
+    "duration",
+    "timestep",
+    "record_rate",
+)
+
+
+def is_one_of(key: str, patterns: Any) -> bool:
+    return any(fnmatch.fnmatch(key, pattern) for pattern in patterns)
+
+
+def parameters() -> dict[str, Any]:
+    """Every value of the scenario by its dotted key, in either sole; lists stay whole."""
+    found: dict[str, Any] = {}
+    for sets in RUNS.values():
+        told = leaves(load("scenario", SCENARIO, sets).resolved())
+        found |= {k: v for k, v in told.items() if found.get(k) is None}
+    left_out = (*NOT_PHYSICAL, *SITTING, *REFUSED, *CHOICES)
+    return {k: v for k, v in found.items() if not is_one_of(k, left_out) and k != "orthosis.outsole"}
+
+
+def cases() -> list[Any]:
+    """Key, place in a list, and changed value; of a list, every entry in its turn."""
+    found = []
+    for key, value in parameters().items():
+        if key.startswith("phases."):
+            changed = [(0, [[a + 0.02, b - 0.02] for a, b in value])]
+        elif isinstance(value, list):
+            changed = [
+                (place, [nudged(x) if k == place else x for k, x in enumerate(value)])
+                for place in range(len(value))
+            ]
+        else:
+            changed = [(0, nudged(value))]
+        found += [pytest.param(key, place, new, id=f"{key}-{place}") for place, new in changed]
+    return found
+
+
+def output(key: str, place: int) -> str:
+    """The column that a parameter moves."""
+    pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
+    assert pattern is not None, f"{key} has no declared output"
+    parts = key.split(".")
+    return OUTPUTS[pattern].format(chamber=parts[1:2] and parts[1], extended=("less", "more")[place])
+
+
+@pytest.fixture(scope="module")
+def base() -> dict[str, Recording]:
+    return {name: afo_sim.run(SCENARIO, sets) for name, sets in RUNS.items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "place", "changed"), cases())
+def test_parameter_moves_its_output(key: str, place: int, changed: Any, base: dict[str, Recording]) -> None:
+    run = "soled" if key.startswith(("orthosis.outsole.", "gait.stride_time")) else "shod"
+    column = output(key, place)
+    run_after = afo_sim.run(SCENARIO, RUNS[run] | {key: changed})
+    assert run_after.ok
+    before, after = base[run][column], run_after[column]
+    assert np.abs(after - before).max() > 1e-6 * np.abs(before).max(), f"{key} does not move {column}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", CHOICES)
+def test_choice_moves_its_output(key: str) -> None:
+    sets = {"duration": "2.4 s", "start.dorsiflexor.fill_time": "0.2 s"}
+    other, name = CHOICES[key]
+    if "/" in name:  # row by row
+        sets |= {"gait.settled": "walked"}
+    before, after = (afo_sim.run(SCENARIO, sets | more) for more in ({}, {key: other}))
+    if "/" in name:
+        assert np.abs(after[name] - before[name]).max() > 1e-3 * np.abs(before[name]).max()
+    else:
+        assert abs(after.metrics[name].value - before.metrics[name].value) > 0.01
+
+
+@pytest.mark.parametrize("key", REFUSED)
+def test_what_has_no_meaning_here_is_refused(key: str) -> None:
+    with pytest.raises(InputError):
+        load("scenario", SCENARIO, TOLD | {key: REFUSED[key]})
+
+
+@pytest.mark.slow
+def test_pressure_before_the_first_step_acts() -> None:
+    sets = {k: v for k, v in TOLD.items() if not k.startswith("start.")}
+    low, high = (
+        afo_sim.run(SCENARIO, sets | {"start": {"dorsiflexor": {"pressure": pressure}}})
+        for pressure in ("2 bar", "2.1 bar")
+    )
+    column = "chamber/dorsiflexor/pressure"
+    assert high[column][0] - low[column][0] == pytest.approx(1e4, rel=0.01)
+
+
+def test_every_parameter_is_found() -> None:
+    keys = set(parameters())
+    for expected in (
+        "leg.toes.damping",
+        "leg.body_height",
+        "orthosis.outsole.toe_spring",
+        "shoe.centre",
+        "patient.passive_offset",
+        "patient.body_mass",
+        "ground.body_damping",
+        "gait.seed",
+        "gait.sole_thickness",
+        "start.dorsiflexor.fill_time",
+        "supply.pressure",
+        "phases.plantarflexor.inlet",
+    ):
+        assert expected in keys
+    assert len(keys) > 45
+    assert all(output(key, 0) for key in keys)
