@@ -1,11 +1,12 @@
 """What cuff, plate and cables do to S1's orthosis on a drop foot, and what restores the lift.
 
-Prints the tables of `docs/mounting.md`, and the strides with which walking begins. Clearance, torque and air
-are those of the settled stride that is solved for; in the rigid part, to be held against other programs, of
-the last of 14 that are walked. "Without air" is the same device whose inlet never opens and whose outlet is
-never shut.
+Prints the tables of `docs/mounting.md` and of both orthoses' pages, and the strides with which walking
+begins, from muscles that were filled and from empty ones. All numbers are those of the settled stride that
+is solved for. "Without air" is the same device whose inlets never open and whose outlets are never shut. A
+toe with a star is the height where the recorded foot passes lowest: this one has no minimum of its own while
+it is fast.
 
-    python scripts/cuff_study.py [--part cuff|parts|remedies|shipped|rigid]
+    python scripts/cuff_study.py [--part bare|cuff|parts|remedies|shipped|walkers|rigid]
 """
 
 import argparse
@@ -13,9 +14,13 @@ from collections.abc import Iterator
 
 import afo_sim as afo
 
+Sets = dict[str, object]
 PLAIN, SHORT = "walk-dropfoot-afo", "walk-dropfoot-afo-short"
-BRIEF = {"duration": "2.6 s"}  # hardly more than the settled strides
-WALKED = {"duration": "18 s", "gait.settled": "walked"}
+BRIEF: Sets = {"duration": "2.6 s", "reference": "orthosis-off"}  # hardly more than the settled strides
+BARE, HEALTHY = "walk-dropfoot", "walk-healthy"
+SHOD: Sets = {"shoe": "trainer"}
+WALKERS = "bovi2011_xs", "bovi2011_natural", "bovi2011_l", "gatk_stride1", "gatk_mean", "opensim_walk"
+EMPTY: Sets = {"start.dorsiflexor.fill_time": "0 s"}
 SHANK, FOOT = "orthosis.anchor.shank", "orthosis.anchor.foot"
 FRONT = "orthosis.muscle.dorsiflexor."
 CABLES = (f"{FRONT}cable.stiffness", "orthosis.muscle.plantarflexor.cable.stiffness")
@@ -24,12 +29,20 @@ STIFFENING = {"stiffening": {"force": "33 N", "length": "17 mm"}}
 LATE = {"phases.dorsiflexor.outlet[0][0]": 0.40}
 PLATE_ALONE = {"foot": {"stiffness": "50 kN/m"}}
 CUFF_ALONE = {"shank": {"stiffness": "4 kN/m"}}
-NO_AIR = {"phases.dorsiflexor": {"outlet": [[0.0, 1.0]]}}
-HEAD = "toe [mm]", "without air [mm]", "peak torque, 10 ms [N·m]", "air per stride [mg]", "cuff gives [mm]"
+HEAD = (
+    "toe [mm]",
+    "toes less extended [mm]",
+    "ball [mm]",
+    "without air [mm]",
+    "against push-off, 10 ms [N·m]",
+    "air per stride [mg]",
+    "cuff gives [mm]",
+    "pull [N]",
+)
+MINUS = "−"
 
 OUTLET = "orthosis.chamber.dorsiflexor.outlet.conductance"
 
-Sets = dict[str, object]
 Case = tuple[str, str, Sets]  # label, scenario, what it sets
 
 
@@ -53,6 +66,13 @@ def longer(more: int) -> Sets:
 def cables(stiffness: str) -> Sets:
     """All cables of one stiffness."""
     return dict.fromkeys(CABLES, stiffness)
+
+
+def of_bare() -> Iterator[Case]:
+    """What they are held against: nobody wears an orthosis."""
+    for scenario in (HEALTHY, BARE):
+        yield f"{scenario}, barefoot", scenario, {}
+        yield f"{scenario}, in the trainer", scenario, SHOD
 
 
 def of_cuffs() -> Iterator[Case]:
@@ -94,9 +114,19 @@ def of_shipped() -> Iterator[Case]:
     yield "3 bar", SHORT, {"supply.pressure": "3 bar"}
 
 
+def of_walkers() -> Iterator[Case]:
+    """Other strides than the natural mean curves: who walks, alone in a trainer and with both devices."""
+    for walker in WALKERS:
+        cycle: Sets = {"gait.cycle": walker}
+        yield f"{walker}: healthy, in the trainer", HEALTHY, cycle | SHOD
+        yield f"{walker}: drop foot, in the trainer", BARE, cycle | SHOD
+        yield f"{walker}: S1's device", PLAIN, cycle
+        yield f"{walker}: on shorter links", SHORT, cycle
+
+
 def of_rigid() -> Iterator[Case]:
     """Nothing gives: cables of 1e6 N/m, no cuff, no plate."""
-    rigid = cables("1000 kN/m") | {"orthosis.anchor": {}} | WALKED
+    rigid = cables("1000 kN/m") | {"orthosis.anchor": {}}
     yield "rigid, 4 bar", PLAIN, rigid
     yield "the same, cables 10 MN/m", PLAIN, rigid | cables("10 MN/m")
     yield "rigid, 3 bar", PLAIN, rigid | {"supply.pressure": "3 bar"}
@@ -105,27 +135,57 @@ def of_rigid() -> Iterator[Case]:
 
 
 PARTS = {
+    "bare": of_bare,
     "cuff": of_cuffs,
     "parts": of_parts,
     "remedies": of_remedies,
     "shipped": of_shipped,
+    "walkers": of_walkers,
     "rigid": of_rigid,
 }
 
 
+def shown(value: float, digits: int = 1) -> str:
+    """A number with a true minus sign."""
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", MINUS)
+
+
+def mounted(run: afo.Recording) -> list[str]:
+    """What only a walk with an orthosis has: the columns from "without air" on."""
+    metrics, solved = run.metrics, run["gait/solved"] == 1.0
+    found = [
+        shown(metrics["reference_toe_clearance"]),
+        shown(metrics["torque_against_push_off_10ms"]),
+        shown(1e3 * metrics["air_per_stride"], 0),
+    ]
+    if "cuff/shank/displacement" not in run.columns:
+        return [*found, "", ""]
+    gives, pull = (run[f"cuff/shank/{name}"][solved].max() for name in ("displacement", "force"))
+    return [*found, shown(1e3 * gives, 0), shown(pull, 0)]
+
+
 def row(case: Case) -> str:
-    """One line of a table: the last stride with air, and without."""
+    """One line of a table: the settled stride with air, and the toe without."""
     label, scenario, sets = case
-    run = afo.run(scenario, BRIEF | sets)
-    bare = {key: value for key, value in sets.items() if not key.startswith("phases.")}
-    empty = afo.run(scenario, BRIEF | bare | NO_AIR).metrics["toe_clearance"]
-    found, given = run.strides[max(run.strides)], "–"
-    if "cuff/shank/displacement" in run.columns:
-        last = run["gait/stride"] == max(run.strides)
-        given = f"{1e3 * run['cuff/shank/displacement'][last].max():.0f}"
-    torque = found["orthosis_peak_dorsiflexion_torque_10ms"]
-    numbers = found["toe_clearance"], empty, torque, 1e3 * found["air_per_stride"]
-    return f"| {label} | {' | '.join(f'{number:.1f}' for number in numbers)} | {given} |"
+    worn = scenario in (PLAIN, SHORT)
+    run = afo.run(scenario, (BRIEF if worn else {}) | sets)
+    metrics = run.metrics
+    star = "*" if metrics["swings_without_toe_event"] > 0.0 else ""
+    cells = [
+        shown(metrics["toe_clearance"]) + star,
+        shown(metrics["toe_clearance_less_extended"]),
+        shown(metrics["ball_clearance"]),
+        *(mounted(run) if worn else [""] * (len(HEAD) - 3)),
+    ]
+    return f"| {label} | {' | '.join(cells)} |"
+
+
+def begun(scenario: str, sets: Sets) -> str:
+    """Toe of the first strides [mm], and the air taken before and in the first one."""
+    run = afo.run(scenario, sets)
+    toes = [shown(m["toe_clearance"]) for m in run.strides.values() if "toe_clearance" in m]
+    air = [shown(1e3 * run.metrics[name], 0) for name in ("air_before_first_step", "air_first_stride")]
+    return f"{', '.join(toes)} mm; {air[0]} mg before the first step, {air[1]} mg in it"
 
 
 def main() -> None:
@@ -136,9 +196,8 @@ def main() -> None:
         for case in PARTS[part]():
             print(row(case), flush=True)
     for scenario in (PLAIN, SHORT):
-        strides = afo.run(scenario).strides
-        toes = ", ".join(f"{m['toe_clearance']:.1f}" for m in strides.values() if "toe_clearance" in m)
-        print(f"\n{scenario}, toe by stride [mm]: {toes}")
+        print(f"\n{scenario}, toe by stride: {begun(scenario, {})}")
+        print(f"{scenario}, from empty muscles: {begun(scenario, EMPTY)}")
 
 
 if __name__ == "__main__":

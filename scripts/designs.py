@@ -13,6 +13,7 @@ from mujoco.batch import Batch
 from afo_sim import native
 from afo_sim.description.reader import expand
 from afo_sim.model.start import walking_start
+from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import design, engine, runner, sweep_file
 from afo_sim.study.plan import Plan
 
@@ -39,7 +40,13 @@ to = "90 kg"
 STEPS = ("1 ms", "2 ms", "3 ms")
 THREADS = (1, 2)
 WALKED = {"gait.settled": "walked"}  # overrides with which a case walks all its strides
-WAYS = {"settled designs": {}, "settled designs, walked": WALKED}
+NUMBERS = frozenset({"toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque_10ms"})
+WAYS: dict[str, tuple[dict[str, str], Asked]] = {  # what is set, and asked of each case
+    "settled designs": ({}, Asked(NUMBERS)),
+    "settled designs, first stride": ({}, Asked(NUMBERS | {"toe_clearance_stride_1"})),
+    "settled designs, all metrics": ({}, EVERYTHING),  # ten strides from the start beside the settled one
+    "settled designs, walked": (WALKED, EVERYTHING),
+}
 SOLVED = 4  # times as many designs where strides are solved: they take a quarter of the time
 BARE = 16  # models of a bare roll-out
 
@@ -59,14 +66,16 @@ def cases_of(count: int, sets: Mapping[str, str]) -> list[dict[str, object]]:
         return [cases.sets(case) for case in range(count)]
 
 
-def designs(count: int, sets: Mapping[str, str], threads: int) -> Callable[[], float]:
-    """A measurement: designs per second, from descriptions to all metrics."""
+def designs(
+    count: int, sets: Mapping[str, str], threads: int, asked: Asked = EVERYTHING
+) -> Callable[[], float]:
+    """A measurement: designs per second, from descriptions to the metrics that are asked for."""
     cases = cases_of(count, sets)
     scenario = json.loads(json.dumps(expand("scenario", SCENARIO)))  # as a sweep holds it
 
     def measure() -> float:
         begun = time.perf_counter()
-        found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(cases), threads)]
+        found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(cases), threads, asked=asked)]
         seconds = time.perf_counter() - begun
         bad = [outcome.reason for outcome in found if outcome.status != engine.OK]
         if bad:
@@ -127,12 +136,16 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
 
         return measure
 
-    names = {f"{way}, {step}": {"timestep": step, **sets} for way, sets in WAYS.items() for step in STEPS}
+    names = {
+        f"{way}, {step}": ({"timestep": step, **sets}, asked)
+        for way, (sets, asked) in WAYS.items()
+        for step in STEPS
+    }
     measures = {}
-    for name, sets in names.items():
+    for name, (sets, asked) in names.items():
         cases = count if "gait.settled" in sets else SOLVED * count
         for n in THREADS:
-            once = designs(cases, sets, n)
+            once = designs(cases, sets, n, asked)
             measures[f"{name}, threads {n}"] = watched(name, cases, once) if n == 1 else once
     return [
         *_told(measures, "designs/s", repeats),

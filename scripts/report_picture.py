@@ -2,15 +2,18 @@
 
 Ankle angle, ankle moment and clearance as `afo-sim report` draws them.
 
-    python scripts/report_picture.py [--duration "14.5 s"] [--out models/scenarios/pictures/report.png]
+    python scripts/report_picture.py [--duration "13.2 s"] [--out models/scenarios/pictures/report.png]
 """
 
 import argparse
+import io
 import pathlib
 from typing import Any
 
 import matplotlib
+import small_png
 from matplotlib.figure import Figure
+from PIL import Image
 
 import afo_sim
 from afo_sim.show import report_figures
@@ -36,7 +39,7 @@ def draw(figure: Any, runs: list[RunView]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--duration", default="14.5 s", help="of each run; its settled stride is drawn")
+    parser.add_argument("--duration", default="13.2 s", help="of each run; its settled stride is drawn")
     place = pathlib.Path(__file__).resolve().parents[1] / "models" / "scenarios" / "pictures"
     parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
     given = parser.parse_args()
@@ -47,8 +50,9 @@ def main() -> None:
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=SIZE, layout="constrained")
         draw(figure, runs)
-        figure.savefig(given.out, dpi=DPI, metadata={"Software": None})
-    print(f"written to {given.out}")
+        drawn = io.BytesIO()
+        figure.savefig(drawn, dpi=DPI, format="png")
+    small_png.save(Image.open(drawn), given.out)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,10 @@ Runs the shipped sweep `pressure-and-timing` and keeps its figure of main effect
 
 import argparse
 import pathlib
-import shutil
 import tempfile
+
+import small_png
+from PIL import Image
 
 from afo_sim.show import sweep as show
 from afo_sim.study import design, runner, sweep_file
@@ -31,8 +33,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         drawn = show.show(read(given.runs), pathlib.Path(folder), metrics=list(METRICS))
         picture = next(path for path in drawn if path.stem.startswith("main_effects"))
-        shutil.copyfile(picture, given.out)
-    print(f"{state.cases} cases, written to {given.out}")
+        small_png.save(Image.open(picture), given.out)
+    print(f"{state.cases} cases")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import argparse
 import pathlib
 import tempfile
 
+import small_png
 from PIL import Image
 
 import afo_sim
@@ -58,9 +59,7 @@ def main() -> None:
             "orthoses/arm_s1/arm-s1": overview(runs["arm-s1"], scratch),
         }
     for title, picture in pictures.items():
-        few = picture.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-        few.save(out / f"{title}.png", optimize=True)
-        print(f"written to {out / title}.png")
+        small_png.save(picture, out / f"{title}.png")
 
 
 if __name__ == "__main__":
