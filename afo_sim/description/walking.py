@@ -28,6 +28,10 @@ class Gait(Described):
     """Angle added to the recorded ankle angle."""
     speed: Annotated[float, Quantity("m/s", at_least=0.1, at_most=5.0)] | None = None
     """Walking speed, between those of the cycle's family of mean curves; the cycle's own by default."""
+    steppage_hip: Annotated[float, Quantity("rad", at_least=0.0, at_most=0.7)] = 0.0
+    """Hip flexion that is added in mid-swing, as people do whose foot hangs."""
+    steppage_knee: Annotated[float, Quantity("rad", at_least=0.0, at_most=0.7)] = 0.0
+    """Knee flexion that is added in mid-swing."""
     sole_thickness: Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)] | None = None
     """Thickness of the sole that the recorded walker wore under the ankle; the recording's by default, or
     none."""

@@ -1,5 +1,6 @@
 """Whose leg walks: the patient's mass and height, or the recorded walker's, or the leg's."""
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Self
@@ -7,6 +8,8 @@ from typing import Self
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.hip_path import Chain
+from afo_sim.gait.steppage import stepped
 from afo_sim.model.recorded import recorded_stride
 
 
@@ -80,8 +83,15 @@ def persons_stride(scenario: Scenario) -> GaitCycle:
     InputError
         The gait cannot be found or read.
     """
-    assert scenario.gait is not None
-    return recorded_stride(scenario.gait, taller_than_recorded(scenario))
+    gait = scenario.gait
+    assert gait is not None
+    stride = recorded_stride(gait, taller_than_recorded(scenario))
+    return _stepped(stride, gait.steppage_hip, gait.steppage_knee, person_of(scenario).body_height)
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep share it
+def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> GaitCycle:
+    return stepped(stride, hip, knee, Chain.of_height(body_height))
 
 
 def taller_than_recorded(scenario: Scenario) -> float:

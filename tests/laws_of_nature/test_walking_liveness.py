@@ -62,6 +62,7 @@ OUTPUTS = {
     "gait.ankle_offset": "gait/ankle_angle",
     "gait.speed": "gait/ankle_angle",
     "gait.sole_thickness": "ankle/position/z",
+    "gait.steppage_*": "ankle/position/z",
     "gait.*": "gait/phase",
     "start.*": "chamber/dorsiflexor/pressure",
     "supply.pressure": "chamber/dorsiflexor/pressure",
