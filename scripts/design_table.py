@@ -44,8 +44,9 @@ def changes(title: str, sets: dict[str, object]) -> dict[str, object]:
         conductance = 3.0 * shipped.chamber["dorsiflexor"].outlet.conductance
         return {"orthosis.chamber.dorsiflexor.outlet.conductance": f"{conductance!r} m^3/(s*Pa)"}
     if title.startswith("links"):
-        shorter = float(title.split()[1]) / 1000.0
-        return {f"{FRONT}.link_length": f"{shipped.muscle['dorsiflexor'].link_length - shorter!r} m", **sets}
+        shorter, link = float(title.split()[1]) / 1000.0, shipped.muscle["dorsiflexor"].link_length
+        assert link is not None
+        return {f"{FRONT}.link_length": f"{link - shorter!r} m", **sets}
     return sets
 
 

@@ -182,6 +182,7 @@ def main() -> None:
         )
         strides.append(cycle)
         names.append(f"gatk_stride{number}")
+    assert choices.belt_speed is not None
     mean = mean_of(strides, names, float(choices.belt_speed))
     for name, cycle in zip([*names, "gatk_mean"], [*strides, mean], strict=True):
         examine(cycle)
