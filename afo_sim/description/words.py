@@ -84,7 +84,7 @@ def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
     yield "worn", worn(scenario)
     if scenario.get("reference"):
         yield "compared with", reference(scenario)
-    words = f"recorded stride {gait['cycle']}"
+    words = f"stride {gait['cycle']}"
     if gait.get("stride_time"):
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
     if gait.get("variability"):

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
+from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.hip_path import Chain
 
@@ -18,8 +18,12 @@ def stepped(cycle: GaitCycle, hip: float, knee: float, chain: Chain) -> GaitCycl
     Parameters
     ----------
     cycle : as recorded
-    hip, knee : flexion that is added in mid-swing [rad]
+    hip, knee : flexion that is added in mid-swing [rad]; 0 to 0.7 was tried
     chain : the leg's lengths
+
+    Returns
+    -------
+    GaitCycle; the cycle itself where nothing is added
 
     Source
     ------
@@ -28,8 +32,7 @@ def stepped(cycle: GaitCycle, hip: float, knee: float, chain: Chain) -> GaitCycl
     """
     if hip == 0.0 and knee == 0.0:
         return cycle
-    loaded = (cycle.grf_z > STANCE_FORCE) | (cycle.phase <= STANCE_SHARE[0])
-    toe_off = float(cycle.phase[np.argmin(loaded)])
+    toe_off = stance(cycle)
     share = np.clip((cycle.phase - toe_off) / (1.0 - toe_off), 0.0, 1.0)
     bent = np.sin(np.pi * share) ** 2
     knee_angle = cycle.knee_angle + knee * bent

@@ -24,6 +24,7 @@ CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_chan
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
 SAME_MASS, SAME_HEIGHT = 0.05, 0.01
+SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -64,9 +65,7 @@ def cautions(
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[str]:
-    """What a reader of a run's numbers must know: what is worn and compared, strides that are left out.
-
-    Where the cuff's stiffness is assumed, that it decides, too.
+    """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`.
 
     Parameters
     ----------
@@ -74,7 +73,20 @@ def cautions(
     metrics : of the run
     strides : metrics of each whole stride, by its number
     """
-    found = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
+    lifted = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
+    return [*lifted, *doubts(scenario, metrics, strides)]
+
+
+def doubts(
+    scenario: Mapping[str, Any],
+    metrics: Mapping[str, Metric],
+    strides: Mapping[int, Mapping[str, Metric]],
+) -> list[str]:
+    """Strides that are left out, stance that is not to be believed, assumed stiffness that decides.
+
+    Parameters are those of `cautions`.
+    """
+    found = []
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         of = (
             "those of the settled stride, which was solved for"
@@ -82,6 +94,14 @@ def cautions(
             else _walked(metrics, strides)
         )
         found.append(f"the numbers are {of}; the wearer walks the first ones too{_from_start(strides)}")
+    slap = metrics.get("foot_slap_velocity")
+    recorded = (scenario.get("ground") or {}).get("mode", "recorded") == "recorded"
+    if recorded and slap is not None and slap.value > SLAPS:
+        found.append(
+            f"after heel strike the foot comes down at {slap.value:.0f} °/s, since the recorded force acts "
+            "whatever the foot does: believe swing, and look at landing and stance with "
+            "--set ground.mode=contact"
+        )
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         found.append(

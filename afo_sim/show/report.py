@@ -7,6 +7,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
 from afo_sim.description.words import reference, worn
 from afo_sim.metrics.words import in_short
+from afo_sim.show.numbers import doubts, of_walker
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.report_tables import (
     gait_file,
@@ -102,6 +103,13 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     return found
 
 
+def _notes(run: RunView) -> list[str]:
+    """What the terminal notes of a run, too: what of its numbers is not to be believed, or is left out."""
+    recording = run.recording
+    told = doubts(recording.scenario, recording.metrics, recording.strides)
+    return [*told, *of_walker(recording.scenario)]
+
+
 def _worn_differently(runs: Sequence[RunView]) -> list[str]:
     """A note where walking runs wear or are compared with different things."""
     found = []
@@ -136,6 +144,7 @@ def page(runs: Sequence[RunView]) -> str:
         title=title,
         runs=runs,
         in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],
+        notes=[(run, _notes(run)) for run in runs],
         remarks=remarks(runs),
         scenario=list(scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],

@@ -508,6 +508,14 @@ def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     assert text.count("<svg") == 3  # its curves are the recording's
 
 
+def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
+    """A derived path, a foot that slaps, a cuff that is assumed: each beside the run that it is of."""
+    text = Reader(compared).text
+    assert text.count("path of this gait is derived") == 2
+    assert "how far the cuff gives is assumed" in text
+    assert "believe swing" in text
+
+
 @pytest.mark.slow
 def test_walking_beside_sitting_is_told_once(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
