@@ -353,3 +353,17 @@ def test_who_changes_a_recording_does_not_change_the_next_run():
     for values in (walk.pose, walk.ankle, walk.knee, walk.phase, walk.cycle.ankle_x, walk.cycle.grf_z):
         with pytest.raises(ValueError, match="read-only"):
             values[:] = 0.0
+
+
+@pytest.mark.parametrize("name", sorted(set(assets.gait_names()) - {"norm_adult"}))
+def test_every_shipped_walker_is_returned(name: str) -> None:
+    """Its ankle to 0.1°, and in stance its moment about this leg's ankle to 0.05 N·m/kg (RMS)."""
+    sets = {"gait.cycle": name, "duration": "2.6 s"}
+    run, built = afo_sim.run("walk-healthy", sets), build(load("scenario", "walk-healthy", sets))
+    assert np.degrees(np.abs(run["ankle/angle"] - run["gait/ankle_angle"])).max() < 0.1
+    assert built.walk is not None
+    cycle = built.walk.cycle
+    recorded = np.interp(run["gait/phase"], cycle.phase, cycle.ankle_moment)
+    loaded = run["ground/force/z"] > 0.05 * built.body_mass * GRAVITY
+    missed = (run["gait/ankle_moment"] / built.body_mass - recorded)[loaded]
+    assert math.sqrt(np.mean(missed**2)) < 0.05
