@@ -15,11 +15,13 @@ KINDS = {
     "valve": "valves",
     "patient": "patients",
     "shoe": "shoes",
+    "limits": "limits",
     "sweep": "sweeps",
     "search": "searches",
+    "uncertainty": "uncertainties",
 }
 FOLDERS = ("models", "gait_data")
-FLAT = ("scenario", "sweep", "search")  # kinds whose products are single files, not folders
+FLAT = ("scenario", "sweep", "search", "uncertainty")  # kinds whose products are single files, not folders
 
 
 @functools.cache
@@ -66,7 +68,7 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
         if path.is_file():
             return path
     raise InputError(
-        f"there is no such {kind}",
+        f"there {'are' if kind == 'limits' else 'is'} no such {kind}",
         file=beside,
         field=kind,
         value=name,

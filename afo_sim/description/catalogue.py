@@ -36,7 +36,8 @@ def product(name: str) -> list[TableOf]:
 
     Parameters
     ----------
-    name : of a scenario, leg, orthosis, muscle, valve, patient, shoe, sweep, search, gait, law or friction
+    name : of a scenario, leg, orthosis, muscle, valve, patient, shoe, limits, sweep, search, gait, law or
+        friction
 
     Returns
     -------
@@ -73,7 +74,7 @@ def _described(kind: str, name: str) -> TableOf:
     own = str(assets.find(kind, name).relative_to(assets.folder("models").parent))
     rows = [
         (key.key, key.value, key.kind, "default" if key.source == "default" else key.reference, key.meaning)
-        for key in keys(name, kind=kind)
+        for key in keys(name, kind=kind, whole=True)
         if key.source == own or (key.source == "default" and key.value and _is_own(key.key, kind, name))
     ]
     return f"{kind} {name}: {own}", ("key", "value", "kind", "source", "meaning"), rows

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from afo_sim.common import assets
 from afo_sim.description.leaves import Leaf, Path, core, leaves
-from afo_sim.description.quantity import Provenance
+from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.ranges import allowed, shown, unit_of
 from afo_sim.description.reader import SPECS, Reading, read
 from afo_sim.description.tree import value_at
@@ -49,6 +49,8 @@ def keys(
     word: str = "",
     sets: Mapping[str, Any] | None = None,
     kind: str = "scenario",
+    *,
+    whole: bool = False,
 ) -> list[Key]:
     """Settable keys of a description, with their present values.
 
@@ -57,7 +59,8 @@ def keys(
     source : a shipped name, a path, or the description as a dict
     word : only keys that mention it
     sets : dotted keys and their values, as `load` takes them
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient" or "shoe"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe" or "limits"
+    whole : also lists that are written only as a whole, such as correlations: no key sets them
 
     Returns
     -------
@@ -72,7 +75,7 @@ def keys(
     found = (
         key
         for leaf in leaves(SPECS[kind], reading.tree.root)
-        if holder(reading.description, leaf.path) is not None
+        if holder(reading.description, leaf.path) is not None and (whole or not _is_whole(leaf.annotation))
         for key in _keys_of(reading, leaf)
     )
     return [key for key in found if key.mentions(word)]
@@ -99,10 +102,20 @@ def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
         yield Key(name, *facts, leaf.meaning, source, *origin)
 
 
+def _is_whole(annotation: Any) -> bool:
+    """Whether a list is written only as a whole."""
+    return any(isinstance(mark, Whole) for mark in core(annotation)[1])
+
+
 def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, Any]]:
-    """(key, value, type) of a field, or of each item of a list."""
+    """(key, value, type) of a field, or of each item of a list that is not marked as a whole."""
     inner, _ = core(annotation)
-    if get_origin(inner) is not tuple or not isinstance(value, list | tuple) or not value:
+    if (
+        _is_whole(annotation)
+        or get_origin(inner) is not tuple
+        or not isinstance(value, list | tuple)
+        or not value
+    ):
         yield key, value, annotation
         return
     kinds = get_args(inner)

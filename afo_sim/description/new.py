@@ -1,4 +1,4 @@
-"""Files to start from: a new muscle, orthosis, valve, leg, patient, shoe or scenario that runs at once."""
+"""Files to start from: a new muscle, orthosis, valve, leg, patient, shoe, limits, scenario that runs."""
 
 import os
 import pathlib
@@ -22,11 +22,22 @@ LIKE = {
     "leg": "adult_75kg",
     "patient": "drop-foot",
     "shoe": "trainer",
+    "limits": "usual",
     "scenario": "seated",
 }
 SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
-# Examples of keys that no shipped product sets.
+OWN = {"muscle": ("covariance",)}  # what a product has of its own measurements, and one like it has not
+# Examples of keys that no shipped product sets, or that are a product's own.
 EXAMPLES: dict[str, dict[str, Any]] = {
+    "muscle": {
+        "covariance": {
+            "law": "tondu_lopez_2000_bladder",
+            "parameters": ["braid_angle", "laws.tondu_lopez_2000_bladder.bladder_force"],
+            "standard_errors": ["3 deg", "50 N"],
+            "correlation": [[1.0, -0.9], [-0.9, 1.0]],
+            "freedom": 20,
+        }
+    },
     "orthosis": {
         "muscle": {"flexor": {"chamber": "dorsiflexor"}},
         "anchor": {
@@ -40,7 +51,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 # Keys under which a file names other descriptions.
 PLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
-    "scenario": {"leg": (), "orthosis": (), "patient": (), "shoe": ()},
+    "scenario": {"leg": (), "orthosis": (), "patient": (), "shoe": (), "limits": ()},
 }
 NAME = r"[A-Za-z0-9][\w.-]*"
 
@@ -57,7 +68,7 @@ def new(
 
     Parameters
     ----------
-    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe" or "scenario"
+    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe", "limits" or "scenario"
     name : of the new product; no shipped one's
     out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
     like : shipped product whose numbers it starts with
@@ -75,6 +86,8 @@ def new(
     target = target_of(kind, name, pathlib.Path(out))
     base = base_of(kind, like or LIKE[kind])
     values, examples = assets.read_toml(base), _examples(kind)
+    for key in OWN.get(kind, ()):
+        values.pop(key, None)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
     values["description"] = f"{name}, begun from {like or LIKE[kind]}"

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self, get_args
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from afo_sim.common.errors import nearest_name
 from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
@@ -126,6 +126,15 @@ class Mounting(Described):
             return self.stiffening.length * math.log1p(pull / self.stiffening.force)
         assert self.stiffness is not None
         return pull / self.stiffness
+
+
+class Interface(Described):
+    """How a cuff or plate lies on the body: the area that carries, and how it holds by friction."""
+
+    area: Annotated[float, Quantity("m^2", above=0.0, at_most=1.0)]
+    """Area of skin over which the force is spread."""
+    friction: Annotated[float, Quantity("", above=0.0, at_most=2.0)]
+    """Coefficient of friction between the skin, or the clothes on it, and the cuff."""
 
 
 class Cable(Described):
@@ -271,20 +280,23 @@ class Orthosis(Described):
     refused."""
     anchor: dict[Segment, Mounting] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot give; without a table they are rigid."""
+    interface: dict[Segment, Interface] = Field(default_factory=dict)
+    """How the cuff on the shank and the plate under the foot lie on the skin; without a table no pressure on
+    it is told."""
     muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
     """Muscle groups by name."""
     chamber: dict[str, Chamber] = Field(default_factory=dict)
     """Chambers by name; each holds the air of one or several muscle groups."""
 
-    @field_validator("anchor", mode="before")
+    @field_validator("anchor", "interface", mode="before")
     @classmethod
-    def _are_segments(cls, anchors: Any) -> Any:
+    def _are_segments(cls, tables: Any, info: ValidationInfo) -> Any:
         known = get_args(Segment)
-        for name in anchors if isinstance(anchors, Mapping) else ():
+        for name in tables if isinstance(tables, Mapping) else ():
             if name not in known:
                 nearest = nearest_name(str(name), known) or ""
-                raise refusal("is an unknown anchor", " or ".join(known), str(name), nearest)
-        return anchors
+                raise refusal(f"is an unknown {info.field_name}", " or ".join(known), str(name), nearest)
+        return tables
 
     @model_validator(mode="after")
     def _anchors_are_pulled_on(self) -> Self:

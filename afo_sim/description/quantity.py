@@ -71,6 +71,11 @@ class Quantity:
         return core_schema.with_info_plain_validator_function(self.read, serialization=writer)
 
 
+@dataclass(frozen=True)
+class Whole:
+    """Marks a list that is written only as a whole: neither it nor its items are keys of `--set`."""
+
+
 def _is_si(info: ValidationInfo | None) -> bool:
     """Whether values come in SI, as `with_values` takes them, rather than as text."""
     return bool(info and info.context and info.context.get("si"))

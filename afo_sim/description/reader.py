@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
+from afo_sim.description.limits import Limits
 from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
@@ -25,6 +26,7 @@ from afo_sim.description.walking import Patient
 Source = str | os.PathLike[str] | Mapping[str, Any]
 Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
+USUAL_LIMITS = "usual"
 SPECS: dict[str, type[BaseModel]] = {
     "scenario": Scenario,
     "leg": Leg,
@@ -33,6 +35,7 @@ SPECS: dict[str, type[BaseModel]] = {
     "valve": Valve,
     "patient": Patient,
     "shoe": Shoe,
+    "limits": Limits,
 }
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
@@ -45,6 +48,11 @@ PROBLEMS = {
     "int_parsing": "is not a whole number",
     "int_from_float": "is not a whole number",
     "string_type": "is not a text",
+    "string_too_short": "is empty",
+    "greater_than_equal": "is out of range",
+    "greater_than": "is out of range",
+    "less_than_equal": "is out of range",
+    "less_than": "is out of range",
 }
 FORMS = {
     "from_ankle": '["6 cm", "0 cm", "30 cm"]',
@@ -52,6 +60,7 @@ FORMS = {
     "inlet": '[["0 s", "4 s"]]',
     "outlet": '[["4 s", "8 s"]]',
     "count": "1 to 20",
+    "freedom": "at least 1",
 }
 
 
@@ -78,19 +87,21 @@ def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient
 @overload
 def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
 @overload
+def load(kind: Literal["limits"], source: Source, sets: Sets = None) -> Limits: ...
+@overload
 def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
 def load(kind: str, source: Source, sets: Sets = None) -> Described:
     """Read a description.
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient" or "shoe"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe" or "limits"
     source : a shipped name, a path, or the description itself as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
-    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient or Shoe
+    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
 
     Raises
     ------
@@ -131,7 +142,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
 
     Parameters
     ----------
-    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient or Shoe
+    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
     sets : dotted keys and their values, as `load` takes them; a value may be a description itself
 
     Raises
@@ -173,11 +184,18 @@ def _tree(kind: str, source: Any) -> Tree:
             "is no kind of description", field="kind", value=kind, allowed=", ".join(SPECS), nearest=nearest
         )
     if isinstance(source, Mapping):
-        return Tree(kind, None, _copied(dict(source)))
+        return _limited(Tree(kind, None, _copied(dict(source))))
     if not isinstance(source, str | os.PathLike):
         raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
     file = assets.find(kind, os.fspath(source))
-    return Tree(kind, file, read_table(kind, file))
+    return _limited(Tree(kind, file, read_table(kind, file)))
+
+
+def _limited(tree: Tree) -> Tree:
+    """A scenario that names no limits is held against the usual ones."""
+    if tree.kind == "scenario":
+        tree.root.setdefault("limits", USUAL_LIMITS)
+    return tree
 
 
 def _copied(value: Any) -> Any:
@@ -221,15 +239,16 @@ def _path(entry: Any) -> Path:
     if "provenance" in path[:-1]:  # of a { value, source, kind } table: where it was written
         at = path.index("provenance")
         path = (*path[:at], *path[at + 1].split("."), *path[at + 2 :])
-    if len(path) > 1 and "parameters" in path:  # of a law's flat table
+    if {"laws", "frictions"} & {*path} and "parameters" in path:  # of a law's flat table
         path = tuple(part for part in path if part != "parameters")
     return path
 
 
 def _place(tree: Tree, path: Path) -> dict[str, Any]:
-    """File, field and value of a path; no file where `--set` wrote it."""
+    """File, field and value of a path; no file where `--set` wrote it; that of a name that it set."""
     file, inner = tree.file_of(path)
-    if any(path[: len(key)] == key or key[: len(path)] == path for key in tree.set_keys):
+    depth = len(path) - len(inner)  # of the file
+    if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in tree.set_keys):
         file, inner = None, path
     value = value_at(tree.root, path)
     return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
@@ -242,7 +261,7 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     table = table_at(SPECS[tree.kind], path[:-1])
     info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
     if entry["type"] == "missing" and info and not told:
-        told = f"{allowed(marked(info))} ({meaning(table, name).rstrip('.')})"
+        told = f"{allowed(marked(info))} ({' '.join(meaning(table, name).split()).rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),

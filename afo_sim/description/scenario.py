@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.common.errors import nearest_name
+from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -192,6 +193,9 @@ class Scenario(Described):
     reference: Literal["barefoot", "shoe", "orthosis-off"] | None = None
     """What the same patient's run is compared with: barefoot, in the shoe, or with the orthosis and no air.
     Walking only."""
+    limits: Limits | None = None
+    """Limits of verdict and safety margins: a shipped name, or the path of a limits TOML file or folder; the
+    usual ones by default."""
 
     # filled by `reader`, which follows names; a description reads no files
     with_keys: ClassVar[Callable[["Scenario", Mapping[str, Any]], "Scenario"]]

@@ -17,6 +17,7 @@ REFERENCES: dict[str, dict[Path, str]] = {
         ("orthosis",): "orthosis",
         ("patient",): "patient",
         ("shoe",): "shoe",
+        ("limits",): "limits",
         ("orthosis", "muscle", "*", "type"): "muscle",
         ("orthosis", "chamber", "*", "inlet"): "valve",
         ("orthosis", "chamber", "*", "outlet"): "valve",
@@ -101,6 +102,7 @@ class Tree:
         if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
             value = {"value": value, "source": "set for this run", "kind": "user"}
         node[path[-1]] = value
+        self.files = {place: file for place, file in self.files.items() if place[: len(path)] != path}
 
     def _holder(self, path: Path) -> dict[str, Any] | None:
         node: Any = self.root
@@ -169,7 +171,8 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
             holder[key] = assets.file_beside(holder[key], file)
     for key in FILES.get(kind, ()):
         if isinstance(table.get(key), str):
-            table[key] = str((file.parent / table[key]).resolve())
+            found = pathlib.Path(assets.file_beside(table[key], file))  # beside, or shipped
+            table[key] = str(found if found.is_absolute() else (file.parent / found).resolve())
     return table
 
 

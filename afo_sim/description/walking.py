@@ -48,7 +48,7 @@ class Gait(Described):
 class Patient(Described):
     """A patient: strength of the ankle muscles, spasticity, body size.
 
-    Strengths are shares of the moment that the healthy trial asks of each side; the stiffness about the
+    Strengths are shares of the moment that the healthy walk asks of each side; the stiffness about the
     recorded angle goes with the strength of the side that is active.
     """
 

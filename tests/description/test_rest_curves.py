@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from afo_sim import load
 from afo_sim.bench import rest
@@ -133,3 +134,64 @@ def test_using_takes_another_of_its_laws_and_refuses_what_it_lacks(muscle: Muscl
     rubbing = load("muscle", "s1_215mm")
     for friction in (*rubbing.frictions, "none"):
         assert rubbing.using(friction=friction).friction == friction
+
+
+# --- with what gives way in series
+
+
+def independent(muscle: Muscle, path: float, gauge: float, stiffness: float, offset: float) -> float:
+    """Tension at which muscle, spring and offset together are as long as the path, by scipy's root."""
+    length = muscle.nominal_length
+
+    def too_long(pull: float) -> float:
+        own = muscle.contraction(gauge, force=pull)
+        return length * (1.0 - own) + pull / stiffness + offset - length * (1.0 - path)
+
+    most = muscle.force(gauge, contraction=path + offset / length)
+    return float(brentq(too_long, 0.0, most, xtol=1e-11)) if most > 1e-9 else 0.0
+
+
+def test_force_in_series_is_where_the_lengths_add_up(muscle: Muscle) -> None:
+    path = np.linspace(-0.01, 0.2, 8)
+    for stiffness, offset in ((5e3, 0.0), (20e3, 2e-3), (200e3, 8e-3)):
+        found = muscle.force("3 bar", contraction=path, series_stiffness=stiffness, offset=offset)
+        expected = [independent(muscle, float(x), 3e5, stiffness, offset) for x in path]
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+def test_force_in_series_takes_texts_arrays_and_lengths(muscle: Muscle) -> None:
+    one = muscle.force("3 bar", contraction=0.05, series_stiffness="20 kN/m", offset="2 mm")
+    assert isinstance(one, float)
+    length = (1.0 - 0.05) * muscle.nominal_length
+    assert muscle.force(3e5, length=length, series_stiffness=20e3, offset=2e-3) == pytest.approx(one)
+    table = muscle.force(
+        [[2e5], [3e5]], contraction=0.05, series_stiffness=["20 kN/m", "50 kN/m"], offset="2 mm"
+    )
+    assert table.shape == (2, 2) and table[1, 0] == pytest.approx(one)
+
+
+def test_force_in_series_ends_in_the_muscles_own(muscle: Muscle) -> None:
+    own = muscle.force(GAUGE[:, None], contraction=KAPPA)
+    rigid = muscle.force(GAUGE[:, None], contraction=KAPPA, series_stiffness=math.inf, offset="0 mm")
+    assert np.array_equal(rigid, own)
+    stiff = muscle.force(GAUGE[:, None], contraction=KAPPA, series_stiffness="1e9 N/m")
+    assert stiff == pytest.approx(own, rel=1e-4)
+    shift = 3e-3 / muscle.nominal_length
+    gained = muscle.force(GAUGE[:, None], contraction=KAPPA, offset="3 mm")
+    assert np.array_equal(gained, muscle.force(GAUGE[:, None], contraction=KAPPA + shift))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"series_stiffness": "0 N/m"}, "series_stiffness .*above 0"),
+        ({"series_stiffness": -1.0}, "series_stiffness .*above 0"),
+        ({"series_stiffness": math.nan}, "series_stiffness .*above 0"),
+        ({"series_stiffness": "3 mm"}, "series_stiffness"),
+        ({"offset": "-1 mm"}, "offset .*0 m or more"),
+        ({"offset": math.inf}, "offset .*0 m or more"),
+    ],
+)
+def test_a_series_element_that_cannot_be_is_refused(muscle: Muscle, wrong: dict, says: str) -> None:  # type: ignore[type-arg]
+    with pytest.raises(InputError, match=says):
+        muscle.force("3 bar", contraction=0.1, **wrong)
