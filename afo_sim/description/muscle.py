@@ -8,6 +8,7 @@ from pydantic_core import PydanticCustomError
 
 from afo_sim.common.errors import nearest_name, unknown
 from afo_sim.common.units import format_quantity, parse_quantity
+from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
 from afo_sim.physics.friction import FRICTIONS
@@ -126,12 +127,13 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
-class Muscle(Described, RestCurves):
+class Muscle(Described, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
     `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
     `frictions` and `friction`, which may be "none". The damping R p_abs κ̇ and a `damper` add up. SI inside.
-    `force`, `contraction`, `pressure` and `volume` are its curves at rest.
+    `force`, `contraction`, `pressure` and `volume` are its curves at rest; `drawn` draws its fitted numbers
+    from their `covariance`.
 
     Examples
     --------
@@ -176,6 +178,8 @@ class Muscle(Described, RestCurves):
     """Mass of muscle and fittings."""
     limits: Limits
     """Limits beyond which a run warns."""
+    covariance: FitCovariance | None = None
+    """Joint uncertainty of the numbers that were fitted together, where a fit told it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -223,6 +227,18 @@ class Muscle(Described, RestCurves):
             )
         return self
 
+    @model_validator(mode="after")
+    def _covariance_is_its_own(self) -> Self:
+        if self.covariance is not None and self.covariance.law not in self.laws:
+            nearest = nearest_name(self.covariance.law, self.laws) or ""
+            raise refusal(
+                "the muscle has no parameters of this law",
+                f"one of those it has: {', '.join(self.laws)}",
+                "covariance.law",
+                nearest,
+            )
+        return self
+
     @property
     def law_set(self) -> LawSet:
         """The parameters and ranges of the law in use."""
@@ -230,6 +246,8 @@ class Muscle(Described, RestCurves):
 
     def using(self, *, law: str | None = None, friction: str | None = None) -> Self:
         """The same muscle with another of its laws or frictions in use.
+
+        The muscle keeps its covariance, which does not apply while another law than its own is in use.
 
         Parameters
         ----------

@@ -1,5 +1,6 @@
 """Curves of a muscle at rest: force, contraction, pressure and volume, over arrays."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -8,6 +9,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.physics.at_rest import AtRest
+from afo_sim.physics.in_series import row, tension
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
@@ -49,24 +51,40 @@ class RestCurves:
     """
 
     def force(
-        self: _Muscle, pressure: Amount, *, contraction: Amount | None = None, length: Amount | None = None
+        self: _Muscle,
+        pressure: Amount,
+        *,
+        contraction: Amount | None = None,
+        length: Amount | None = None,
+        series_stiffness: Amount = math.inf,
+        offset: Amount = 0.0,
     ) -> Found:
         """Tension at rest, as the simulated muscle pulls when nothing moves or rubs.
+
+        With a series element (cable, bracket, cuff) `contraction` or `length` is of the whole path: muscle
+        and series element together are (1 − κ_path) L0 long. The muscle's own contraction κ is solved for:
+
+            κ = κ_path + [offset + F(κ, p)/k]/L0
+
+        F falls with κ, so there is one such κ. Without tension the muscle is slack, and F is zero.
 
         Parameters
         ----------
         pressure : gauge, a number [Pa] or a text such as "3 bar"; `limits` are not checked here
         contraction : ratio [-]; this or `length`
         length : of the active braid, a number [m] or a text such as "28 cm"
+        series_stiffness : k of what is in series with the muscle, above 0 [N/m]; by default nothing gives
+        offset : length that it has gained before it carries anything, ≥ 0 [m]
 
         Returns
         -------
-        force [N], ≥ 0, of the broadcast shape
+        force [N], ≥ 0, of the broadcast shape; with infinite stiffness and no offset the muscle's own
 
         Raises
         ------
         InputError
-            A quantity has no unit or another dimension; contraction and length are both given, or neither.
+            A quantity has no unit or another dimension; contraction and length are both given, or neither;
+            a stiffness is not above zero, an offset is below.
 
         Examples
         --------
@@ -75,9 +93,20 @@ class RestCurves:
         array([757., 463., 295.])
         >>> muscle.force([2e5, 3e5], length="28.5 cm").round()
         array([241., 463.])
+        >>> muscle.force("3 bar", contraction=[0, 0.05, 0.10], series_stiffness="20 kN/m").round()
+        array([400., 297., 203.])
         """
         kappa = _contraction(self, contraction, length)
-        return _over(at_rest(self).force, kappa, _si("pressure", pressure, "Pa"))
+        stiffness, gained = _si("series_stiffness", series_stiffness, "N/m"), _si("offset", offset, "m")
+        _require(stiffness > 0.0, "series_stiffness", series_stiffness, "above 0 N/m")
+        _require((gained >= 0.0) & np.isfinite(gained), "offset", offset, "0 m or more")
+        bare, length_0 = at_rest(self), self.nominal_length
+
+        def pull(kappa: float, gauge: float, k: float, gained: float) -> float:
+            path = kappa + gained / length_0
+            return bare.force(path, gauge) if math.isinf(k) else tension(path, gauge, row(bare, k))
+
+        return _over(pull, kappa, _si("pressure", pressure, "Pa"), stiffness, gained)
 
     def contraction(self: _Muscle, pressure: Amount, *, force: Amount) -> Found:
         """Contraction ratio at which a force is carried: where a hung weight comes to rest.
@@ -209,6 +238,12 @@ def _contraction(muscle: _Muscle, contraction: Amount | None, length: Amount | N
         return _si("contraction", contraction, "")
     nominal = muscle.nominal_length
     return (nominal - _si("length", length, "m")) / nominal
+
+
+def _require(good: np.ndarray, name: str, amount: Any, allowed: str) -> None:
+    """Refuse an argument of which a number is out of range, or none."""
+    if not np.all(good):
+        raise InputError("is out of range", field=name, value=amount, allowed=allowed)
 
 
 def _si(name: str, amount: Any, unit: str) -> np.ndarray:

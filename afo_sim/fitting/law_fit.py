@@ -13,7 +13,17 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.bench.measured import Measured
-from afo_sim.fitting.identifiability import AT_BOUND, Estimate, intervals, refused, rms, verdict
+from afo_sim.description.covariance import FitCovariance
+from afo_sim.fitting import law_covariance
+from afo_sim.fitting.identifiability import (
+    AT_BOUND,
+    POINTS_PER_PARAMETER,
+    Estimate,
+    intervals,
+    refused,
+    rms,
+    verdict,
+)
 from afo_sim.fitting.law_problem import (
     LawProblem,
     Loss,
@@ -39,6 +49,8 @@ class LawFit:
     `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
     the number of readings of a slack muscle that the law calls slack, too: they tell no parameter. `held_out`
     are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
+    `covariance` is of the parameters that the data tell together, whether or not they tell each alone; None
+    where the points are too few or the starts end in different places.
     """
 
     problem: LawProblem
@@ -51,6 +63,7 @@ class LawFit:
     verdict: tuple[str, ...]
     silent: int = 0
     held_out: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    covariance: FitCovariance | None = None
 
     @property
     def rms(self) -> float:
@@ -103,16 +116,27 @@ def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawF
         best = _search(problem, problem.data, np.array([best.x * scale]), outlying)[0]
     values = dict(zip(problem.free, best.x * scale, strict=True))
     residuals = errors(problem, values, problem.data)
-    half, correlation, verdict = _believe(problem, best, outlying)
+    half, correlation, verdict, covariance = _believe(problem, best, outlying)
     agreeing = _agreeing(found)
     if starts >= ENOUGH and agreeing < ENOUGH:
         verdict.append(
             f"{', '.join(problem.free)}: not identifiable: only {agreeing} of {len(found)} starts end here, "
             "there may be a better fit"
         )
-        half = dict.fromkeys(half, np.inf)
+        half, covariance = dict.fromkeys(half, np.inf), None
     silent = int(agreed_slack(problem, values, problem.data).sum())
-    return LawFit(problem, values, half, correlation, residuals, agreeing, len(found), tuple(verdict), silent)
+    return LawFit(
+        problem,
+        values,
+        half,
+        correlation,
+        residuals,
+        agreeing,
+        len(found),
+        tuple(verdict),
+        silent,
+        covariance=covariance,
+    )
 
 
 def _agreeing(found: Sequence[OptimizeResult]) -> int:
@@ -183,8 +207,8 @@ def _least_squares(
 
 def _believe(
     problem: LawProblem, best: OptimizeResult, outlying: float
-) -> tuple[dict[str, float], np.ndarray, list[str]]:
-    """95 % half-widths, correlations, and what the data cannot tell."""
+) -> tuple[dict[str, float], np.ndarray, list[str], FitCovariance | None]:
+    """95 % half-widths, correlations, what the data cannot tell, and the covariance of what they tell."""
     scale = _scales(problem)
     values = best.x * scale
     lower, upper = _bounds(problem)
@@ -210,7 +234,14 @@ def _believe(
     found = Estimate(problem.free, values, half, np.abs(values), lower, upper, shown)
     lines = list(verdict(found, correlation, n))
     widths = dict(zip(problem.free, half.tolist(), strict=True))
-    return {n: np.inf if n in refused(lines) else w for n, w in widths.items()}, correlation, lines
+    covariance = None
+    if n >= POINTS_PER_PARAMETER * k:
+        told = np.where(inner, jacobian, 0.0) / scale
+        covariance = law_covariance.joint(
+            problem, told, residuals(best.x), variance, n - int(inner.sum()), upper - lower
+        )
+    believed = {name: np.inf if name in refused(lines) else width for name, width in widths.items()}
+    return believed, correlation, lines, covariance
 
 
 def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) -> float:

@@ -63,6 +63,7 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
         "provenance": sources,
         "laws": {law.name: _law_table(fit, data)},
         "limits": _limits(fit, data),
+        "covariance": _covariance(fit, data),
     }
 
 
@@ -145,6 +146,16 @@ def _law_table(fit: LawFit, data: Measured) -> dict[str, Any]:
         "contraction_range": [0.0, _greatest_contraction(fit, data)],
         "provenance": {name: source for name, (_, source) in found.items()},
     }
+
+
+def _covariance(fit: LawFit, data: Measured) -> dict[str, Any] | None:
+    """The covariance of the fitted numbers that this data set's muscle has; None where the fit has none."""
+    found = fit.covariance
+    if found is None:
+        return None
+    # a muscle whose contractions were measured has no end length, which other muscles' data may have told
+    own = [key for key in found.parameters if key != "end_length" or data.contraction is None]
+    return found.block(own).model_dump(mode="json") if own else None
 
 
 def _limits(fit: LawFit, data: Measured) -> dict[str, Any]:

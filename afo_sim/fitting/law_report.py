@@ -7,6 +7,7 @@ from typing import Any
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import write_json, write_text
 from afo_sim.fitting.identifiability import rms
+from afo_sim.fitting.law_covariance import doubt
 from afo_sim.fitting.law_fit import LawFit
 from afo_sim.fitting.law_muscle import muscle, muscle_table, residual_unit, taken_over, usual
 from afo_sim.fitting.law_ranking import criterion, kinds
@@ -59,6 +60,7 @@ def _fit_as_json(each: LawFit) -> dict[str, Any]:
         "fixed": dict(each.problem.fixed),
         "half_width_95": finite,
         "correlation": each.correlation.tolist(),
+        "covariance": None if each.covariance is None else each.covariance.model_dump(mode="json"),
         "verdict": list(each.verdict),
         "points": len(each.residuals),
         "residual_unit": unit,
@@ -72,6 +74,19 @@ def _fit_as_json(each: LawFit) -> dict[str, Any]:
             for kind, groups in each.held_out.items()
         },
     }
+
+
+def _covariance_line(best: LawFit) -> str:
+    """What stands in the table [covariance], or why there is none, and whether it is too narrow."""
+    told = best.covariance
+    if told is None:
+        return "no covariance is written: the points or the search do not settle the parameters"
+    names = [key.rpartition(".")[2] for key in told.parameters]
+    held = [name for name in best.values if name not in names]
+    line = f"covariance of {', '.join(names)} with {told.freedom} degrees of freedom"
+    line += f"; {', '.join(held)} held at the fitted value: the data do not tell it" if held else ""
+    doubtful = doubt(best.problem, best.residuals)
+    return f"{line}; {doubtful}" if doubtful else line
 
 
 def tables(found: StaticFit) -> Tables:
@@ -127,6 +142,7 @@ def remarks(found: StaticFit) -> list[str]:
         word = "predicted" if kind == "file" else f"{kind} left out in turn"
         lines.append(f"{word}: {factor * best.held_out_rms(kind):.3g} {unit} RMS ({each})")
     lines += [f"data do not tell: {line}" for line in best.verdict]
+    lines.append(_covariance_line(best))
     if found.slack:
         lines.append(
             f"{found.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put below "

@@ -14,6 +14,7 @@ from afo_sim.bench.measured import HEADER, Measured, check_facts, read_measured
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
+from afo_sim.description.covariance import FitCovariance
 from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_fit import LawFit, fit_law, held_out
 from afo_sim.fitting.law_muscle import LIKE, muscle, residual_unit, usual
@@ -82,6 +83,15 @@ class StaticFit:
             name: None if math.isinf(half) else (float(values[name] - half), float(values[name] + half))
             for name, half in self.best.half_width.items()
         }
+
+    @property
+    def covariance(self) -> FitCovariance | None:
+        """Covariance of the best law's parameters; its `matrix` [SI] goes with its `parameters`.
+
+        It holds the parameters that the data tell together, whether or not they tell each alone. None where
+        they tell none, the points are too few, or the starts end in different places.
+        """
+        return self.best.covariance
 
     @property
     def residuals(self) -> np.ndarray:

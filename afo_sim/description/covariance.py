@@ -1,0 +1,300 @@
+"""Joint uncertainty of a muscle's fitted numbers: standard errors, correlations, and draws from them."""
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Protocol, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_serializer
+from pydantic_core import PydanticCustomError
+
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import format_quantity
+from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all
+from afo_sim.physics.laws import LAWS
+
+GEOMETRY = {"braid_angle": "rad", "end_length": "m"}  # of the muscle, fitted together with a law: SI unit
+SAME = 1e-9  # two numbers that differ by less are one
+ROUNDING = 1e-3  # an eigenvalue may lie below zero by this much: correlations written with three decimals
+
+Correlation = Annotated[float, Quantity("", at_least=-1.0, at_most=1.0)]
+
+
+class FitCovariance(Described):
+    """Covariance of the numbers that were fitted together: standard errors and correlations.
+
+    The covariance of parameters i and j is s_i s_j r_ij. It tells what the scatter of the measured points
+    leaves open, to first order about the fitted values. It tells nothing of an error of the law itself, nor
+    of one that all points share, such as a gauge that reads high.
+    """
+
+    law: str
+    """Force law that was fitted; the covariance applies while this law is in use."""
+    parameters: Annotated[tuple[str, ...], Whole()]
+    """Parameters that were fitted together: "laws.LAW.NAME" of that law, "braid_angle", "end_length"."""
+    standard_errors: Annotated[tuple[float, ...], Whole()]
+    """Standard error of each parameter, a text with the parameter's unit."""
+    correlation: Annotated[tuple[tuple[Correlation, ...], ...], Whole()]
+    """Correlations of the parameters, row by row: symmetric, ones on the diagonal."""
+    freedom: Annotated[int, Field(ge=1)]
+    """Degrees of freedom: points that were fitted less parameters."""
+
+    @field_validator("law")
+    @classmethod
+    def _is_known(cls, law: str) -> str:
+        if law not in LAWS:
+            raise refusal("is an unknown law", ", ".join(LAWS), nearest=nearest_name(law, LAWS) or "")
+        return law
+
+    @field_validator("parameters")
+    @classmethod
+    def _belong_together(cls, names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        if "law" not in info.data:
+            return names
+        law = info.data["law"]
+        known = keys_of(law)
+        problems = [
+            refusal(f"{name!r} is no number that a fit of {law} tells", ", ".join(known), nearest=near)
+            for name in names
+            if name not in known
+            for near in (_nearest(name, known),)
+        ]
+        refuse_all(problems)
+        if not names or len(set(names)) < len(names):
+            raise refusal("each parameter is named once, and at least one", ", ".join(known))
+        return names
+
+    @field_validator("standard_errors", mode="before")
+    @classmethod
+    def _are_quantities(cls, texts: Any, info: ValidationInfo) -> Any:
+        names = info.data.get("parameters")
+        if names is None:
+            return ()  # the parameters are refused, and that is told
+        if not isinstance(texts, list | tuple) or len(texts) != len(names):
+            count = len(names)
+            raise refusal(
+                f"there are {count} parameters", f"a list of {count} standard errors, in their order"
+            )
+        read, problems = [], []
+        for k, (name, text) in enumerate(zip(names, texts, strict=True)):
+            try:
+                read.append(_standard_error(text, _unit(name), info))
+            except PydanticCustomError as problem:
+                facts = problem.context or {}
+                problems.append(refusal(facts["problem"], facts["allowed"], str(k)))
+        refuse_all(problems)
+        return tuple(read)
+
+    @field_validator("correlation")
+    @classmethod
+    def _is_a_correlation(
+        cls, rows: tuple[tuple[float, ...], ...], info: ValidationInfo
+    ) -> tuple[tuple[float, ...], ...]:
+        count = len(info.data.get("parameters", rows))
+        form = f"{count} rows of {count} numbers, symmetric, with ones on the diagonal"
+        if len(rows) != count or any(len(row) != count for row in rows):
+            raise refusal("does not go with the parameters", form)
+        found = np.array(rows)
+        if np.abs(np.diag(found) - 1.0).max() > SAME:
+            raise refusal("holds another number than 1 on the diagonal", form)
+        if np.abs(found - found.T).max() > SAME:
+            i, j = np.unravel_index(np.abs(found - found.T).argmax(), found.shape)
+            raise refusal(f"is not symmetric: [{i}][{j}] differs from [{j}][{i}]", form)
+        least = float(np.linalg.eigvalsh(found).min())
+        if least < -ROUNDING:
+            raise refusal(
+                f"no numbers can be correlated like this: the smallest eigenvalue is {least:.2g}",
+                "a positive semidefinite matrix; correlations near ±1 need more decimals",
+            )
+        return rows
+
+    @model_serializer(mode="wrap")
+    def _write(self, handler: Any) -> dict[str, Any]:
+        errors = zip(self.standard_errors, self.units, strict=True)
+        texts = [format_quantity(error, unit) for error, unit in errors]
+        return handler(self) | {"standard_errors": texts}
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """SI unit of each parameter, "" of bare numbers."""
+        return tuple(_unit(name) for name in self.parameters)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Covariance of the parameters [SI units of row times column], (k, k)."""
+        errors = np.array(self.standard_errors)
+        return np.outer(errors, errors) * np.array(self.correlation)
+
+    def draws(self, normals: np.ndarray, about: Mapping[str, float]) -> dict[str, np.ndarray]:
+        """Values of the parameters, distributed normally with this covariance.
+
+        θ = θ0 + S √R z, with S the standard errors, z standard normal, and √R = V √Λ Vᵀ of the correlations'
+        eigenvalues Λ and eigenvectors V: it exists also where R is singular.
+
+        Parameters
+        ----------
+        normals : standard normal deviates (n, k), a column for each of `parameters`
+        about : value of each parameter in the middle [SI], by its key
+
+        Returns
+        -------
+        {key: values (n,) [SI]}; some may lie where no such muscle is, see `Muscle.legal`
+
+        Raises
+        ------
+        InputError
+            `normals` has another number of columns.
+        """
+        deviates = np.asarray(normals, dtype=float)
+        if deviates.ndim != 2 or deviates.shape[1] != len(self.parameters):
+            raise InputError(
+                "does not go with the covariance",
+                field="normals",
+                value=f"of shape {deviates.shape}",
+                allowed=f"of shape (n, {len(self.parameters)}), a column for each parameter",
+            )
+        values, vectors = np.linalg.eigh(np.array(self.correlation))
+        root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+        steps = deviates @ root * np.array(self.standard_errors)
+        return {name: about[name] + steps[:, k] for k, name in enumerate(self.parameters)}
+
+    def block(self, parameters: Sequence[str]) -> Self:
+        """The covariance of some of the parameters, the others free: a part of the matrix."""
+        kept = [self.parameters.index(name) for name in parameters]
+        return self.model_copy(
+            update={
+                "parameters": tuple(parameters),
+                "standard_errors": tuple(self.standard_errors[i] for i in kept),
+                "correlation": tuple(tuple(self.correlation[i][j] for j in kept) for i in kept),
+            }
+        )
+
+
+class _Muscle(Protocol):
+    """The properties of a muscle that its draws need."""
+
+    @property
+    def law(self) -> str: ...
+    @property
+    def laws(self) -> Mapping[str, Any]: ...
+    @property
+    def covariance(self) -> FitCovariance | None: ...
+    @property
+    def total_length(self) -> float: ...
+    @property
+    def without_draws(self) -> str: ...
+
+
+class Draws:
+    """Draws of a muscle's fitted numbers from the covariance of their fit."""
+
+    @property
+    def without_draws(self: _Muscle) -> str:
+        """The reason why nothing is drawn, a sentence; "" where `drawn` draws.
+
+        The covariance is of one law's fit, geometry included: with another law in use none of it applies.
+        """
+        if self.covariance is None:
+            return "the muscle has no covariance of a fit"
+        if self.covariance.law != self.law:
+            return f"the covariance is of {self.covariance.law}, and {self.law} is in use"
+        return ""
+
+    def drawn(self: _Muscle, normals: np.ndarray) -> dict[str, np.ndarray]:
+        """Values of the numbers that were fitted together, about the muscle's own, by their joint covariance.
+
+        Parameters
+        ----------
+        normals : standard normal deviates (n, k), a column for each of `covariance.parameters`
+
+        Returns
+        -------
+        {dotted key below the muscle: values (n,) [SI]}, in the order of `covariance.parameters`; empty where
+        `without_draws` says why. The normal distribution knows no bounds: `legal` tells which draws are
+        muscles. Reject the others, all parameters at once. Clipping would heap them up at the bound, and
+        reflecting one parameter would undo its correlations.
+
+        Raises
+        ------
+        InputError
+            `normals` has another number of columns.
+
+        Examples
+        --------
+        >>> muscle = load("muscle", "dmsp_20")
+        >>> muscle.drawn(np.zeros((1, 4))), muscle.without_draws
+        ({}, 'the muscle has no covariance of a fit')
+        """
+        if self.covariance is None or self.without_draws:
+            return {}
+        about = {key: own_value(self, key) for key in self.covariance.parameters}
+        return self.covariance.draws(normals, about)
+
+    def legal(self: _Muscle, drawn: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Which draws are muscles: within the bounds of every parameter, the ends shorter than the whole.
+
+        Parameters
+        ----------
+        drawn : from `drawn`, not empty
+
+        Returns
+        -------
+        mask (n,)
+        """
+        masks = []
+        for key, values in drawn.items():
+            lower, upper = bounds_of(type(self), key)
+            masks.append((values >= lower) & (values <= upper))
+            if key == "end_length":
+                masks.append(values < self.total_length)
+        return np.all(masks, axis=0)
+
+
+def keys_of(law: str) -> tuple[str, ...]:
+    """Dotted keys, below a muscle, of the numbers that a law's fit can tell."""
+    return (*GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
+
+
+def key_of(law: str, name: str) -> str:
+    """Dotted key, below a muscle, of a law's parameter or of the braid's geometry."""
+    return name if name in GEOMETRY else f"laws.{law}.{name}"
+
+
+def own_value(muscle: _Muscle, key: str) -> float:
+    """A muscle's own value at such a key [SI]."""
+    _, law, name = _split(key)
+    return float(muscle.laws[law].parameters[name] if law else getattr(muscle, name))
+
+
+def bounds_of(kind: Any, key: str) -> tuple[float, float]:
+    """Least and greatest value that a number of a muscle may have [SI]; `kind` is the class of muscles."""
+    _, law, name = _split(key)
+    if law:
+        parameter = LAWS[law].parameter(name)
+        return parameter.lower, parameter.upper
+    quantity = next(mark for mark in kind.model_fields[name].metadata if isinstance(mark, Quantity))
+    return float(quantity.at_least or 0.0), float(quantity.at_most or np.inf)
+
+
+@functools.cache
+def _split(key: str) -> tuple[str, str, str]:
+    """("laws", law, parameter) of a key, or ("", "", name) of the geometry."""
+    if key in GEOMETRY:
+        return "", "", key
+    table, law, name = key.split(".")
+    return table, law, name
+
+
+def _unit(key: str) -> str:
+    _, law, name = _split(key)
+    return LAWS[law].parameter(name).unit if law else GEOMETRY[name]
+
+
+def _standard_error(text: Any, unit: str, info: ValidationInfo) -> float:
+    return Quantity(unit, above=0.0).read(text, info)
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    """The key that a wrong one most likely means; its last name counts."""
+    last = {key.rpartition(".")[2]: key for key in known}
+    return last.get(nearest_name(name.rpartition(".")[2], last) or "", "")
