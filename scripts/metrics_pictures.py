@@ -15,19 +15,20 @@ from PIL import Image
 
 import afo_sim
 from afo_sim.metrics import page
-from afo_sim.metrics.push_off import HEEL_RISE, LIMITS
+from afo_sim.metrics.push_off import HEEL_RISE
 from afo_sim.metrics.strides import Stride
 from afo_sim.metrics.walking import FOREFOOT_PITCH, HEEL_PITCH, LOADING
 from afo_sim.model.torque_map import NEEDS
 from afo_sim.show.run_view import RunView
-from afo_sim.show.style import COLOURS, write_figure
+from afo_sim.show.style import BLUE, COLOURS, GREEN, ORANGE, PINK, RED, write_figure
+from afo_sim.simulation.judged import limits_of
 
 PAGE = pathlib.Path(__file__).resolve().parents[1] / "docs" / "metrics.md"
 SCENARIO, BARE = "walk-dropfoot-afo", "walk-dropfoot"
 DURATION = "3.7 s"
 WIDTH = 7.0  # [inch]
 POINTS = {"heel/height": "heel", "ball/height": "ball", "toe/height": "toe: the lower of pulp and tip"}
-POINT_COLOURS = ("#0072B2", "#E69F00", "#CC79A7")
+POINT_COLOURS = (BLUE, ORANGE, PINK)
 TRIP = "where contact of ball or toe is a trip"
 
 
@@ -36,7 +37,7 @@ class Drawn:
 
     def __init__(self, scenario: str):
         recording = afo_sim.run(scenario, {"duration": DURATION, "record_rate": "1 kHz"})
-        self.metrics = recording.metrics
+        self.metrics, self.limits = recording.metrics, limits_of(recording)
         self.stride: Stride = RunView("", COLOURS[0], recording).strides[-1]
         self.percent = 100.0 * self.stride.phase
 
@@ -116,9 +117,9 @@ def push_off(figure: Any, run: Drawn) -> None:
         label="against push-off, foot going down",
     )
     for limit, name, colour in zip(
-        LIMITS["torque_against_push_off_per_mass"],
-        ("green below", "red above"),
-        ("#009E73", "#D55E00"),
+        run.limits.torque_against_push_off,
+        ("good up to here", "bad beyond"),
+        (GREEN, RED),
         strict=True,
     ):
         torque.axhline(limit * stride.body_mass, color=colour, lw=0.9, ls="--")

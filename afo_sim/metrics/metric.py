@@ -14,8 +14,9 @@ NEED, TORQUE, WORK = "Torque needed", "Torque of the orthosis", "Work of the ort
 START = "First strides after a stop"
 AIR, TIME, OTHER = "Air and pressure", "Walking", "Further"
 ENERGY = "Energy of air and muscles"
+SAFETY = "Safety margins"
 # in the order of a report
-GROUPS = (TIME, CLEARANCE, START, CONTACT, ANKLE, PUSH_OFF, NEED, TORQUE, WORK, AIR, ENERGY, OTHER)
+GROUPS = (TIME, CLEARANCE, START, CONTACT, ANKLE, PUSH_OFF, NEED, TORQUE, WORK, AIR, ENERGY, SAFETY, OTHER)
 
 Found = Iterator[tuple[str, float]]  # name of a metric, value in the registry's unit
 

@@ -254,14 +254,14 @@ def _contact(stride: Stride) -> Found:
         "half-way from toe-off to heel strike; a shoe's drop counts",
     ),
     ("ankle_range", "deg", "Ankle range", "highest less lowest angle of the stride"),
-    ("angle_error_recorded", "deg", "Distance from the healthy trial (RMSE)", "over the whole stride"),
+    ("angle_error_recorded", "deg", "Distance from the healthy walk (RMSE)", "over the whole stride"),
     (
         "angle_error_norm",
         "deg",
         "Distance from the norm (RMSE)",
         "adults' published mean; zero is upright standing",
     ),
-    ("gvs_recorded", "deg", "Gait variable score against the healthy trial", "RMS over 51 points"),
+    ("gvs_recorded", "deg", "Gait variable score against the healthy walk", "RMS over 51 points"),
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
 )
 def _ankle(stride: Stride) -> Found:

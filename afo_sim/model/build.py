@@ -18,7 +18,7 @@ from afo_sim.model.geometry import Geometry, geometry_of
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.patient import Active, active
-from afo_sim.model.periodic import why_walked
+from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, person_of
 from afo_sim.model.tissue import own_tissue
 from afo_sim.model.toes import fill_hinge
@@ -115,9 +115,13 @@ def build(scenario: Scenario) -> Built:
 
 
 def _walked(scenario: Scenario) -> Iterator[str]:
-    """A warning where strides are walked, since none repeats, though the settled one was to be solved for."""
-    if scenario.gait is not None and scenario.gait.settled == "solved" and (why := why_walked(scenario)):
+    """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
+    if scenario.gait is None:
+        return
+    if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
         yield f"the settled stride is walked to, not solved for: {why}"
+    if unseen := unseen_drift(scenario):
+        yield unseen
 
 
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:

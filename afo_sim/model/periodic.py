@@ -23,13 +23,35 @@ def why_walked(scenario: Scenario) -> str:
         return "the foot meets the floor (ground.mode), and its strides need not repeat"
     if gait.variability > 0.0:
         return "the stride time varies (gait.variability)"
-    timer = scenario.timer
-    if timer is not None and any(times.inlet or times.outlet for times in timer.chambers.values()):
-        stride = stride_time_of(scenario)
-        periods = stride / timer.period
-        if round(periods) < 1 or abs(periods - round(periods)) > SAME * periods:
-            return f"the timer's period of {timer.period:g} s does not fit the stride of {stride:.6g} s"
+    if drift(scenario):
+        assert scenario.timer is not None
+        stride, period = stride_time_of(scenario), scenario.timer.period
+        return f"the timer's period of {period:g} s does not fit the stride of {stride:.6g} s"
     return ""
+
+
+def drift(scenario: Scenario) -> float:
+    """Share of its period by which a timer of valves drifts in each stride [-]; 0 where it fits."""
+    timer = scenario.timer
+    if timer is None or not any(times.inlet or times.outlet for times in timer.chambers.values()):
+        return 0.0
+    periods = stride_time_of(scenario) / timer.period
+    off = abs(periods - round(periods))
+    return off if off > SAME * periods else 0.0
+
+
+def unseen_drift(scenario: Scenario) -> str:
+    """A warning where a run ends before its timer has come round to the same phase of the stride; else ""."""
+    share = drift(scenario)
+    stride = stride_time_of(scenario) if share else 0.0
+    if scenario.duration * share >= stride * (1.0 - WHOLE):
+        return ""
+    seen = scenario.duration * share / stride
+    return (
+        f"the timer drifts by {100.0 * share:.2g} % of its period in each stride: this run sees "
+        f"{100.0 * seen:.2g} % of the way round, and verdict and numbers are of that part alone; "
+        f"a duration of {stride / share:.0f} s sees all of it"
+    )
 
 
 def steps_of_stride(scenario: Scenario) -> int:

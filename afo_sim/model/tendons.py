@@ -27,7 +27,7 @@ def _add_tendon(
     tendon = spec.add_tendon(name=name, width=group.type.bore / 2.0)
     tendon.rgba = [0.75, 0.25, 0.2, 1.0]
     for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
-        offset = _side(name, group) * anchor.spacing
+        offset = side(name, group) * anchor.spacing
         body = anchors[anchor.segment]
         position = np.array(anchor.from_ankle) + np.array([0.0, offset, 0.0])
         site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
@@ -44,7 +44,7 @@ def _add_tendon(
         tendon.wrap_site(site.name)
 
 
-def _side(name: str, group: MuscleGroup) -> float:
+def side(name: str, group: MuscleGroup) -> float:
     """Place of a single muscle beside its parallel ones, in spacings from their middle."""
     return int(name.rsplit("_", 1)[1]) - 0.5 * (group.count + 1)
 
@@ -65,7 +65,7 @@ def _add_pulley(
     arm, muscle = group.pulley.moment_arm, group.type
     tendon = spec.add_tendon(name=name, width=muscle.bore / 2.0)
     tendon.wrap_joint(ANKLE, -arm)
-    offset = _side(name, group) * group.pulley.spacing
+    offset = side(name, group) * group.pulley.spacing
     length = muscle.end_length - group.series_length
     height = length + 0.5 * math.pi * group.pulley.radius
     for end, z in (("origin", height), ("insertion", 0.0)):

@@ -13,7 +13,9 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
+from afo_sim.metrics.metric import OTHER
 from afo_sim.metrics.renamed import instead, told
+from afo_sim.metrics.words import words
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.criterion import (
     CHECKS,
@@ -234,6 +236,8 @@ def metric_result(run: Recording, metric: str, kind: str, limits: object, why: s
     """The result of the check named `kind` on a metric, with limits written as in a checks file."""
     if metric not in run.metrics:
         problem = told("the run has no such metric", metric)
+        if words(metric).group != OTHER:
+            problem = "the run does not hold it: such a run has none, or it was made by an older version"
         raise _unknown(problem, "metric", metric, run.metrics, instead(metric, run.metrics))
     value, unit = run.metrics[metric].value, run.metrics[metric].unit
     check = read_criterion(kind, limits, unit)

@@ -9,6 +9,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.metrics.strides import SOLVED
+from afo_sim.model.walk import JOINTS
+from afo_sim.model.walk_bodies import SINK
 from afo_sim.simulation.frame import Column, Frame
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
@@ -189,6 +191,7 @@ COLUMNS = (
     ),
 )
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
+DESCRIBED |= {f"qpos/{name}": ("m", "MuJoCo coordinate") for name in (*JOINTS[:2], SINK)}  # those that slide
 DESCRIBED[SOLVED] = (
     "",
     "1 in settled strides, whose air was solved for; 0 in those walked from the start",

@@ -28,6 +28,8 @@ from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy import balance
 from afo_sim.simulation.energy_told import told_energy, with_static_forces
 from afo_sim.simulation.frame import Frame
+from afo_sim.simulation.held import NAMES as HELD
+from afo_sim.simulation.held import NEEDED, held_metrics
 from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
 from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
@@ -55,10 +57,12 @@ class Asked:
 
     metrics : names of those that are computed, with those that come along; None for all
     doubts : whether warnings are asked for of what is not to be believed, which takes the energy balance
+    curves : columns that are kept over the gait cycle, of the last whole stride; those that there are
     """
 
     metrics: frozenset[str] | None = None
     doubts: bool = True
+    curves: tuple[str, ...] = ()
 
     @property
     def walking(self) -> frozenset[str] | None:
@@ -66,6 +70,7 @@ class Asked:
         if self.metrics is None:
             return None
         own = (self.metrics - ELSEWHERE) | made_of(self.metrics)
+        own = own.union(*(NEEDED.get(name, ()) for name in self.metrics))
         return own | ({COMPARED} if self.reference else set())
 
     @property
@@ -87,7 +92,7 @@ class Asked:
 EVERYTHING = Asked()
 ENERGIES = frozenset(row.name for row in TOLD[energy_metrics])
 COMPARISONS = frozenset(row.name for row in TOLD[reference_metrics])
-ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES
+ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES | HELD
 
 
 def make_recording(built: Built, rollout: Rollout) -> Recording:
@@ -176,11 +181,14 @@ def examine(
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
+    held = {}
+    if found.totals:
+        held = held_metrics(built, columns, found.totals, asked.metrics, solved=solved)
     energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
     begins = built.walk is not None and not solved and rollout.first_step == 0
     first, left_out = first_strides(built, rollout, columns, None, asked) if begins else ({}, ())
     warnings = (*doubts, *found.warnings, *left_out)
-    return columns, WalkMetrics(found.totals | energy | first, found.strides, warnings)
+    return columns, WalkMetrics(found.totals | held | energy | first, found.strides, warnings)
 
 
 def first_strides(

@@ -130,6 +130,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "timing": run["timing"],
             "versions": run["versions"],
             "parameters": run["parameters"],
+            "studies": run.get("studies", {}),
         }
     except (KeyError, TypeError, ValueError, zlib.error) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None

@@ -1,4 +1,4 @@
-"""Warnings of a run: limits that a muscle left, laws asked beyond their range, muscles that never pull."""
+"""Warnings of a run: limits left, laws asked beyond their range, muscles that never pull, pressed skin."""
 
 from collections.abc import Iterator, Mapping
 
@@ -10,6 +10,7 @@ from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
+from afo_sim.simulation.safety import skin_warnings
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
@@ -19,7 +20,7 @@ SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 def limit_warnings(
     built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[str]:
-    """Warnings of muscles beyond their stated limits of pressure, force or contraction.
+    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ def limit_warnings(
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
         yield "the ankle reaches a stop of the joint"
+    yield from skin_warnings(built, columns)
 
 
 def _law_warnings(

@@ -3,7 +3,8 @@
 import os
 import pathlib
 import tempfile
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,9 +12,11 @@ import numpy as np
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.renamed import Metrics
+from afo_sim.metrics.verdict import Answer
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.exchange import dataset, frame
 from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
+from afo_sim.simulation.judged import verdict_of
 from afo_sim.simulation.kept_model import model_of
 from afo_sim.simulation.shown import shown
 
@@ -28,7 +31,8 @@ class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
 
     Angles are dorsiflexion positive, pressures gauge. `metrics` are numbers that know their unit; `strides`
-    holds those of each whole stride of walking, by the stride's number. `status` is "ok" or says why the
+    holds those of each whole stride of walking, by the stride's number; `studies` what was found out beside
+    the run: what to change first, bands. `status` is "ok" or says why the
     simulation stopped; `warnings` tell what to mind. A notebook shows a recording with figures.
 
     Raises
@@ -58,6 +62,7 @@ class Recording:
     parameters: dict[str, list[float]]
     strides: dict[int, dict[str, Metric]] = field(default_factory=dict)
     model_binary: bytes = b""
+    studies: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "metrics", Metrics(self.metrics))
@@ -89,6 +94,11 @@ class Recording:
     def ok(self) -> bool:
         """Whether the simulation ran to its end."""
         return self.status == "ok"
+
+    @property
+    def verdict(self) -> tuple[Answer, ...]:
+        """The answers that a walking run opens with, held against the scenario's limits; none of others."""
+        return verdict_of(self)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
@@ -124,6 +134,43 @@ class Recording:
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
         return write_run(self, pathlib.Path(folder), picture)
 
+    def export(
+        self,
+        out: str | os.PathLike[str],
+        to: str | None = None,
+        *,
+        rate: float | None = None,
+        columns: Iterable[str] = (),
+        force: bool = False,
+    ) -> tuple[pathlib.Path, ...]:
+        """Write the run for another program; what is not as in the run, or as asked for, is a warning.
+
+        Parameters
+        ----------
+        out : file to write, whole or not at all; metrics and, of walking as mot, ground forces go beside it
+        to : "sto" or "mot" (OpenSim), "csv", "mat" (MATLAB, Octave) or "mjb" (MuJoCo); that of `out`'s ending
+            by default
+        rate : rows a second [Hz], up to the run's own, which is the default; every k-th row is kept as it is
+        columns : names or patterns such as "ankle/*", for sto, csv and mat; all by default
+        force : replace files that are there
+
+        Returns
+        -------
+        the files written, `out` first
+
+        Raises
+        ------
+        InputError
+            There is no such format, a file is there already, the run has no rows, or its leg no ankle (mot).
+
+        Examples
+        --------
+        >>> short = run("seated", {"duration": "1 s"})
+        >>> [file.name for file in short.export("short.csv", rate=100, columns=["ankle/*"])]
+        ['short.csv', 'short_metrics.csv']
+        """
+        return shown().export(self, out, to, rate, columns, force)
+
     def model(self) -> "mujoco.MjModel":
         """The model that ran, to the last bit: from the same state, the same inputs give the same steps.
 
@@ -157,7 +204,7 @@ class Recording:
             shown().open([path])
 
     def summary(self) -> dict[str, Any]:
-        """Contents of summary.json; of walking, `strides` too."""
+        """Contents of summary.json; of walking, `verdict` and `strides` too."""
         found: dict[str, Any] = {
             "status": self.status,
             "scenario": self.scenario,
@@ -166,8 +213,12 @@ class Recording:
             "timing": self.timing,
             "warnings": list(self.warnings),
         }
+        if answers := self.verdict:
+            found["verdict"] = [asdict(answer) for answer in answers]
         if self.strides:
             found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
+        if self.studies:
+            found["studies"] = self.studies
         return found
 
 

@@ -1,10 +1,11 @@
-"""Registration of the pictures of recordings.
+"""Registration of the pictures of recordings, and of their files for other programs.
 
 The rooms above register them here: a computed result does not know how it is shown.
 """
 
+import os
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
 Recording = Any  # of `recording`, which asks this module to be shown
@@ -23,6 +24,18 @@ class Show(Protocol):
 
     def html(self, recording: Recording) -> str:
         """A recording as a notebook shows it."""
+        ...
+
+    def export(
+        self,
+        recording: Recording,
+        out: str | os.PathLike[str],
+        to: str | None,
+        rate: float | None,
+        columns: Iterable[str],
+        force: bool,
+    ) -> tuple[pathlib.Path, ...]:
+        """Write a recording for another program: the files."""
         ...
 
 

@@ -16,10 +16,12 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics import walking
 from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.bottle import bottle_metrics
 from afo_sim.metrics.energy import energy_metrics
 from afo_sim.metrics.first_strides import first_stride_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, telling, tells
 from afo_sim.metrics.reference import reference_metrics
+from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
@@ -105,7 +107,21 @@ def told() -> dict[str, Metric]:
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
     compared = reference_metrics(walking, walking)
     first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
-    return {**walking, **compared, **first, **ankle_metrics(columns, STEP, 1.0), **balance}
+    bottle = bottle_metrics(0.08, 1.1, 140.0)
+    pull = np.ones((3, 3)), 0.01, 0.5, (14e3, 53e3), 4e3
+    shares = {key: [0.5] for key in ("pressure", "force", "contraction", "stretch")}
+    margins = (
+        cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
+    )
+    return {
+        **walking,
+        **compared,
+        **first,
+        **ankle_metrics(columns, STEP, 1.0),
+        **balance,
+        **margins,
+        **bottle,
+    }
 
 
 def test_every_registered_metric_is_told_by_its_function() -> None:

@@ -1,13 +1,15 @@
 """docs/metrics.md and the registry say the same."""
 
+import math
 import pathlib
 import re
 
+import pytest
 from documents import PAGES
 
 from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.description.reader import load
 from afo_sim.metrics import page
-from afo_sim.metrics.push_off import LIMITS
 from afo_sim.metrics.renamed import RENAMED
 from afo_sim.metrics.words import METRICS, number
 
@@ -32,10 +34,24 @@ def test_sources_and_earlier_meanings_are_of_metrics_that_there_are() -> None:
     assert all(any(name.startswith(start) for name in METRICS) for start in page.SOURCES)
 
 
-def test_the_page_tells_the_limits_of_push_off_and_the_densities() -> None:
-    for name, (green, red) in LIMITS.items():
-        row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{name}` | {green:g}"))
-        assert f"| {red:g}" in row
+def test_the_verdicts_page_tells_the_usual_limits() -> None:
+    limits = load("limits", "usual")
+    shown = {
+        "toe_clearance": [f"{1e3 * x:.0f} mm" for x in limits.toe_clearance],
+        "contact_pitch": ["8°", "−1.6°"],
+        "torque_against_push_off": [f"{x:g} N·m/kg" for x in limits.torque_against_push_off],
+        "work_against_push_off": [f"{x:g} J/kg" for x in limits.work_against_push_off],
+        "strides_per_bottle": [f"{x:g}" for x in limits.strides_per_bottle],
+    }
+    assert [math.degrees(x) for x in limits.contact_pitch] == pytest.approx([8.0, -1.6])
+    for name, (wanted, bad) in shown.items():
+        row = next(line for line in PAGES["verdict"].splitlines() if line.startswith(f"| `{name}` |"))
+        assert f"| {wanted} | {bad} | {limits.provenance[name].kind} |" in row
+    assert limits.bottle_volume == pytest.approx(0.5e-3) and limits.bottle_pressure == pytest.approx(300e5)
+    assert "| 0.5 l, 300 bar |" in PAGES["verdict"]
+
+
+def test_the_page_tells_the_densities() -> None:
     for density in (STANDARD_DENSITY, NORMAL_DENSITY):
         assert f"{1.0 / density:.3f}" in PAGE and f"{density:g} kg/m³" in PAGE
     assert f"{number(100.0 * (NORMAL_DENSITY / STANDARD_DENSITY - 1.0), '')}" == "9"

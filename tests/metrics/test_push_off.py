@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from synthetic_walk import AMPLITUDE, MASS, STEP, UPRIGHT, walk_columns, with_orthosis
 
-from afo_sim.metrics.metric import Metric, entry
-from afo_sim.metrics.push_off import LIMITS, colour
+from afo_sim.metrics.metric import entry
+from afo_sim.metrics.verdict import AGAINST
 from afo_sim.metrics.walking import walk_metrics
 
 
@@ -44,30 +44,10 @@ def test_what_the_ankle_loses_is_the_recorded_ones_more() -> None:
     assert found["plantarflexion_lost_at_toe_off"] == pytest.approx(3.0, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [(0.0, "green"), (0.015, "green"), (0.017, "yellow"), (0.031, "yellow"), (0.033, "red")],
-)
-def test_limits_have_colours(value: float, shown: str) -> None:
-    """5 and 10 % of the 0.32 J/kg that a healthy ankle gives."""
-    assert colour(Metric(value, "J/kg"), "work_against_push_off") == shown
-
-
-def test_what_a_weak_patient_loses_is_not_laid_upon_the_orthosis() -> None:
-    assert colour(Metric(18.0, "deg"), "plantarflexion_lost_at_toe_off") is None
-
-
-def test_what_has_no_limit_or_no_value_has_no_colour() -> None:
-    assert colour(Metric(1.0, "mm"), "toe_clearance") is None
-    assert colour(Metric(math.nan, "J/kg"), "work_against_push_off") is None
-
-
-def test_limits_are_in_the_registrys_units_and_told_as_this_projects_own() -> None:
-    """5 and 10 % of 0.32 J/kg and of 1.4 N·m/kg."""
-    assert LIMITS["work_against_push_off"] == pytest.approx((0.05 * 0.32, 0.10 * 0.32))
-    assert LIMITS["torque_against_push_off_per_mass"] == pytest.approx((0.05 * 1.4, 0.10 * 1.4))
-    for name in LIMITS:
-        assert "this project's own, no published limit was found" in entry(name).meaning
+def test_the_meaning_names_the_limits_and_repeats_none() -> None:
+    for name, key in AGAINST.items():
+        assert f"limits.{key}" in entry(name).meaning
+        assert not any(digit in entry(name).meaning.partition("held")[2] for digit in "0123456789")
 
 
 def test_the_need_is_told_until_the_shank_is_upright_and_after_it() -> None:

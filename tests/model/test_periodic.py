@@ -9,8 +9,17 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.model.periodic import AFTER, as_run, start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.model.periodic import (
+    AFTER,
+    as_run,
+    start_up,
+    steps_of_stride,
+    two_strides,
+    unseen_drift,
+    why_walked,
+)
 from afo_sim.model.walk import stride_time_of
+from afo_sim.simulation.run import run
 
 
 def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:
@@ -115,3 +124,37 @@ def test_the_shipped_timer_is_walked_with_a_warning_where_it_is_to_be_solved() -
 def test_a_timer_that_switches_nothing_may_have_any_period() -> None:
     described = scenario("walk-dropfoot-afo-timer").set(SOLVED | {"timer": {"period": "0.77 s"}})
     assert why_walked(described) == ""
+
+
+def test_a_timer_that_has_not_come_round_is_told() -> None:
+    # 1.1 s against 1.0929 s: 0.65 % a stride, so 154.9 strides, 169.3 s, until the two meet again
+    described = scenario("walk-dropfoot-afo-timer")
+    [told] = [w for w in build(described).warnings if "drifts" in w]
+    assert "0.65 % of its period" in told
+    assert "8.5 % of the way round" in told  # 14.4 s of 169.3 s
+    assert "169 s" in told
+    assert unseen_drift(described.set({"duration": "169.4 s"})) == ""
+    # one that fits after two strides has been seen after them
+    assert unseen_drift(timed(2.4, 1.2).set({"duration": "2.4 s"})) == ""
+    assert unseen_drift(timed(2.4, 1.2).set({"duration": "1.2 s"}))
+    assert unseen_drift(timed(1.2, 1.2)) == ""
+    assert unseen_drift(scenario("walk-dropfoot-afo")) == ""
+
+
+@pytest.mark.slow
+def test_a_timer_s_verdict_may_turn_in_what_a_short_run_does_not_see() -> None:
+    """Quick valves hold air in the right phase at first, and in the wrong one a minute later."""
+    valve = "orthosis.chamber.dorsiflexor.{}.conductance"
+    quick = {valve.format(side): "0.3 dm^3/(s*bar)" for side in ("inlet", "outlet")}
+    sets = quick | {"timestep": "2 ms", "orthosis.anchor.shank.stiffness": "6 kN/m"}
+    short, long = (
+        run("walk-dropfoot-afo-timer", sets | {"duration": duration}) for duration in ("14.4 s", "170 s")
+    )
+    assert (
+        float(short.metrics["lowest_toe_clearance"])
+        > 10.0
+        > 0.0
+        > float(long.metrics["lowest_toe_clearance"])
+    )
+    assert any("drifts" in w for w in short.warnings)
+    assert not any("the timer drifts" in w for w in long.warnings)

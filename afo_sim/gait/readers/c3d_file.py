@@ -72,7 +72,9 @@ def read_c3d_file(path: pathlib.Path) -> C3dFile:
         import ezc3d  # noqa: F401 - the process below needs it
     except ImportError:
         raise InputError(
-            "reading C3D needs the library ezc3d", file=path, allowed="after: pip install 'afo-sim[c3d]'"
+            "reading C3D needs the library ezc3d",
+            file=path,
+            allowed="after: pip install 'afo-sim[c3d]', or -e '.[c3d]' in a clone",
         ) from None
     size = _refuse_damaged(path)
     command = [sys.executable, "-m", CHILD, str(path)]

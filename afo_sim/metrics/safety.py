@@ -1,0 +1,260 @@
+"""Safety margins: how hard cuff and plate press on the skin, and how close the muscles come to their limits.
+
+A cuff holds along the limb by friction alone. So it must press with its pull along the limb over the
+coefficient of friction. A strap is drawn tight once and for the strongest pull: what it presses with then, it
+presses with all the time.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from afo_sim.metrics.metric import SAFETY, Metric, measured, tells
+
+SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
+FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
+BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
+
+HOLDS = "least that all of it presses with on the skin so as not to slide: peak pull along over friction"
+USED = "100 % is the limit; of the muscle that comes closest"
+CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
+
+
+@tells(
+    SAFETY,
+    ("cuff_pull_along", "N", "Pull on the cuff along the shank, peak", "friction on the skin carries it"),
+    ("cuff_pull_across", "N", "Pull on the cuff across the shank, peak", "presses it against the limb"),
+    ("cuff_holding_force", "N", "Force that keeps the cuff from sliding", HOLDS),
+    (
+        "cuff_skin_pressure",
+        "kPa",
+        "Pressure under the cuff, peak",
+        "mean over its area: the force that keeps it from sliding, and the pull across",
+    ),
+    (
+        "cuff_skin_pressure_sustained",
+        "kPa",
+        "Pressure under the cuff, all the time",
+        "of the force that keeps it from sliding alone: the strap stays as tight as the peak needs it",
+    ),
+    (
+        "cuff_share_of_discomfort",
+        "percent",
+        "Cuff's pressure by that of discomfort",
+        "peak; from 100 % on it is uncomfortable",
+    ),
+    ("cuff_share_of_pain", "percent", "Cuff's pressure by that of pain", "peak; from 100 % on it hurts"),
+    (
+        "cuff_share_of_blood_flow",
+        "percent",
+        "Cuff's pressure by that which hinders blood flow",
+        "all the time; beyond 100 % it may be hindered",
+    ),
+)
+def cuff_metrics(
+    pull: np.ndarray,
+    area: float,
+    friction: float,
+    skin_pressure: tuple[float, float] | None = None,
+    blood_flow: float | None = None,
+) -> dict[str, Metric]:
+    """Pressure of a shank's cuff on the skin.
+
+    Parameters
+    ----------
+    pull : force on the cuff forward, left and up along the shank [N] (n, 3)
+    area : of skin that carries, > 0 [m²]
+    friction : coefficient µ between cuff and skin, > 0 [-]
+    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
+    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
+
+    Returns
+    -------
+    dict of Metric by name
+
+    Notes
+    -----
+    N = max |F_along| / µ; sustained pressure N/A; peak pressure (N + max |F_across|)/A. The pull across comes
+    and goes, and lifts the cuff off on its other side. So it is not counted among what holds the cuff.
+    """
+    along = float(np.abs(pull[:, 2]).max())
+    across = float(np.hypot(pull[:, 0], pull[:, 1]).max())
+    holding = along / friction
+    sustained, peak = holding / area, (holding + across) / area
+    values = {
+        "cuff_pull_along": along,
+        "cuff_pull_across": across,
+        "cuff_holding_force": holding,
+        "cuff_skin_pressure": 1e-3 * peak,
+        "cuff_skin_pressure_sustained": 1e-3 * sustained,
+    }
+    if skin_pressure is not None:
+        values["cuff_share_of_discomfort"] = 100.0 * peak / skin_pressure[0]
+        values["cuff_share_of_pain"] = 100.0 * peak / skin_pressure[1]
+    if blood_flow is not None:
+        values["cuff_share_of_blood_flow"] = 100.0 * sustained / blood_flow
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+@tells(
+    SAFETY,
+    ("plate_pull_along", "N", "Pull on the plate along the sole, peak", "friction on the foot carries it"),
+    (
+        "plate_pull_across",
+        "N",
+        "Pull of the plate against the sole, peak",
+        "a sole bears many times as much in standing: no margin",
+    ),
+    (
+        "plate_holding_force",
+        "N",
+        "Force of the strap that keeps the plate from sliding",
+        "over the instep: peak pull along over friction, less what the pull itself presses with on the sole",
+    ),
+    (
+        "plate_skin_pressure",
+        "kPa",
+        "Pressure under the plate's strap",
+        "mean over its area, all the time; 0 where friction on the sole is enough",
+    ),
+    (
+        "plate_share_of_discomfort",
+        "percent",
+        "Strap's pressure by that of discomfort",
+        "from 100 % on it is uncomfortable",
+    ),
+    ("plate_share_of_pain", "percent", "Strap's pressure by that of pain", "from 100 % on it hurts"),
+    (
+        "plate_share_of_blood_flow",
+        "percent",
+        "Strap's pressure by that which hinders blood flow",
+        "all the time; beyond 100 % it may be hindered",
+    ),
+)
+def plate_metrics(
+    pull: np.ndarray,
+    area: float,
+    friction: float,
+    skin_pressure: tuple[float, float] | None = None,
+    blood_flow: float | None = None,
+) -> dict[str, Metric]:
+    """Pressure of the strap that holds a foot's plate.
+
+    Muscles pull the plate up against the sole. There friction holds it too, and only what is left must be
+    held by the strap over the instep: N = max(|F_along|/µ − F_up), not below zero. The strap presses the sole
+    as well, and the ground does in stance: neither is counted, so that the strap's force is an upper bound.
+
+    Parameters
+    ----------
+    pull : force on the plate forward, left and up in the foot's axes [N] (n, 3)
+    area : of skin under the strap, > 0 [m²]
+    friction : coefficient µ between plate, strap and foot, > 0 [-]
+    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
+    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
+
+    Returns
+    -------
+    dict of Metric by name
+    """
+    along = np.hypot(pull[:, 0], pull[:, 1])
+    holding = max(0.0, float((along / friction - pull[:, 2]).max()))
+    pressure = holding / area
+    values = {
+        "plate_pull_along": float(along.max()),
+        "plate_pull_across": max(0.0, float(pull[:, 2].max())),
+        "plate_holding_force": holding,
+        "plate_skin_pressure": 1e-3 * pressure,
+    }
+    if skin_pressure is not None:
+        values["plate_share_of_discomfort"] = 100.0 * pressure / skin_pressure[0]
+        values["plate_share_of_pain"] = 100.0 * pressure / skin_pressure[1]
+    if blood_flow is not None:
+        values["plate_share_of_blood_flow"] = 100.0 * pressure / blood_flow
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+@tells(
+    SAFETY,
+    ("muscle_share_of_pressure", "percent", "Muscles' highest pressure by its limit", USED),
+    ("muscle_share_of_force", "percent", "Muscles' highest force by its limit", USED),
+    ("muscle_share_of_contraction", "percent", "Muscles' greatest contraction by its limit", USED),
+    ("muscle_share_of_stretch", "percent", "Muscles' greatest stretch by its limit", USED),
+)
+def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
+    """How close muscles come to their limits.
+
+    Parameters
+    ----------
+    shares : by "pressure", "force", "contraction" and "stretch", the peak of each muscle over its limit [-];
+        one below zero counts as none
+
+    Returns
+    -------
+    dict of Metric by name, of the largest share each; what no muscle has a limit of is left out
+    """
+    found = {}
+    for what, each in shares.items():
+        known = list(each)
+        if known:
+            name = f"muscle_share_of_{what}"
+            found[name] = measured(name, 100.0 * max(0.0, *known))
+    return found
+
+
+@tells(
+    SAFETY,
+    ("muscle_cycles_per_stride", "", "Cycles of the muscles per stride", CYCLES),
+    ("strides_until_muscle_life", "", "Strides until the muscles' stated life", CYCLES),
+    (
+        "days_until_muscle_life",
+        "d",
+        "Days until the muscles' stated life",
+        "at as many strides a day as one bottle is wanted to last",
+    ),
+)
+def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
+    """How long muscles last that are stated to last some number of cycles.
+
+    Parameters
+    ----------
+    cycles : per stride, of the chamber that has most [-]; none leaves strides and days out
+    life : cycles until the stated life ends [-]
+    strides_per_day : of one leg [-]; 0 leaves the days out
+
+    Returns
+    -------
+    dict of Metric by name
+    """
+    values = {"muscle_cycles_per_stride": cycles}
+    if cycles > 0.0:
+        values["strides_until_muscle_life"] = life / cycles
+        if strides_per_day > 0.0:
+            values["days_until_muscle_life"] = life / cycles / strides_per_day
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+def cycles(pressure: np.ndarray, strides: int) -> float:
+    """How often the muscles of a chamber are filled and vented in a stride.
+
+    A cycle takes the pressure from below to above a band about the middle between its lowest and its highest
+    value, where it swings by a tenth of the highest or more. The ankle works a muscle that stays filled too,
+    so that it counts one cycle a stride at least. What stays below 0.1 bar counts none.
+
+    Parameters
+    ----------
+    pressure : gauge, of whole strides that repeat [Pa] (n,)
+    strides : how many, > 0
+
+    Returns
+    -------
+    float [-]
+    """
+    lowest, highest = float(pressure.min()), float(pressure.max())
+    if highest <= FILLED:
+        return 0.0
+    swing, middle = highest - lowest, 0.5 * (lowest + highest)
+    if swing < SWING * highest:
+        return 1.0
+    high = pressure[np.abs(pressure - middle) >= BAND * swing] > middle
+    risen = int(np.count_nonzero(high & ~np.roll(high, 1)))  # the last row comes before the first
+    return max(1.0, risen / strides)

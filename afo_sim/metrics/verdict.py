@@ -1,0 +1,366 @@
+"""The four answers that a walk opens with: does it lift the toe, land on the heel, hinder push-off, cost air.
+
+Each answer has a number, what it is held against, and a status that is told by a word and a mark as well as
+by a colour.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from afo_sim.metrics.metric import Metric
+
+Status = Literal["good", "doubtful", "bad", "unknown"]
+WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
+LIFT, HEEL, PUSH_OFF, AIR = "lift", "heel", "push_off", "air"
+QUESTIONS = {
+    LIFT: "Does it lift the toe?",
+    HEEL: "Does it land on the heel?",
+    PUSH_OFF: "Does it hinder push-off?",
+    AIR: "What air does it cost?",
+}
+# {metric of push-off: the limits that it is held against}
+AGAINST = {
+    "torque_against_push_off_per_mass": "torque_against_push_off",
+    "work_against_push_off": "work_against_push_off",
+}
+FIRST = "toe_clearance_stride_1"
+HEIGHTS = (
+    "toe_clearance",
+    "lowest_toe_clearance",
+    "lowest_toe_clearance_first_ten",
+    "toe_clearance_stride_1",
+    "toe_clearance_stride_2",
+    "toe_clearance_stride_3",
+)
+
+Numbers = Mapping[str, Metric]
+
+
+class Limits(Protocol):
+    """What a verdict needs of the scenario's limits; `description.limits.Limits` has it [SI]."""
+
+    @property
+    def toe_clearance(self) -> tuple[float, float]: ...
+    @property
+    def contact_pitch(self) -> tuple[float, float]: ...
+    @property
+    def torque_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def work_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def strides_per_bottle(self) -> tuple[float, float]: ...
+    @property
+    def bottle_volume(self) -> float: ...
+    @property
+    def bottle_pressure(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
+
+    name: str
+    question: str
+    status: Status
+    text: str
+    limit: str
+
+    def __str__(self) -> str:
+        return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
+
+
+def verdict(metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits) -> tuple[Answer, ...]:
+    """The answers of a walking run; none of other runs.
+
+    Parameters
+    ----------
+    metrics : of the run
+    strides : metrics of each whole stride, by its number
+    limits : of the scenario [SI]
+    """
+    if "strides_counted" not in metrics and not strides:
+        return ()
+    worn = any(map(_worn, (metrics, *strides.values())))
+    return (
+        _lift(metrics, strides, limits.toe_clearance),
+        _heel(metrics, strides, limits.contact_pitch),
+        _push_off(metrics, worn, limits),
+        _air(metrics, worn, limits),
+    )
+
+
+def with_draws(
+    answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
+) -> tuple[Answer, ...]:
+    """The answers of a run that was drawn over what is not known; the toe's is the worse of both.
+
+    Parameters
+    ----------
+    answers : of the run itself
+    trips : share of the drawn strides that touch the floor [-]
+    draws : how many were drawn; where none of n trips, fewer than 3/n do with 95 %: (1 − 3/n)^n ≈ 0.05
+    limit : wanted at most, and bad beyond [-]
+    """
+    told = f"Of strides drawn over what is not known, {of_draws(trips, draws)} touch the floor."
+    drawn = at_most(trips, limit)
+    if trips <= 0.0 and 3.0 / max(draws, 1) > limit[0]:
+        drawn = "doubtful"  # too few draws to tell that it is as good as wanted
+    against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
+    return tuple(
+        dataclasses.replace(
+            answer,
+            status=worst([answer.status, drawn]),
+            text=f"{answer.text} {told}",
+            limit=answer.limit + against,
+        )
+        if answer.name == LIFT
+        else answer
+        for answer in answers
+    )
+
+
+def status_of(name: str, value: float, limits: Limits) -> Status | None:
+    """The status of a metric of push-off [the registry's unit]; None of other metrics."""
+    return at_most(value, getattr(limits, AGAINST[name])) if name in AGAINST else None
+
+
+def at_least(value: float, limit: tuple[float, float]) -> Status:
+    """Good from the first limit on, bad below the second."""
+    if not math.isfinite(value):
+        return "unknown"
+    return "good" if value >= limit[0] else "bad" if value < limit[1] else "doubtful"
+
+
+def at_most(value: float, limit: tuple[float, float]) -> Status:
+    """Good up to the first limit, bad beyond the second."""
+    return at_least(-value, (-limit[0], -limit[1]))
+
+
+def worst(statuses: Sequence[Status]) -> Status:
+    """The worst of some; what is unknown hides what is good, and nothing hides what is bad."""
+    if "bad" in statuses or "unknown" not in statuses:
+        return max((each for each in statuses if each != "unknown"), key=WORST.index, default="unknown")
+    return "unknown"
+
+
+# --- toe
+
+
+def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
+    """Toe clearance of all strides that are told; a forefoot that touches the floor trips, too.
+
+    A stride whose clearance is undefined, or less than wanted with the toes less extended, is no good one.
+    """
+    wanted, trips = (_clean(1e3 * each) for each in pair)
+    limit = f"wanted {_number(wanted)} mm, trips below {_number(trips)} mm"
+    if not _has(metrics, "toe_clearance"):
+        return _unknown(LIFT, "the toe clearance is undefined", limit)
+    told = {k: s["toe_clearance"].value for k, s in strides.items() if _has(s, "toe_clearance")}
+    lowest = min([*told.values(), *(metrics[name].value for name in HEIGHTS if _has(metrics, name))])
+    touching = [k for k, s in strides.items() if _touches(s)] if trips >= 0.0 else []
+    short = sorted({k for k, height in told.items() if height < trips}.union(touching))
+    statuses: list[Status] = [at_least(lowest, (wanted, trips))]
+    statuses += ["bad"] if short or (trips >= 0.0 and _touches(metrics)) else []
+    less = metrics.get("toe_clearance_less_extended", math.nan)
+    parts = [_heights(metrics, told, lowest, less)]
+    if lowest >= trips and "bad" in statuses:
+        parts.append("The forefoot touches the floor earlier in swing.")
+    statuses += ["doubtful"] if less < wanted else []
+    if untold := [k for k in strides if k not in told]:
+        parts.append(f"It is undefined in {_numbered(untold)}.")
+        statuses.append("doubtful")
+    status = worst(statuses)
+    if status == "bad":
+        parts.insert(0, _trips(metrics, short, metrics["toe_clearance"].value < trips))
+    return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit)
+
+
+def _heights(metrics: Numbers, told: Mapping[int, float], lowest: float, less: float) -> str:
+    """The clearance of the settled stride, of the first and of the lowest one, as a sentence."""
+    solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
+    parts = [f"{_millimetres(settled)} {'when settled' if solved else 'on average'}"]
+    first = metrics[FIRST].value if _has(metrics, FIRST) else told.get(0)
+    if first is not None:
+        parts.append(f"{_millimetres(first)} in stride 1")
+    text = f"Clearance is {_listed([*parts, f'{_millimetres(lowest)} at the lowest'])}"
+    if math.isfinite(less) and round(less, 1) != round(settled, 1):
+        text += f"; {_millimetres(less)} if the toes extend less"
+    return f"{text}."
+
+
+def _trips(metrics: Numbers, short: Sequence[int], settled: bool) -> str:
+    """In which strides the toe trips."""
+    if "strides_solved" in metrics and (settled or _touches(metrics)):
+        return "It trips when settled."
+    return f"It trips in {_numbered(short)}." if short else "It trips."
+
+
+def _touches(metrics: Numbers) -> bool:
+    return _has(metrics, "swings_with_toe_contact") and metrics["swings_with_toe_contact"].value > 0.0
+
+
+# --- heel
+
+
+def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
+    """Pitch at initial contact, and how many strides begin with the heel."""
+    heel, forefoot = (_clean(math.degrees(each)) for each in pair)
+    limit = f"heel from {_number(heel)}° on, forefoot below {_number(forefoot)}°"
+    if not _has(metrics, "foot_pitch_at_contact"):
+        return _unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
+    pitch = metrics["foot_pitch_at_contact"].value
+    # the contact that stride 0 begins with is where the walk was started, not what a swing came to
+    landed = [
+        s["foot_pitch_at_contact"].value for k, s in strides.items() if k and _has(s, "foot_pitch_at_contact")
+    ]
+    each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
+    told = _landings(each) if landed else ""
+    text = f"The foot lands with its toes {abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{told}."
+    return Answer(HEEL, QUESTIONS[HEEL], worst([*each, at_least(pitch, (heel, forefoot))]), text, limit)
+
+
+def _landings(each: Sequence[Status]) -> str:
+    """Shares of heel, flat foot and forefoot among the landings."""
+    ways = {"good": "with the heel", "doubtful": "with a flat foot", "bad": "with the forefoot"}
+    found = {how: each.count(status) for status, how in ways.items() if status in each}
+    if len(found) == 1:
+        return f"; all {len(each)} landings {next(iter(found))}"
+    shares = [f"{100.0 * count / len(each):.0f} % {how}" for how, count in found.items()]
+    return f"; of {len(each)} landings {_listed(shares)}"
+
+
+# --- push-off
+
+
+def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
+    """Torque and work of the orthosis against push-off; the worse one decides."""
+    torque, work = limits.torque_against_push_off, limits.work_against_push_off
+    limit = f"good up to {torque[0]:g} N·m/kg and {work[0]:g} J/kg, bad beyond {torque[1]:g} or {work[1]:g}"
+    if not worn:
+        return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit)
+    if not any(_has(metrics, name) for name in AGAINST):
+        return _unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
+    each = {
+        name: at_most(metrics[name].value, getattr(limits, key)) if _has(metrics, name) else "unknown"
+        for name, key in AGAINST.items()
+    }
+    parts = []
+    if _has(metrics, "torque_against_push_off_per_mass"):
+        own = metrics["torque_against_push_off_per_mass"].value
+        whole = "torque_against_push_off_10ms"
+        absolute = f"{metrics[whole].value:.1f} N·m, " if _has(metrics, whole) else ""
+        parts.append(f"holds back with {absolute}{own:.3f} N·m/kg")
+    if _has(metrics, "work_against_push_off"):
+        parts.append(f"takes {metrics['work_against_push_off'].value:.4f} J/kg")
+    text = f"The orthosis {_listed(parts)}."
+    status = worst(list[Status](each.values()))
+    if len(set(each.values())) > 1 and status != "unknown":
+        text += f" The {'torque' if each['torque_against_push_off_per_mass'] == status else 'work'} decides."
+    return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit)
+
+
+# --- air
+
+
+def _air(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
+    """Air per stride and minute, and the strides of one bottle."""
+    wanted, few = limits.strides_per_bottle
+    bottle = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
+    limit = f"wanted {wanted:g} strides, too few below {few:g}"
+    if not worn:
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit)
+    if not _has(metrics, "air_per_stride"):
+        return _unknown(AIR, "the air per stride is undefined", limit)
+    grams = metrics["air_per_stride"].value
+    if grams <= 0.0:
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit)
+    minute = (
+        f", {metrics['free_air_per_minute'].value:.1f} l/min (ANR)"
+        if _has(metrics, "free_air_per_minute")
+        else ""
+    )
+    text = f"A stride takes {grams:.3g} g{minute}."
+    if not _has(metrics, "strides_per_bottle"):
+        text += " The run does not hold the strides of a bottle: run it again."
+        return Answer(AIR, QUESTIONS[AIR], "unknown", text, limit)
+    strides = metrics["strides_per_bottle"].value
+    if strides <= 0.0:
+        text += f" {_capital(bottle)} gives none: the supply needs as much pressure."
+        return Answer(AIR, QUESTIONS[AIR], at_least(strides, (wanted, few)), text, limit)
+    lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
+    if _has(metrics, "stride_time"):
+        lasts += f", {_lasting(strides * metrics['stride_time'].value)}"
+    return Answer(
+        AIR,
+        QUESTIONS[AIR],
+        at_least(strides, (wanted, few)),
+        f"{text} {_capital(bottle)} lasts {lasts}.",
+        limit,
+    )
+
+
+def _lasting(seconds: float) -> str:
+    return f"{seconds / 60.0:.0f} min" if seconds >= 600.0 else f"{seconds / 60.0:.1f} min"
+
+
+# --- words
+
+
+def _unknown(name: str, reason: str, limit: str) -> Answer:
+    return Answer(name, QUESTIONS[name], "unknown", f"Not known: {reason}.", limit)
+
+
+def _worn(metrics: Numbers) -> bool:
+    """Whether the leg wears an orthosis with muscles: then its torque and air are told."""
+    return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)
+
+
+def _has(metrics: Numbers, name: str) -> bool:
+    return name in metrics and math.isfinite(metrics[name].value)
+
+
+def _numbered(keys: Sequence[int]) -> str:
+    """Strides counted from the start: "stride 3", "strides 1 to 3 and 7"; key 0 is the first."""
+    numbers = sorted(k + 1 for k in keys)
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    told = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
+    return f"stride{'s' if len(numbers) > 1 else ''} {_listed(told)}"
+
+
+def _listed(parts: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def of_draws(share: float, draws: int) -> str:
+    """A share of draws; where none is found, what it is less than with 95 %: (1 − 3/n)^n ≈ 0.05."""
+    return percent(share) if share > 0.0 else f"none, or fewer than {percent(3.0 / max(draws, 1))},"
+
+
+def percent(share: float) -> str:
+    """A share [-] for people: whole percent from 10 % on, two digits below."""
+    return f"{100.0 * share:.0f} %" if share >= 0.0995 else f"{100.0 * share:.2g} %"
+
+
+def _millimetres(height: float) -> str:
+    return f"{_number(round(height, 1) + 0.0, '.1f')} mm"
+
+
+def _number(value: float, form: str = "g") -> str:
+    return f"{value:{form}}".replace("-", "−")
+
+
+def _clean(value: float) -> float:
+    """A limit without the last digits of its conversion."""
+    return round(value, 9) + 0.0

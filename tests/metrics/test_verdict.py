@@ -1,0 +1,313 @@
+"""The verdict: the four questions, each status, and shipped and spoilt designs judged by hand."""
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import afo_sim
+from afo_sim.metrics.metric import Metric, measured
+from afo_sim.metrics.verdict import QUESTIONS, Answer, verdict, with_draws
+from afo_sim.simulation.recording import Recording
+
+LIMITS = SimpleNamespace(
+    toe_clearance=(0.010, 0.0),
+    contact_pitch=(math.radians(8.0), math.radians(-1.6)),
+    torque_against_push_off=(0.07, 0.14),
+    work_against_push_off=(0.016, 0.032),
+    strides_per_bottle=(2000.0, 1000.0),
+    bottle_volume=0.5e-3,
+    bottle_pressure=300e5,
+)
+GOOD = {
+    "strides_counted": 1.0,
+    "strides_solved": 5.0,
+    "stride_time": 1.2,
+    "toe_clearance": 14.0,
+    "toe_clearance_stride_1": 13.0,
+    "lowest_toe_clearance_first_ten": 12.0,
+    "foot_pitch_at_contact": 20.0,
+    "torque_against_push_off_10ms": 4.2,
+    "torque_against_push_off_per_mass": 0.06,
+    "work_against_push_off": 0.015,
+    "air_per_stride": 0.08,
+    "free_air_per_minute": 3.4,
+    "strides_per_bottle": 2500.0,
+}
+
+
+def numbers(values: Mapping[str, float]) -> dict[str, Metric]:
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+def judge(
+    changes: Mapping[str, float] | None = None,
+    strides: Mapping[int, Mapping[str, float]] | None = None,
+    without: tuple[str, ...] = (),
+    limits: Any = LIMITS,
+) -> dict[str, Answer]:
+    """The verdict of a good walk with some numbers changed."""
+    found = {name: value for name, value in (GOOD | dict(changes or {})).items() if name not in without}
+    each = {k: numbers(of) for k, of in (strides or {}).items()}
+    return {answer.name: answer for answer in verdict(numbers(found), each, limits)}
+
+
+def test_four_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
+    assert list(judge()) == ["lift", "heel", "push_off", "air"] == list(QUESTIONS)
+    assert all(answer.status == "good" for answer in judge().values())
+    assert verdict({"range_of_motion": Metric(20.0, "deg")}, {}, LIMITS) == ()
+
+
+@pytest.mark.parametrize(
+    ("heights", "status"),
+    [
+        ((14.0, 13.0, 12.0), "good"),
+        ((10.0, 10.0, 10.0), "good"),  # what is wanted is enough
+        ((14.0, 13.0, 9.9), "doubtful"),
+        ((9.0, 13.0, 12.0), "doubtful"),
+        ((0.0, 0.0, 0.0), "doubtful"),
+        ((14.0, -0.1, 12.0), "bad"),
+        ((14.0, 13.0, -0.1), "bad"),
+        ((-0.1, 13.0, 12.0), "bad"),
+    ],
+)
+def test_every_stride_must_clear_the_floor(heights: tuple[float, float, float], status: str) -> None:
+    names = ("toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance_first_ten")
+    answer = judge(dict(zip(names, heights, strict=True)))["lift"]
+    assert answer.status == status
+    for height in heights[:2]:
+        assert f"{height:.1f} mm".replace("-", "−") in answer.text
+
+
+def test_it_says_in_which_strides_the_toe_trips() -> None:
+    begun = {k: {"toe_clearance": -5.0 + 2.0 * k} for k in range(5)}  # −5, −3, −1, 1, 3 mm
+    answer = judge({"toe_clearance_stride_1": -5.0, "lowest_toe_clearance_first_ten": -5.0}, begun)["lift"]
+    assert answer.status == "bad" and answer.text.startswith("It trips in strides 1 to 3.")
+    apart = {k: {"toe_clearance": -1.0 if k in (1, 4, 5) else 12.0} for k in range(7)}
+    assert "trips in strides 2, 5 and 6." in judge(strides=apart)["lift"].text.replace(
+        " and 5 and 6", ", 5 and 6"
+    )
+    one = {0: {"toe_clearance": -1.0}, 1: {"toe_clearance": 12.0}}
+    assert judge(strides=one)["lift"].text.startswith("It trips in stride 1.")
+    settled = judge({"toe_clearance": -9.2})["lift"]
+    assert settled.text.startswith("It trips when settled.") and "−9.2 mm" in settled.text
+
+
+def test_a_forefoot_that_touches_the_floor_early_in_swing_trips_too() -> None:
+    touched = {k: {"toe_clearance": 14.0, "swings_with_toe_contact": 100.0 * (k == 1)} for k in range(3)}
+    answer = judge(strides=touched)["lift"]
+    assert answer.status == "bad" and "stride 2" in answer.text and "earlier in swing" in answer.text
+    assert judge({"swings_with_toe_contact": 100.0})["lift"].status == "bad"
+    allowed = SimpleNamespace(**(vars(LIMITS) | {"toe_clearance": (0.010, -0.005)}))
+    assert judge(strides=touched, limits=allowed)["lift"].status == "good"  # whoever allows it may
+
+
+def test_an_open_lift_is_not_called_good() -> None:
+    answer = judge({"toe_clearance_less_extended": -0.5})["lift"]
+    assert answer.status == "doubtful" and "−0.5 mm if the toes extend less" in answer.text
+    assert judge({"toe_clearance_less_extended": 3.0})["lift"].status == "doubtful"  # 10 mm are wanted
+    assert judge({"toe_clearance_less_extended": 10.5})["lift"].status == "good"
+
+
+@pytest.mark.parametrize(
+    ("share", "status"),
+    [(0.0, "good"), (0.02, "good"), (0.021, "doubtful"), (0.1, "doubtful"), (0.11, "bad")],
+)
+def test_drawn_strides_that_trip_make_the_toe_s_answer_worse(share: float, status: str) -> None:
+    told = tuple(judge({}).values())
+    assert told[0].status == "good"
+    found = with_draws(told, share, 500, (0.02, 0.1))
+    words = f"{100 * share:.2g} %" if share else "none, or fewer than 0.6 %,"
+    assert found[0].status == status and f"{words} touch the floor" in found[0].text
+    assert found[1:] == told[1:]
+    assert with_draws([dataclasses.replace(told[0], status="bad")], 0.0, 500, (0.02, 0.1))[0].status == "bad"
+    assert with_draws(told, 0.0, 100, (0.02, 0.1))[0].status == "doubtful"  # none of 100: fewer than 3 %
+    assert judge(strides={0: {"toe_clearance": 12.0}, 1: {"stride_time": 1.0}})["lift"].status == "doubtful"
+    unknown = judge({"toe_clearance": math.nan})["lift"]
+    assert unknown.status == "unknown" and "undefined" in unknown.text and "nan" not in unknown.text
+
+
+@pytest.mark.parametrize(
+    ("pitch", "status"),
+    [(8.0, "good"), (7.9, "doubtful"), (-1.6, "doubtful"), (-1.7, "bad"), (math.nan, "unknown")],
+)
+def test_the_pitch_at_contact_tells_heel_flat_and_forefoot(pitch: float, status: str) -> None:
+    assert judge({"foot_pitch_at_contact": pitch})["heel"].status == status
+
+
+def test_landings_are_counted_and_the_one_that_the_walk_starts_with_is_none() -> None:
+    pitches = {0: -9.0, 1: 20.0, 2: 5.0, 3: 20.0, 4: 20.0}
+    strides = {k: {"foot_pitch_at_contact": pitch, "toe_clearance": 14.0} for k, pitch in pitches.items()}
+    answer = judge(strides=strides)["heel"]
+    assert (
+        answer.status == "doubtful"
+        and "of 4 landings 75 % with the heel and 25 % with a flat foot" in answer.text
+    )
+    strides[4]["foot_pitch_at_contact"] = -9.0
+    assert judge(strides=strides)["heel"].status == "bad"
+    other = SimpleNamespace(**(vars(LIMITS) | {"contact_pitch": (math.radians(4.0), math.radians(-10.0))}))
+    answer = judge(strides=strides, limits=other)["heel"]
+    assert "75 % with the heel" in answer.text and answer.status == "doubtful"  # by these limits, not others
+
+
+@pytest.mark.parametrize(
+    ("torque", "work", "status", "decides"),
+    [
+        (0.07, 0.016, "good", ""),
+        (0.08, 0.015, "doubtful", "torque"),
+        (0.06, 0.020, "doubtful", "work"),
+        (0.08, 0.040, "bad", "work"),
+        (0.15, 0.001, "bad", "torque"),
+        (math.nan, 0.001, "unknown", ""),
+        (math.nan, 0.050, "bad", "work"),
+        (math.nan, math.nan, "unknown", ""),
+    ],
+)
+def test_the_worse_of_torque_and_work_decides(torque: float, work: float, status: str, decides: str) -> None:
+    changes = {"torque_against_push_off_per_mass": torque, "work_against_push_off": work}
+    answer = judge(changes)["push_off"]
+    assert answer.status == status
+    assert (f"The {decides} decides." in answer.text) == bool(decides)
+    if math.isfinite(torque):
+        assert f"4.2 N·m, {torque:.3f} N·m/kg" in answer.text and f"{work:.4f} J/kg" in answer.text
+
+
+@pytest.mark.parametrize(
+    ("strides", "status"), [(2000.0, "good"), (1999.0, "doubtful"), (1000.0, "doubtful"), (999.0, "bad")]
+)
+def test_the_strides_of_a_bottle_judge_the_air(strides: float, status: str) -> None:
+    answer = judge({"strides_per_bottle": strides})["air"]
+    assert answer.status == status
+    assert "0.08 g" in answer.text and "3.4 l/min (ANR)" in answer.text and "0.5 l at 300 bar" in answer.text
+    assert f"{strides:.0f} strides, {strides * 1.2 / 60.0:.0f} min" in answer.text
+
+
+def test_who_wears_nothing_is_hindered_by_nothing_and_takes_no_air() -> None:
+    bare = tuple(
+        name for name in GOOD if name.startswith(("air", "free_air", "torque", "work", "strides_per"))
+    )
+    found = judge(without=bare)
+    assert found["air"].status == found["push_off"].status == "good"
+    assert "nothing is worn" in found["air"].text and "Nothing is worn" in found["push_off"].text
+    off = judge({"air_per_stride": 0.0}, without=("strides_per_bottle",))
+    assert off["air"].status == "good" and "takes any" in off["air"].text
+    before = judge(without=("strides_per_bottle",))["air"]  # a recording of an older version
+    assert before.status == "unknown" and "run it again" in before.text
+
+
+def test_a_bottle_below_the_supply_gives_nothing() -> None:
+    answer = judge({"strides_per_bottle": 0.0})["air"]
+    assert answer.status == "bad" and "gives none: the supply needs as much pressure" in answer.text
+
+
+def test_a_walk_too_short_to_count_is_unknown_in_every_answer() -> None:
+    """What its first stride wears is seen there: it is not told as nothing."""
+    first = {0: numbers({"toe_clearance": 14.0, "air_per_stride": 0.08, "foot_pitch_at_contact": 20.0})}
+    assert {answer.status for answer in verdict({}, first, LIMITS)} == {"unknown"}
+
+
+def test_limits_are_told_as_they_are_and_minus_signs_are_true_ones() -> None:
+    found = judge({"toe_clearance": -3.0, "foot_pitch_at_contact": -5.0})
+    assert found["lift"].limit == "wanted 10 mm, trips below 0 mm"
+    assert found["heel"].limit == "heel from 8° on, forefoot below −1.6°"
+    assert "0.07 N·m/kg and 0.016 J/kg" in found["push_off"].limit
+    assert found["air"].limit == "wanted 2000 strides, too few below 1000"
+    for answer in found.values():
+        assert not re.search(r"-\d", str(answer)) and "nan" not in str(answer)
+    assert "toes 5.0° down" in found["heel"].text
+
+
+# --- designs
+
+DESIGNS: dict[str, tuple[str, dict[str, Any]]] = {
+    "as shipped": ("walk-dropfoot-afo", {}),
+    "trips": ("walk-dropfoot-afo", {"supply.pressure": "2 bar"}),
+    "trips at first": ("walk-dropfoot-afo", {"start.dorsiflexor.fill_time": "0 s"}),
+    "hinders": ("walk-dropfoot-afo-short", {}),
+    "wastes air": (
+        "walk-dropfoot-afo",
+        {"phases.dorsiflexor.inlet": [[0.30, 0.95]], "phases.dorsiflexor.outlet": [[0.0, 1.0]]},
+    ),
+    "nothing": ("walk-dropfoot", {}),
+    "healthy": ("walk-healthy", {}),
+}
+# By the device's physics, before any number: what each design was spoilt to do.
+MEANT = {"trips": ("lift", "bad"), "trips at first": ("lift", "bad"), "hinders": ("push_off", "bad")}
+MEANT |= {"wastes air": ("air", "bad"), "nothing": ("lift", "bad"), "healthy": ("lift", "good")}
+
+
+@pytest.fixture(scope="module")
+def designs() -> dict[str, Recording]:
+    return {name: afo_sim.run(*design) for name, design in DESIGNS.items()}
+
+
+def band(value: float, wanted: float, bad: float) -> str:
+    """A second way to judge: on a line from bad to wanted."""
+    share = (value - bad) / (wanted - bad)
+    return "bad" if share < 0.0 else "good" if share >= 1.0 else "doubtful"
+
+
+def expected(run: Recording) -> dict[str, str]:
+    """The statuses by hand: of strides and columns, limits in figures, litres of a bottle from a text."""
+    heights = [stride["toe_clearance"].value for stride in run.strides.values()]
+    touched = any(stride["swings_with_toe_contact"].value > 0.0 for stride in run.strides.values())
+    pitches = [s["foot_pitch_at_contact"].value for k, s in run.strides.items() if k > 0]
+    found = {
+        "lift": "bad" if touched else band(min(heights), 10.0, 0.0),
+        "heel": band(min(pitches), 8.0, -1.6),
+        "push_off": "good",
+        "air": "good",
+    }
+    if "air_per_stride" in run.metrics:
+        kinds = ["good", "doubtful", "bad"]
+        both = [
+            band(-run.metrics["torque_against_push_off_10ms"].value / 68.5, -0.07, -0.14),
+            band(-run.metrics["work_against_push_off"].value, -0.016, -0.032),
+        ]
+        found["push_off"] = max(both, key=kinds.index)
+        supply = float(str(run.scenario["supply"]["pressure"]).split()[0]) * 1e-5
+        litres = 136.0 - 0.5 * (supply + 1.0)  # of 0.5 l at 300 bar: some 136 l ANR, less what stays in it
+        found["air"] = band(litres * 1.185 / run.metrics["air_per_stride"].value, 2000.0, 1000.0)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DESIGNS)
+def test_designs_are_judged_as_their_strides_are(designs: dict[str, Recording], name: str) -> None:
+    run = designs[name]
+    told = {answer.name: answer.status for answer in run.verdict}
+    assert told == expected(run)
+    if name in MEANT:
+        what, status = MEANT[name]
+        assert told[what] == status
+
+
+@pytest.mark.slow
+def test_the_limits_of_the_scenario_decide(designs: dict[str, Recording]) -> None:
+    """The very same walk, held against other limits."""
+    usual = designs["as shipped"]
+    changed = {
+        "limits.toe_clearance": ["30 mm", "20 mm"],
+        "limits.work_against_push_off": ["0.5 J/kg", "1 J/kg"],
+        "limits.torque_against_push_off": ["0.5 N*m/kg", "1 N*m/kg"],
+        "limits.bottle_volume": "2 l",
+    }
+    run = afo_sim.run("walk-dropfoot-afo", changed)
+    assert run.metrics["toe_clearance"] == usual.metrics["toe_clearance"]
+    told = {answer.name: answer for answer in run.verdict}
+    assert [told[name].status for name in ("lift", "push_off", "air")] == ["bad", "good", "good"]
+    assert "wanted 30 mm, trips below 20 mm" in told["lift"].limit and "2 l at 300 bar" in told["air"].text
+    four = run.metrics["strides_per_bottle"].value / usual.metrics["strides_per_bottle"].value
+    assert four == pytest.approx(4.0, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
+    run = designs["hinders"]
+    (told,) = [each for each in run.summary()["verdict"] if each["name"] == "push_off"]
+    assert set(told) == {"name", "question", "status", "text", "limit"} and told["status"] == "bad"
+    assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
