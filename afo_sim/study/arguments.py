@@ -26,6 +26,7 @@ def plan_of(
     sets: Mapping[str, Any] | None = None,
     seed: int = 0,
     chunk: int = CHUNK,
+    spreads: str = "",
 ) -> Plan:
     """A sweep without a file.
 
@@ -39,6 +40,7 @@ def plan_of(
     constraints : on the parameters, by the names of their columns
     sets : fixed overrides by dotted key
     seed, chunk : as in a sweep's file
+    spreads : of the design "uncertainty", which has no parameters
 
     Returns
     -------
@@ -62,7 +64,8 @@ def plan_of(
         "chunk": chunk,
         "parameters": parameter_tables(parameters),
     }
-    return of_table(pathlib.Path("sweep"), table | ({} if cases is None else {"cases": cases}))
+    table |= {} if cases is None else {"cases": cases}
+    return of_table(pathlib.Path("sweep"), table | ({"spreads": spreads} if spreads else {}))
 
 
 def plain_scenario(scenario: Any) -> str | dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The cases of a sweep: grid, list, random, Latin hypercube, Sobol', Saltelli."""
+"""The cases of a sweep: grid, list, random, Latin hypercube, Sobol', Saltelli, joint draws."""
 
 import math
 import warnings
@@ -20,6 +20,8 @@ RARE = 1e-3  # share of samples within the constraints below which a sweep is re
 JUDGED = 20_000  # … once so many are drawn
 STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is told of a slip
 FEW = 48  # cases that are all checked before the first is run
+
+ROW_BY_ROW = ("list", "uncertainty")  # designs whose parameters hold a value for each case
 
 Columns = dict[str, np.ndarray]
 
@@ -82,7 +84,7 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
     if plan.design == "grid":
         values, dropped = _within(plan, _grid(varied))
-    elif plan.design == "list":
+    elif plan.design in ROW_BY_ROW:
         values, dropped = _within(plan, {p.name: _levels(p) for p in varied})
     elif plan.design == "saltelli":
         values, dropped = _spread(varied, _saltelli(plan, len(varied))), 0
@@ -114,8 +116,8 @@ def _count(plan: Plan) -> int:
     if plan.design == "grid":
         steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
         return math.prod([*levels, *steps])
-    if plan.design == "list":
-        return levels[0]
+    if plan.design in ROW_BY_ROW:
+        return plan.cases or levels[0]
     varied = sum(not isinstance(p.spread, OwnSeed) for p in plan.parameters)
     return (plan.cases or 0) * (2 * varied + 2 if plan.design == "saltelli" else 1)
 
@@ -226,7 +228,7 @@ def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
             file=plan.file,
             field="design",
             value=plan.design,
-            allowed="after: pip install 'afo-sim[sweep]'",
+            allowed="after: pip install 'afo-sim[sweep]', or -e '.[sweep]' in a clone",
         ) from None
     names = [f"x{k}" for k in range(dimensions)]
     problem = {"num_vars": dimensions, "names": names, "bounds": [[0.0, 1.0]] * dimensions}

@@ -9,7 +9,7 @@ import math
 import pathlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,6 +21,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.first_strides import undefined
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.reference import reference_metrics
+from afo_sim.metrics.strides import strides
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
@@ -34,17 +35,22 @@ from afo_sim.study.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
+CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
 AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The end of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings."""
+    """The end of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings.
+
+    `curves` are columns over CYCLE, of the last whole stride, where they were asked for (201,).
+    """
 
     status: str
     reason: str
     metrics: dict[str, Metric]
     warnings: tuple[str, ...] = ()
+    curves: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,28 +274,40 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
         if rollout is not None and rollout.failure is not None:
             return _failed(rollout.failure)
     try:
-        totals, warnings = _told(case, rolled, asked)
+        totals, warnings, curves = _told(case, rolled, asked)
         if asked.reference and case.built.scenario.reference is not None:
             totals = totals | reference_metrics(totals, references.of(case.built.scenario).metrics)
     except Exception as error:
         return _failed(error)
     totals = _undefined(case, totals, asked) | totals
-    return Outcome(
-        OK, "", {name: _finite(m) for name, m in totals.items()}, (*case.built.warnings, *warnings)
-    )
+    finite = {name: _finite(metric) for name, metric in totals.items()}
+    return Outcome(OK, "", finite, (*case.built.warnings, *warnings), curves)
 
 
-def _told(case: Prepared, rolled: Rolled, asked: Asked) -> tuple[dict[str, Metric], tuple[str, ...]]:
-    """Metrics and warnings of a case that has run."""
+def _told(
+    case: Prepared, rolled: Rolled, asked: Asked
+) -> tuple[dict[str, Metric], tuple[str, ...], dict[str, np.ndarray]]:
+    """Metrics, warnings and curves of a case that has run."""
     settled = rolled.settled
-    _, found = examine(case.built, rolled.rollout, transient=False, solved=settled is not None, asked=asked)
+    columns, found = examine(
+        case.built, rolled.rollout, transient=False, solved=settled is not None, asked=asked
+    )
+    curves = _curves(case.built, columns, asked.curves)
     if settled is None:
-        return found.totals, found.warnings
+        return found.totals, found.warnings, curves
     totals, warnings = found.totals | settled_metrics(settled), (*unsettled_warning(settled), *found.warnings)
     if case.first is None or rolled.first is None:
-        return totals, warnings
+        return totals, warnings, curves
     first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked)
-    return totals | first, (*warnings, *left_out)
+    return totals | first, (*warnings, *left_out), curves
+
+
+def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, np.ndarray]:
+    """Columns of the last whole stride over CYCLE."""
+    if not wanted or built.walk is None:
+        return {}
+    whole = strides(columns, built.scenario.timestep, built.body_mass)[-1:]
+    return {name: last.at(name, CYCLE) for last in whole for name in wanted if name in columns}
 
 
 def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> dict[str, Metric]:

@@ -27,6 +27,7 @@ def sweep(
     constraints: Sequence[str] = (),
     seed: int = 0,
     threads: int = 0,
+    spreads: str = "",
 ) -> Results:
     """Many cases of one scenario; killed at any time, the same call goes on from there.
 
@@ -37,12 +38,13 @@ def sweep(
     sets : dotted keys and values that all cases share
     out : folder of the sweep, which it can be resumed from; none is kept by default
     cases : how many, of a sampled design
-    design : "grid", "list", "random", "latin-hypercube", "sobol" or "saltelli"; by default the grid of all
-        values, and "sobol" where the number of cases is given
+    design : "grid", "list", "random", "latin-hypercube", "sobol", "saltelli" or "uncertainty"; by default the
+        grid of all values, and "sobol" where the number of cases is given
     metrics : that are kept; all by default
     constraints : such as "pressure < '3 bar'"; a column is called by the end of its key
     seed : of a sampled design
     threads : as many as processors if 0
+    spreads : of the design "uncertainty", which has no parameters: what is not known, a name or a TOML file
 
     Returns
     -------
@@ -71,6 +73,7 @@ def sweep(
         constraints=constraints,
         sets=sets,
         seed=seed,
+        spreads=spreads,
     )
     with _folder(out) as folder:
         return runner.sweep(plan, folder, threads=threads)

@@ -132,7 +132,18 @@ class OwnSeed:
     """Every case's own seed."""
 
 
-Spread = Range | Choice | Normal | OwnSeed
+@dataclass(frozen=True)
+class Joint:
+    """One value [SI] for each case, drawn together with those of other parameters."""
+
+    values: tuple[float, ...]
+
+    def levels(self) -> np.ndarray:
+        """The values, case by case (n,)."""
+        return np.array(self.values)
+
+
+Spread = Range | Choice | Normal | OwnSeed | Joint
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 from afo_sim.common import assets
 from afo_sim.description.reader import load
 from afo_sim.study.constraint import Constraint
-from afo_sim.study.parameter import Choice, Parameter
+from afo_sim.study.parameter import Choice, Joint, Parameter
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class Plan:
     `cases` is None for grid and list, and
     for saltelli the number of base samples. `metrics` and `keep` are empty where nothing is told: all
     metrics, no recordings. `set` are fixed overrides by dotted key; `parameters` stand in the file's order.
+    `notes` tell what a reader of the sweep minds.
     """
 
     file: pathlib.Path
@@ -33,6 +34,7 @@ class Plan:
     set: dict[str, Any]
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def scenario_name(self) -> str:
@@ -76,7 +78,7 @@ class Plan:
         }
         if parameter.words:
             spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
-        if isinstance(parameter.spread, Choice) and not parameter.words:
+        if isinstance(parameter.spread, Choice | Joint) and not parameter.words:
             spread["values"] = [repr(value) for value in spread["values"]]
         return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
 

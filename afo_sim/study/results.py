@@ -199,7 +199,7 @@ def optional(module: str, extra: str = "sweep") -> Any:
     except ImportError:
         raise InputError(
             f"this needs the library {module.partition('.')[0]}",
-            allowed=f"after: pip install 'afo-sim[{extra}]'",
+            allowed=f"after: pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone",
         ) from None
 
 

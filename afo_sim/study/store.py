@@ -16,7 +16,7 @@ from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
-from afo_sim.study.parameter import Choice, Normal, Range
+from afo_sim.study.parameter import Choice, Joint, Normal, Range
 from afo_sim.study.plan import Plan
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 
@@ -221,4 +221,6 @@ def _spread(spread: Any) -> dict[str, Any]:
         return {"distribution": kind, "centre": spread.centre, "sd": spread.sd}
     if isinstance(spread, Choice):
         return {"distribution": "values", "values": list(spread.values)}
+    if isinstance(spread, Joint):
+        return {"distribution": "joint draw"}
     return {"distribution": OWN_SEED}

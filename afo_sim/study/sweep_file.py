@@ -11,7 +11,7 @@ from pydantic import StrictInt, StrictStr, ValidationError, field_validator
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.quantity import refusal
-from afo_sim.description.reader import PROBLEMS, load, split_key
+from afo_sim.description.reader import load, split_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
@@ -20,9 +20,12 @@ from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter
 from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable
 from afo_sim.study.plan import Plan
+from afo_sim.study.refused import first_error
+from afo_sim.study.uncertainty.joint import joint_parameters
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
-DESIGNS = ("grid", "list", *RANDOM)
+UNCERTAINTY = "uncertainty"  # joint draws of what is not known
+DESIGNS = ("grid", "list", *RANDOM, UNCERTAINTY)
 CHUNK = 32  # cases
 
 
@@ -39,8 +42,9 @@ class SweepFile(StrictTable):
     chunk: StrictInt = Option(default=CHUNK, ge=1)
     constraints: tuple[StrictStr, ...] = ()
     file: StrictStr | None = None
+    spreads: StrictStr | None = None
     set: dict[str, Any] = Option(default_factory=dict)
-    parameters: dict[str, ParameterTable] = Option(min_length=1)
+    parameters: dict[str, ParameterTable] = Option(default_factory=dict)
 
     @field_validator("design")
     @classmethod
@@ -101,7 +105,7 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
         mine = error.field in sets or (error.file is None and error.field)
         field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
-    parameters = _parameters(file, written, base)
+    parameters, notes = _told(file, written, base)
     check_keys(file, parameters, sets)
     constraints = _constraints(file, written, parameters)
     return Plan(
@@ -117,24 +121,46 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
         set=sets,
         parameters=parameters,
         constraints=constraints,
+        notes=notes,
     )
+
+
+def _told(
+    file: pathlib.Path, written: SweepFile, base: Scenario
+) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
+    """The parameters of a sweep, and what to tell of them."""
+    if written.design != UNCERTAINTY:
+        return _parameters(file, written, base), ()
+    return joint_parameters(file, str(written.spreads), base, written.cases or 0, written.seed)
 
 
 def _check_count(file: pathlib.Path, written: SweepFile) -> None:
     """The number of cases, and what else the design asks for or refuses."""
-    counted = written.design in RANDOM
+    joint = written.design == UNCERTAINTY
+    counted = joint or written.design in RANDOM
+    if not joint and not written.parameters:
+        raise InputError(
+            "is missing", file=file, field="parameters", allowed="a table [parameters.NAME] for each"
+        )
+    if joint and written.spreads is None:
+        problem = f"is missing: the design {written.design!r} needs it"
+        raise InputError(problem, file=file, field="spreads", allowed='such as "usual"')
     if counted and written.cases is None:
         raise InputError(f"is missing: the design {written.design!r} needs it", file=file, field="cases")
     for field, refused in (
         ("cases", not counted and written.cases is not None),
         ("file", written.design != "list" and written.file is not None),
-        ("constraints", written.design == "saltelli" and bool(written.constraints)),
+        ("constraints", written.design in ("saltelli", UNCERTAINTY) and bool(written.constraints)),
+        ("parameters", joint and bool(written.parameters)),
+        ("spreads", not joint and written.spreads is not None),
     ):
         if refused:
             problem = f"does not go with the design {written.design!r}"
             if field == "constraints":
-                problem += ": sensitivity indices need every case of it"
-            raise InputError(problem, file=file, field=field, value=getattr(written, field))
+                whose = "joint draws" if joint else "sensitivity indices"
+                problem += f": {whose} need every case of it"
+            value = None if field == "parameters" else getattr(written, field)
+            raise InputError(problem, file=file, field=field, value=value)
 
 
 def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
@@ -239,26 +265,3 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
     problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
     facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
     return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
-
-
-def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
-    """The first validation error, as a message for people."""
-    first = error.errors(include_url=False)[0]
-    facts = first.get("ctx", {})
-    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
-    value = table
-    for part in path:
-        if isinstance(value, list):
-            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
-        else:
-            value = value.get(part) if isinstance(value, dict) else None
-    return InputError(
-        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
-            first["type"], first["msg"]
-        ),
-        file=file,
-        field=".".join(path),
-        value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "")),
-        nearest=facts.get("nearest") or None,
-    )

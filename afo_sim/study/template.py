@@ -30,7 +30,7 @@ description = "the lowest supply pressure that still lifts the foot"
 scenario = "{scenario}"
 
 # How the cases are chosen: "grid" (every combination), "list" (row by row of values), or drawn: "random",
-# "latin-hypercube", "sobol", "saltelli" (for Sobol indices).
+# "latin-hypercube", "sobol", "saltelli" (for Sobol indices), "uncertainty" (what is not known, together).
 design = "grid"
 
 # Number of drawn cases, at least 1; needed where they are drawn, refused for grid and list.
@@ -53,6 +53,9 @@ metrics = ["{metric}", "{other}"]
 
 # CSV file of cases, a column for each parameter without values; for the design "list".
 # file = "cases.csv"
+
+# What is not known, a shipped name or a TOML file; for the design "uncertainty", instead of parameters.
+# spreads = "usual"
 
 # Keys of the scenario that are the same in all cases.
 [set]

@@ -491,10 +491,10 @@ RANDOM = 'design = "random"\ncases = 4'
         ('desing = "sobol"\ncases = 4', "is an unknown key", "design"),
         ('design = "sobol"', "is missing", None),
         ('design = "grid"\ncases = 4', "does not go with the design 'grid'", None),
-        ('design = "random"\ncases = 0', "greater than or equal to 1", None),
+        ('design = "random"\ncases = 0', "at least 1", None),
         ('design = "random"\ncases = 4.5', "is not a whole number", None),
         ('design = "random"\ncases = true', "is not a whole number", None),
-        (RANDOM + "\nseed = -1", "greater than or equal to 0", None),
+        (RANDOM + "\nseed = -1", "at least 0", None),
         (RANDOM + "\nkeep = [4]", "there is no such case", None),
         (RANDOM + "\nkeep = [-1]", "negative", None),
         (RANDOM + '\nmetrics = ["toe_clearence"]', "is no metric", "toe_clearance"),
@@ -633,7 +633,7 @@ def test_two_parameters_for_one_field(first: str, second: str, says: str, tmp_pa
     ("head", "parameters", "says"),
     [
         ('design = "grid"', PRESSURE, "a grid needs it"),
-        ('design = "grid"', PRESSURE + "steps = 1\n", "greater than or equal to 2"),
+        ('design = "grid"', PRESSURE + "steps = 1\n", "at least 2"),
         ('design = "grid"', MASS + 'mean = "75 kg"\nsd = "3 kg"', "does not go with the design 'grid'"),
         ('design = "grid"', PRESSURE + "steps = 10_000_001\n", "`yes_many`"),
         (

@@ -1,0 +1,266 @@
+"""The design's own parameters and the steps that a builder could make, as the description has them.
+
+Each parameter is changed alone, by one step to either side. Where that alone would only tighten or loosen the
+muscles, as `link_length` does, the link follows: a muscle's anchors move, and its length changes, at the
+same tautness at an ankle angle of zero. The sole's stacks under heel and ball go together.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from statistics import fmean
+from typing import Any, Literal
+
+from afo_sim.common.units import in_unit
+from afo_sim.description.orthosis import Chamber, MuscleGroup
+from afo_sim.description.scenario import Scenario
+
+PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa], [m]
+TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]
+RADIUS, CONTRACTION = 0.005, 0.02  # of a pulley [m], [-]
+STIFFNESS, FLOW = 2.0, 1.5  # factors; FLOW of valves and tubes
+LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
+WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
+PARTS = {"shank": "cuff", "foot": "plate"}
+SIDES: tuple[Literal["inlet", "outlet"], ...] = ("inlet", "outlet")
+
+Barred = Literal["", "forbidden", "no air"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One parameter's step to one side.
+
+    name : of the parameter, as "dorsiflexor link_length"
+    before, after : its value with its unit
+    sets : what `--set` takes to make the step
+    barred : "", or why it is not run: a limit forbids it, or no air enters the chamber
+    reason : of that, in words
+    assumed : whether nobody has measured the value before
+    """
+
+    name: str
+    before: str
+    after: str
+    sets: dict[str, Any] = field(default_factory=dict)
+    barred: Barred = ""
+    reason: str = ""
+    assumed: bool = False
+
+
+@dataclass(frozen=True)
+class _Amount:
+    """A number of the description: its key, value [SI], SI unit, and the unit that people use."""
+
+    key: str
+    value: float
+    si: str = ""
+    unit: str = ""
+
+    def text(self, value: float, digits: int = 6) -> str:
+        """A value [SI] as `--set` takes it."""
+        number = in_unit(value, self.si, self.unit) if self.unit else value
+        return f"{round(number, 9) + 0.0:.{digits}g} {self.unit}".rstrip()
+
+    def written(self, value: float) -> Any:
+        """The same; a bare number where there is no unit."""
+        return self.text(value) if self.unit else round(value, 9)
+
+
+def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Step]:
+    """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing.
+
+    Parameters
+    ----------
+    scenario : with an orthosis that has muscles
+    hanging : muscle groups that never pull in this walk; where no air enters their chamber either, only
+        their length and number are tried
+
+    Returns
+    -------
+    list of Step, in the order of the description; the two of a parameter stand together
+    """
+    return [
+        *_supply(scenario),
+        *(step for name in scenario.orthosis.muscle for step in _group(scenario, name, name in hanging)),
+        *(step for name in scenario.orthosis.chamber for step in _timing(scenario, name)),
+        *(step for name in scenario.orthosis.chamber for step in _start(scenario, name)),
+        *(
+            step
+            for name, chamber in scenario.orthosis.chamber.items()
+            for step in _air(scenario, name, chamber)
+        ),
+        *_structure(scenario),
+    ]
+
+
+def takes_air(scenario: Scenario, chamber: str) -> bool:
+    """Whether air can enter a chamber: its inlet opens, or it is filled before the first step."""
+    told = (scenario.phases or scenario.timer), scenario.start
+    times = told[0].chambers.get(chamber) if told[0] else None
+    return bool(times and times.inlet) or bool(told[1] and chamber in told[1].chambers)
+
+
+def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -> Iterator[Step]:
+    """A step down and one up by a difference [SI]; `along` goes the same way (+1) or the other (−1)."""
+    for sign in (-1, 1):
+        value = amount.value + sign * by
+        sets = {amount.key: amount.written(value)}
+        sets |= {other.key: other.written(other.value + sign * way * by) for other, way in along}
+        yield Step(name, amount.text(amount.value), amount.text(value), sets)
+
+
+def _scaled(name: str, amount: _Amount, by: float) -> Iterator[Step]:
+    """A step down and one up by a factor."""
+    for factor in (1.0 / by, by):
+        text = amount.text(amount.value * factor, 4)
+        yield Step(name, amount.text(amount.value), text, {amount.key: text})
+
+
+def _supply(scenario: Scenario) -> Iterator[Step]:
+    pressure = _Amount("supply.pressure", scenario.supply.pressure, "Pa", "bar")
+    names = [n for n in scenario.orthosis.chamber if takes_air(scenario, n)]
+    groups = {n: g for name in names for n, g in scenario.orthosis.muscles_of(name).items()}
+    lower, upper = _added("supply pressure", pressure, PRESSURE)
+    yield lower
+    for name, group in groups.items():
+        limit = group.type.limits.pressure
+        if scenario.supply.pressure + PRESSURE > limit * LIMIT:
+            reason = f"the muscles of {name} are allowed {1e-5 * limit:g} bar"
+            yield dataclasses.replace(upper, barred="forbidden", reason=reason)
+            return
+    yield upper
+
+
+def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
+    """Steps of a muscle group: its length, its number, its muscle, its mounting, its cable."""
+    at, group = f"orthosis.muscle.{name}", scenario.orthosis.muscle[name]
+    if group.link_length is not None:
+        link = _Amount(f"{at}.link_length", group.link_length, "m", "cm")
+        slack = _Amount(f"{at}.slack", group.slack, "m", "cm")
+        loose = group.link_length < LINK <= group.slack  # both act alike: one of them is told
+        yield from _added(f"{name} slack" if loose else f"{name} link_length", slack if loose else link, LINK)
+    for count in (group.count - 1, group.count + 1):
+        yield Step(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
+    reason = f"no air enters {name}, and its muscles hang through all along"
+    idle = hangs and not takes_air(scenario, group.chamber or name)
+    for step in (*_mounting(name, at, group), *_pulley(name, at, group)):
+        yield dataclasses.replace(step, barred="no air", reason=reason) if idle else step
+
+
+def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
+    """Anchors further forward or up, with the link as much longer as the path between them at angle zero."""
+    if group.origin is None or group.insertion is None:
+        return
+    link = _Amount(f"{at}.link_length", group.link_length or 0.0, "m", "cm")
+    for end, axis in itertools.product(("origin", "insertion"), (0, 2)):
+        anchor = group.origin if end == "origin" else group.insertion
+        amount = _Amount(f"{at}.{end}.from_ankle[{axis}]", anchor.from_ankle[axis], "m", "cm")
+        both = _added(f"{name} {end} {WAYS[axis]}, link to match", amount, ANCHOR)
+        for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
+            place = tuple(x + by if k == axis else x for k, x in enumerate(anchor.from_ankle))
+            moved = group.model_copy(update={end: anchor.model_copy(update={"from_ankle": place})})
+            longer = fmean(moved.path_lengths) - fmean(group.path_lengths)
+            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
+    muscle = _Amount(f"{at}.type.total_length", group.type.total_length, "m", "cm")
+    yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
+
+
+def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
+    """A pulley's radius, where there is one, and the cable."""
+    if group.pulley is not None:
+        radius = _Amount(f"{at}.pulley.radius", group.pulley.radius, "m", "cm")
+        begun = _Amount(f"{at}.pulley.initial_contraction", group.pulley.initial_contraction)
+        yield from _added(f"{name} pulley radius", radius, RADIUS)
+        yield from _added(f"{name} initial contraction", begun, CONTRACTION)
+    cable = _Amount(f"{at}.cable.stiffness", group.cable.stiffness, "N/m", "kN/m")
+    yield from _scaled(f"{name} cable stiffness", cable, STIFFNESS)
+
+
+def _timing(scenario: Scenario, chamber: str) -> Iterator[Step]:
+    """Begin and end of every interval in which a chamber's valves are open."""
+    kind = "phases" if scenario.phases is not None else "timer"
+    told = scenario.phases or scenario.timer
+    times = told.chambers.get(chamber) if told is not None else None
+    for side in SIDES if times is not None else ():
+        intervals = getattr(times, side)
+        for k in range(len(intervals)):
+            number = f" {k + 1}" if len(intervals) > 1 else ""
+            for end, word in enumerate(("opens", "closes")):
+                name = f"{chamber} {side}{number} {word}"
+                key = f"{kind}.{chamber}.{side}[{k}][{end}]"
+                for step in _interval(name, key, intervals[k], end, kind):
+                    yield _unless_airless(step, scenario, chamber)
+
+
+def _interval(name: str, key: str, interval: tuple[float, float], end: int, kind: str) -> Iterator[Step]:
+    """Earlier and later begin or end; of gait phases the stride goes round."""
+    if kind == "timer":
+        yield from _added(name, _Amount(key, interval[end], "s", "s"), TIME)
+        return
+    begin, close = interval
+    open_for = 1.0 if close - begin == 1.0 else (close - begin) % 1.0
+    for sign in (-1, 1):
+        amount = _Amount(key, interval[end])
+        value = round((interval[end] + sign * PHASE) % 1.0, 9)
+        value = 1.0 if end == 1 and value == 0.0 else value
+        length = round(open_for + (sign if end == 1 else -sign) * PHASE, 9)
+        reason = "the valve would never open" if length <= 0.0 else ""
+        reason = "the valve would never shut" if length > 1.0 or length == 1.0 > open_for else reason
+        step = Step(name, amount.text(interval[end]), amount.text(value), {key: value})
+        yield dataclasses.replace(step, barred="forbidden", reason=reason) if reason else step
+
+
+def _start(scenario: Scenario, chamber: str) -> Iterator[Step]:
+    """Air before the first step."""
+    begun = scenario.start.chambers.get(chamber) if scenario.start is not None else None
+    if begun is None:
+        return
+    at = f"start.{chamber}"
+    if begun.fill_time is not None:
+        yield from _added(f"{chamber} fill time", _Amount(f"{at}.fill_time", begun.fill_time, "s", "s"), FILL)
+    if begun.pressure is not None:
+        pressure = _Amount(f"{at}.pressure", begun.pressure, "Pa", "bar")
+        yield from _added(f"{chamber} pressure at the start", pressure, PRESSURE)
+
+
+def _air(scenario: Scenario, name: str, chamber: Chamber) -> Iterator[Step]:
+    """Tube and valves of a chamber."""
+    at = f"orthosis.chamber.{name}"
+    found = [
+        *_scaled(f"{name} tube volume", _Amount(f"{at}.tube_volume", chamber.tube_volume, "m^3", "ml"), FLOW)
+    ]
+    for side in SIDES:
+        valve = getattr(chamber, side)
+        unit = "dm^3/(s*bar)"
+        flow = _Amount(f"{at}.{side}.conductance", valve.conductance, "m^3/(s*Pa)", unit)
+        found += _scaled(f"{name} {side} conductance", flow, FLOW)
+    for step in found if chamber.tube_volume > 0.0 else found[2:]:
+        yield _unless_airless(step, scenario, name)
+
+
+def _structure(scenario: Scenario) -> Iterator[Step]:
+    """How cuff and plate give, and the thickness of the plate's sole."""
+    for segment, mounting in scenario.orthosis.anchor.items():
+        at, name = f"orthosis.anchor.{segment}", f"{PARTS[segment]} stiffness"
+        assumed = any(source.kind == "assumed" for source in mounting.provenance.values())
+        found: list[Step] = []
+        if mounting.stiffness is not None:
+            found += _scaled(name, _Amount(f"{at}.stiffness", mounting.stiffness, "N/m", "kN/m"), STIFFNESS)
+        if mounting.stiffening is not None:  # F = a (e^(x/x0) − 1): all of it goes with a
+            force = _Amount(f"{at}.stiffening.force", mounting.stiffening.force, "N", "N")
+            found += _scaled(f"{name}, its force", force, STIFFNESS)
+        yield from (dataclasses.replace(step, assumed=assumed) for step in found)
+    sole = scenario.orthosis.outsole
+    if sole is not None:
+        heel = _Amount("orthosis.outsole.heel_stack", sole.heel_stack, "m", "mm")
+        ball = _Amount("orthosis.outsole.ball_stack", sole.ball_stack, "m", "mm")
+        yield from _added("sole thickness, heel and ball", heel, STACK, (ball, 1))
+
+
+def _unless_airless(step: Step, scenario: Scenario, chamber: str) -> Step:
+    """The step; barred where its chamber never holds air."""
+    if step.barred or takes_air(scenario, chamber):
+        return step
+    return dataclasses.replace(step, barred="no air", reason=f"no air enters {chamber}")

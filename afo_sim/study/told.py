@@ -1,0 +1,80 @@
+"""Studies that a run is told with, as JSON in `Recording.studies`: what to change first, and bands."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.scenario import Scenario
+from afo_sim.simulation.recording import Recording
+from afo_sim.study.effects import effects as effects_of
+
+EFFECTS, UNCERTAINTY = "effects", "uncertainty"
+LEFT_OUT = "left_out"  # key of a study that was not made, with the reason
+USUAL = "usual"  # spreads
+RUNS = 60  # of what to change first, about
+LONGEST = 120.0  # that they may take in a run that did not ask for them in so many words [s]
+Report = Callable[[int, int, str], None]
+
+
+def with_studies(
+    recording: Recording,
+    scenario: Scenario,
+    *,
+    effects: bool = False,
+    draws: int = 0,
+    spreads: str = "usual",
+    report: Report | None = None,
+) -> Recording:
+    """A run of walking together with the studies that are asked for; another run as it is.
+
+    Parameters
+    ----------
+    recording : of the scenario
+    scenario : that ran
+    effects : find out what to change first; left out, with the reason, where it would take over two minutes
+    draws : for bands; none with 0
+    spreads : what is not known: a shipped name, or a TOML file
+    report : called with (done, in all, what)
+    """
+    if not (recording.ok and scenario.walking):
+        return recording
+    if draws > 0:
+        from afo_sim.study.uncertainty.running import uncertainty  # slow to import
+
+        recording = _told(recording, UNCERTAINTY, uncertainty(scenario, recording, draws, spreads, report))
+    if effects and scenario.orthosis.muscle:  # ranked by the verdict, which the bands may have changed
+        recording = _told(recording, EFFECTS, _effects(recording, scenario, report))
+    return recording
+
+
+def _told(recording: Recording, name: str, study: Any) -> Recording:
+    return dataclasses.replace(recording, studies={**recording.studies, name: study})
+
+
+def check_studies(scenario: Scenario, *, draws: int = 0, spreads: str = "usual") -> None:
+    """Refuse studies that cannot be made, before anything is walked.
+
+    Parameters
+    ----------
+    scenario, draws, spreads : as `with_studies` takes them
+
+    Raises
+    ------
+    InputError
+        Bands are asked for where nobody walks, of too few draws, or of spreads that do not fit.
+    """
+    if spreads != USUAL and not draws:
+        problem = "goes with --uncertainty"
+        raise InputError(problem, field="spreads", value=spreads, allowed="--uncertainty 200")
+    if draws:
+        from afo_sim.study.uncertainty.running import check_asked
+
+        check_asked(scenario, draws, spreads)
+
+
+def _effects(recording: Recording, scenario: Scenario, report: Report | None) -> dict[str, Any]:
+    seconds = RUNS * float(recording.timing["wall_seconds"])
+    if seconds > LONGEST:
+        return {LEFT_OUT: f"some {RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"}
+    return effects_of(scenario, recording=recording, report=report).to_json()

@@ -1,0 +1,314 @@
+"""Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.clearance import BELOW
+from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
+from afo_sim.metrics.words import words
+from afo_sim.model.person import person_of
+from afo_sim.simulation.examine import Asked
+from afo_sim.simulation.recording import Recording
+from afo_sim.study.engine import CYCLE, OK, Outcome, outcomes
+from afo_sim.study.pool import processors
+from afo_sim.study.uncertainty import bands
+from afo_sim.study.uncertainty.draw import Column, Draws, draw
+from afo_sim.study.uncertainty.spreads import Held, held, read
+
+FEWEST, MOST = 20, 100_000  # draws
+EVERY = 2  # of CYCLE's phases, that are kept
+CHUNK = 32  # draws that are brought to their end together
+MEASURED_NEXT = 3
+CLEARANCE = "toe_clearance"
+EXPLAINED = (CLEARANCE, "torque_against_push_off", "air_per_stride")
+METRICS = (
+    CLEARANCE,
+    "ball_clearance",
+    "peak_swing_dorsiflexion",
+    "foot_pitch_at_contact",
+    "foot_slap_velocity",
+    "orthosis_peak_dorsiflexion_torque",
+    "torque_covered",
+    "torque_against_push_off",
+    "torque_against_push_off_per_mass",
+    "work_against_push_off",
+    "plantarflexion_lost_at_toe_off",
+    "air_per_stride",
+    "free_air_per_stride",
+)
+HEIGHTS = (CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
+HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
+FOREFOOT = ("ball/height", "toe/height")
+CURVES = ("ankle/angle", *HIGH, ORTHOSIS)
+
+Report = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Draws that have run: their outcomes in order, and those that ended well as a mask (n,)."""
+
+    draws: Draws
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def ok(self) -> np.ndarray:
+        """Mask of the draws that ran to their end (n,)."""
+        return np.array([outcome.status == OK for outcome in self.outcomes])
+
+    @property
+    def heights(self) -> np.ndarray:
+        """What is added to each height of the sole [m] (n,), of all that spreads."""
+        return self.draws.heights(each_stride=False) + self.draws.heights(each_stride=True)
+
+    def metric(self, name: str) -> np.ndarray:
+        """A metric of every draw (n,); NaN where it has none."""
+        found = [float(outcome.metrics.get(name, np.nan)) for outcome in self.outcomes]
+        return np.array(found) + (1e3 * self.heights if name in HEIGHTS else 0.0)
+
+    def curves(self, column: str) -> np.ndarray:
+        """A column of the draws that ended well, over CYCLE (number of them, 201)."""
+        found = np.array([o.curves[column] for o in self.outcomes if o.status == OK])
+        return found + self.heights[self.ok, None] if column in HIGH else found
+
+
+def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
+    """What is drawn for bands; refuses those that cannot be told.
+
+    Parameters
+    ----------
+    scenario : to run
+    count : of draws
+    spreads : what is not known: a shipped name, or a TOML file
+
+    Raises
+    ------
+    InputError
+        Nobody walks, the draws are too few or too many, or the spreads do not fit.
+    """
+    if not scenario.walking:
+        problem = "bands are told of walking, and here nobody walks"
+        raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
+    if not FEWEST <= count <= MOST:
+        problem = "is no number of draws that tells a band from 5 to 95 %"
+        raise InputError(problem, field="draws", value=count, allowed=f"{FEWEST} to {MOST}")
+    found = held(read(spreads), scenario)
+    if not (found.unknowns or found.fits):
+        problem = "this scenario has nothing of what they tell"
+        raise InputError(problem, field="spreads", value=spreads, allowed="spreads of what it has")
+    return found
+
+
+def uncertainty(
+    scenario: Scenario,
+    recording: Recording,
+    draws: int,
+    spreads: str = "usual",
+    report: Report | None = None,
+    *,
+    seed: int = 0,
+    threads: int = 0,
+) -> dict[str, Any]:
+    """Bands of a run's numbers and curves, by drawing all that is not known together.
+
+    Parameters
+    ----------
+    scenario, recording : the run whose bands these are
+    draws : how many
+    spreads : what is not known: a shipped name, or a TOML file
+    report : called with (done, in all, what)
+    seed : of the draws
+    threads : as many as processors if 0
+
+    Returns
+    -------
+    JSON-able dict: `metrics` and `curves` with 5, 50 and 95 % quantiles, `trips`, `groups` with the share of
+    the variance that each explains, `measure_next`, `drawn`, `failed`, `left_out`, `notes`
+
+    Raises
+    ------
+    InputError
+        Nobody walks, too few draws, or the spreads do not fit.
+    """
+    drawn = draw(check_asked(scenario, draws, spreads), scenario, draws, seed)
+    found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
+    return {"spreads": spreads} | told_of(found, recording)
+
+
+def _run(
+    scenario: Scenario, draws: Draws, recording: Recording, report: Report | None, threads: int
+) -> list[Outcome]:
+    """The outcome of each draw, in order."""
+    kept = frozenset(name for name in METRICS if name in recording.metrics)
+    pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
+    asked = Asked(kept, doubts=False, curves=(*CURVES, *pressures))
+    cases = ((k, draws.sets(k)) for k in range(draws.count))
+    found: dict[int, Outcome] = {}
+    for number, outcome in outcomes(scenario.resolved(), cases, threads, CHUNK, asked):
+        found[number] = outcome
+        if report is not None:
+            report(len(found), draws.count, "drawing what is not known")
+    return [found[k] for k in range(draws.count)]
+
+
+def told_of(found: Found, recording: Recording) -> dict[str, Any]:
+    """What draws that have run say, as `uncertainty` returns it.
+
+    Parameters
+    ----------
+    found : draws and their outcomes
+    recording : of the plain run
+    """
+    draws, ok = found.draws, found.ok
+    told: dict[str, Any] = {
+        "draws": draws.count,
+        "seed": draws.seed,
+        "failed": _failed(found),
+        "rejected": draws.rejected,
+        "left_out": list(draws.left_out),
+        "notes": [*draws.notes, *_notes(found, recording)],
+        "drawn": [_drawn(column) for column in draws.columns],
+        "groups": [],
+        "measure_next": [],
+        "metrics": {},
+        "curves": {},
+        "trips": {},
+    }
+    if not ok.any():
+        return told
+    for name in METRICS:
+        values = found.metric(name)[ok]
+        if name in recording.metrics and np.isfinite(values).any():
+            told["metrics"][name] = {
+                "unit": recording.metrics[name].unit,
+                "own": recording.metrics[name].value,
+                "quantiles": bands.quantiles(values[np.isfinite(values)]),
+                "undefined": int(np.count_nonzero(~np.isfinite(values))),
+            }
+    told["phase"] = CYCLE[::EVERY].tolist()
+    kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
+    told["curves"] = {name: bands.quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
+    told["trips"] = _trips(found, recording)
+    shares = {name: _explained(found, name) for name in EXPLAINED if name in told["metrics"]}
+    told["groups"] = _groups(draws, shares)
+    told["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
+    told["measure_next"] = _next(told["groups"])
+    return told
+
+
+def _failed(found: Found) -> dict[str, Any]:
+    """Draws that failed: how many, and each reason in a line with its count, the commonest first."""
+    failed = [outcome for outcome in found.outcomes if outcome.status != OK]
+    reasons = Counter(f"{outcome.status}: {outcome.reason.splitlines()[0]}" for outcome in failed)
+    return {
+        "count": len(failed),
+        "draws": [k for k, outcome in enumerate(found.outcomes) if outcome.status != OK],
+        "reasons": [{"reason": reason, "count": count} for reason, count in reasons.most_common(5)],
+    }
+
+
+def _notes(found: Found, recording: Recording) -> list[str]:
+    """What to mind of these draws."""
+    notes = []
+    restless = sum(
+        any(w.startswith("no stride was found that repeats") for w in o.warnings) for o in found.outcomes
+    )
+    if restless:
+        notes.append(f"{restless} draws have no stride that repeats; theirs is the last that was walked")
+    needed = bands.fewest([group.deviates for group in found.draws.groups])
+    if int(found.ok.sum()) < needed:
+        notes.append(f"the draws are too few to tell what explains the bands: it takes {needed}")
+    for name in METRICS:
+        values = found.metric(name)[found.ok & np.isfinite(found.metric(name))]
+        own = float(recording.metrics.get(name, np.nan))
+        if len(values) and values.min() < values.max() and np.isfinite(own):
+            low, _, high = bands.quantiles(values)
+            if not low <= own <= high:
+                side = "above" if own > high else "below"
+                notes.append(
+                    f"{words(name).label} of this run lies {side} its own band: nearly whatever departs "
+                    "from the run moves it one way"
+                )
+    return notes
+
+
+def _drawn(column: Column) -> dict[str, Any]:
+    """One drawn number: where it stands, its own value and its band [SI], and why it spreads so."""
+    low, middle, high = bands.quantiles(column.values)
+    return {
+        "name": column.name,
+        "keys": list(column.keys),
+        "unit": column.unit,
+        "own": column.own,
+        "quantiles": [low, middle, high],
+        "each_stride": column.table.each_stride,
+        "kind": column.table.kind,
+        "source": column.table.source,
+    }
+
+
+def _trips(found: Found, recording: Recording) -> dict[str, Any]:
+    """Share of the drawn strides whose forefoot comes to a height, and the band of one wearer's own share."""
+    if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in FOREFOOT):
+        return {}
+    stride = _last_stride(recording)
+    first, *_, last = stride.phase[stride.passing]
+    passing = (first <= CYCLE) & (last >= CYCLE)
+    heights = np.min([found.curves(name)[:, passing] for name in FOREFOOT], axis=(0, 2))
+    path = found.draws.heights(each_stride=True)
+    alone = heights - path[found.ok]
+    return {
+        name: {
+            "height": limit,
+            "share": bands.share_below(heights, limit),
+            "of_one": bands.quantiles(bands.shares_of_one(alone, path, limit)),
+        }
+        for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
+    }
+
+
+def _last_stride(recording: Recording) -> Stride:
+    """The stride of the plain run that its metrics are of."""
+    columns, time = recording.columns, recording["time"]
+    mass = _person_mass(recording)
+    whole = strides(columns, float(time[1] - time[0]), mass)
+    return (settled(columns, whole) or whole)[-1]
+
+
+def _person_mass(recording: Recording) -> float:
+    """Body mass of a run's patient [kg]."""
+    return person_of(load("scenario", recording.scenario)).body_mass
+
+
+def _explained(found: Found, name: str) -> bands.Explained | None:
+    values = found.metric(name)
+    whole = np.isfinite(values) & found.ok
+    return bands.explained([group.deviates[whole] for group in found.draws.groups], values[whole])
+
+
+def _groups(draws: Draws, shares: Mapping[str, bands.Explained | None]) -> list[dict[str, Any]]:
+    """Each group with what it explains [-], the one that explains most of the clearance first."""
+    found = [
+        {
+            "name": group.name,
+            "each_stride": group.each_stride,
+            "measure": group.measure,
+            "explained": {name: e.shares[k] for name, e in shares.items() if e is not None},
+        }
+        for k, group in enumerate(draws.groups)
+    ]
+    first = next((name for name, each in shares.items() if each is not None), "")
+    return sorted(found, key=lambda group: -group["explained"].get(first, 0.0))  # type: ignore[attr-defined]
+
+
+def _next(groups: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The groups to measure next: those that explain most of the clearance, and that a measurement tells."""
+    known = [g for g in groups if not g["each_stride"] and g["explained"].get(CLEARANCE, 0.0) > 0.0]
+    return [str(group["name"]) for group in known[:MEASURED_NEXT]]

@@ -1,0 +1,236 @@
+"""Bands of a run: what draws that are alike, spread or fail say of it."""
+
+import dataclasses
+import json
+import pathlib
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.simulation.run import run
+from afo_sim.study.engine import CYCLE
+from afo_sim.study.told import with_studies
+from afo_sim.study.uncertainty.running import check_asked, uncertainty
+
+SHORT = {"timestep": "4 ms", "duration": "4 s"}
+NOTHING = """
+[parameters.muscle_fit]
+fit = "orthosis.muscle.*.type"
+scale = 0.0
+kind = "fitted"
+source = "a test"
+[parameters.{a}]
+key = "orthosis.anchor.*.stiffness"
+distribution = "lognormal"
+factor_sd = 0.0
+kind = "assumed"
+source = "a test"
+[parameters.{b}]
+keys = ["orthosis.chamber.*.inlet.conductance", "orthosis.muscle.*.type.bore"]
+distribution = "normal"
+relative_sd = 0.0
+kind = "assumed"
+source = "a test"
+[parameters.tissue]
+keys = ["patient.passive_scale", "orthosis.muscle.*.type.damping"]
+distribution = "lognormal"
+factor_sd = 0.0
+kind = "assumed"
+source = "a test"
+[parameters.toes]
+key = "leg.toes.swing_extension"
+distribution = "uniform"
+within = "0 deg"
+kind = "assumed"
+source = "a test"
+[parameters.pace]
+key = "gait.stride_time"
+each_stride = true
+distribution = "normal"
+relative_sd = 0.0
+kind = "assumed"
+source = "a test"
+[parameters.path]
+height = "each stride"
+each_stride = true
+distribution = "pearson3"
+sd = "0 mm"
+skew = 0.6
+kind = "assumed"
+source = "a test"
+""".format(a="mounting", b="device")
+PATH = """
+[parameters.path]
+height = "each stride"
+each_stride = true
+distribution = "normal"
+sd = "{sd}"
+kind = "assumed"
+source = "a test"
+"""
+
+
+@pytest.fixture(scope="module")
+def walk() -> Scenario:
+    found: Scenario = load("scenario", "walk-dropfoot-afo", SHORT)
+    return found
+
+
+@pytest.fixture(scope="module")
+def plain(walk: Scenario) -> Recording:
+    return run(walk)
+
+
+def file_of(folder: pathlib.Path, text: str) -> str:
+    file = folder / "spreads.toml"
+    file.write_text(text, encoding="utf-8")
+    return str(file)
+
+
+def test_without_spread_every_draw_is_the_plain_run_to_the_bit(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    found = uncertainty(walk, plain, 20, file_of(tmp_path, NOTHING), threads=1)
+    assert found["failed"]["count"] == 0 and len(found["metrics"]) > 8
+    for name, facts in found["metrics"].items():
+        own = plain.metrics[name].value
+        assert facts["own"] == own and facts["quantiles"] == [own, own, own], name
+    for column, (low, _, high) in found["curves"].items():
+        assert low == high, column
+    assert found["measure_next"] == [] and found["rest"] == {}
+    assert not any("own band" in note for note in found["notes"])
+
+
+def test_curves_are_those_of_the_settled_stride(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    found = uncertainty(walk, plain, 20, file_of(tmp_path, NOTHING), threads=1)
+    solved = plain["gait/solved"] == 1.0
+    progress = (plain["gait/stride"] + plain["gait/phase"])[solved]
+    last = np.floor(progress[-1] + 1e-9) if progress[-1] % 1 < 1e-9 else np.floor(progress[-1])
+    angle = np.interp(last + CYCLE[::2], progress, plain["ankle/angle"][solved])
+    inside = CYCLE[::2] < 0.99
+    assert np.array(found["curves"]["ankle/angle"][1])[inside] == pytest.approx(angle[inside], abs=1e-3)
+
+
+def test_a_height_moves_clearance_and_trips_and_nothing_else(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    # far above the floor and far below it, by turns: half of the strides trip
+    found = uncertainty(walk, plain, 200, file_of(tmp_path, PATH.format(sd="1 m")), threads=1)
+    own = plain.metrics["toe_clearance"].value
+    low, middle, high = found["metrics"]["toe_clearance"]["quantiles"]
+    assert (low, high) == pytest.approx((own - 1644.9, own + 1644.9), abs=30.0)
+    assert middle == pytest.approx(own, abs=10.0)
+    air = found["metrics"]["air_per_stride"]
+    assert air["quantiles"] == [air["own"]] * 3
+    assert found["trips"]["touch"]["share"] == pytest.approx(0.5, abs=0.02)
+    assert found["groups"][0]["explained"]["toe_clearance"] == pytest.approx(1.0, abs=1e-6)
+    assert found["measure_next"] == []  # no measurement takes away what varies
+
+
+def test_a_tiny_path_never_trips_a_foot_that_clears_the_floor(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    found = uncertainty(walk, plain, 20, file_of(tmp_path, PATH.format(sd="0.01 mm")), threads=1)
+    passing = plain.metrics["swings_within_10mm"].value / 100.0  # of the same foot, by its own definition
+    assert found["trips"]["touch"]["share"] == plain.metrics["swings_with_toe_contact"].value / 100.0
+    assert found["trips"]["within_10mm"]["share"] == passing
+
+
+def test_bands_are_of_this_scenario_and_the_same_however_computed(walk: Scenario, plain: Recording) -> None:
+    calls: list[tuple[int, int, str]] = []
+    one = uncertainty(
+        walk, plain, 24, threads=1, seed=5, report=lambda done, of, what: calls.append((done, of, what))
+    )
+    two = uncertainty(walk, plain, 24, threads=2, seed=5)
+    assert json.dumps(one) == json.dumps(two)
+    assert calls[-1][:2] == (24, 24)
+    other = uncertainty(walk, plain, 24, threads=2, seed=6)
+    assert other["metrics"]["toe_clearance"] != one["metrics"]["toe_clearance"]
+
+
+def test_a_cuff_that_is_known_better_gives_a_narrower_band(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    cuff = """
+    [parameters.cuff]
+    key = "orthosis.anchor.shank.stiffness"
+    distribution = "lognormal"
+    factor_sd = {sd}
+    kind = "assumed"
+    source = "a test"
+    """
+    widths = []
+    for sd in (0.05, 0.1, 0.4):
+        found = uncertainty(walk, plain, 30, file_of(tmp_path, cuff.format(sd=sd)), threads=1)
+        low, _, high = found["metrics"]["torque_against_push_off"]["quantiles"]
+        widths.append(high - low)
+        assert found["groups"][0]["explained"]["torque_against_push_off"] > 0.95
+        assert found["measure_next"] == ["cuff"]
+    assert widths[1] == pytest.approx(2.0 * widths[0], rel=0.05)  # small spreads are linear
+    assert widths[2] > 3.0 * widths[1]
+
+
+def test_draws_that_fail_are_counted_with_their_reason(
+    tmp_path: pathlib.Path, walk: Scenario, plain: Recording
+) -> None:
+    # at hundreds of newton metres the ankle goes through its stops; at tens it does not
+    load_of = """
+    [parameters.load]
+    key = "load_moment"
+    distribution = "normal"
+    sd = "200 N*m"
+    kind = "assumed"
+    source = "a test"
+    """
+    found = uncertainty(walk, plain, 40, file_of(tmp_path, load_of), threads=1)
+    failed = found["failed"]
+    assert 0 < failed["count"] < 40 and len(failed["draws"]) == failed["count"]
+    assert sum(one["count"] for one in failed["reasons"]) <= failed["count"]
+    assert failed["reasons"][0]["reason"].startswith("unstable: ")
+    column = found["drawn"][0]
+    assert column["own"] == 0.0 and column["quantiles"][2] == pytest.approx(1.645 * 200.0, rel=0.1)
+
+
+def test_who_wears_nothing_has_bands_of_tissue_and_strides() -> None:
+    walk = load("scenario", "walk-dropfoot", SHORT)
+    found = uncertainty(walk, run(walk), 60, threads=1)
+    assert found["failed"]["count"] == 0 and "air_per_stride" not in found["metrics"]
+    assert "tissue" in found["measure_next"]
+    low, _, high = found["metrics"]["toe_clearance"]["quantiles"]
+    assert high - low > 10.0 and found["left_out"]
+
+
+@pytest.mark.parametrize("count", [-3, 1, 19, 10**7])
+def test_a_number_of_draws_that_tells_nothing_is_refused(walk: Scenario, count: int) -> None:
+    with pytest.raises(InputError, match="20 to 100000"):
+        check_asked(walk, count, "usual")
+
+
+def test_who_does_not_walk_has_no_bands() -> None:
+    with pytest.raises(InputError, match="nobody walks"):
+        check_asked(load("scenario", "seated"), 200, "usual")
+
+
+def test_a_run_keeps_its_bands(tmp_path: pathlib.Path, walk: Scenario, plain: Recording) -> None:
+    told = with_studies(plain, walk, draws=20)
+    kept = read_recording(told.save(tmp_path / "run", rrd=False))
+    assert kept.studies["uncertainty"] == json.loads(json.dumps(told.studies["uncertainty"]))
+    assert plain.studies == {}
+
+
+def test_a_run_that_failed_has_no_bands(walk: Scenario, plain: Recording) -> None:
+    failed = dataclasses.replace(plain, status="failed: a test")
+    assert with_studies(failed, walk, draws=20).studies == {}
+
+
+def test_the_library_tells_the_same() -> None:
+    found = afo_sim.uncertainty("walk-dropfoot-afo", SHORT, draws=20, seed=7)
+    again = afo_sim.uncertainty(load("scenario", "walk-dropfoot-afo"), SHORT, draws=20, seed=7)
+    assert found.studies == again.studies and found.studies["uncertainty"]["seed"] == 7

@@ -1,0 +1,192 @@
+"""Files of spreads: what they say, what is wrong with them, and what a scenario has of it."""
+
+import math
+import pathlib
+
+import numpy as np
+import pytest
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import format_quantity
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.study.engine import outcomes
+from afo_sim.study.uncertainty.spreads import Held, held, read
+
+CUFF = """
+[parameters.cuff]
+key = "orthosis.anchor.shank.stiffness"
+distribution = "lognormal"
+factor_sd = 0.35
+kind = "assumed"
+source = "a test"
+"""
+
+
+@pytest.fixture(scope="module")
+def walk() -> Scenario:
+    found: Scenario = load("scenario", "walk-dropfoot-afo")
+    return found
+
+
+def written(folder: pathlib.Path, text: str) -> pathlib.Path:
+    file = folder / "spreads.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def held_of(folder: pathlib.Path, text: str, scenario: Scenario) -> Held:
+    return held(read(written(folder, text)), scenario)
+
+
+def refused(folder: pathlib.Path, text: str, scenario: Scenario) -> InputError:
+    with pytest.raises(InputError) as caught:
+        held_of(folder, text, scenario)
+    return caught.value
+
+
+def test_every_shipped_file_fits_the_shipped_walk(walk: Scenario) -> None:
+    for name in assets.names("uncertainty"):
+        found = held(read(name), walk)
+        assert found.unknowns and found.fits and not found.left_out and not found.notes
+
+
+def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    text = """
+    [parameters.valve]
+    keys = ["orthosis.chamber.*.inlet.conductance", "orthosis.chamber.*.outlet.conductance"]
+    distribution = "normal"
+    relative_sd = 0.1
+    kind = "assumed"
+    source = "a test"
+    [parameters.links]
+    key = "orthosis.muscle.*.link_length"
+    distribution = "normal"
+    sd = "2 mm"
+    kind = "assumed"
+    source = "a test"
+    [parameters.pace]
+    key = "gait.stride_time"
+    each_stride = true
+    distribution = "normal"
+    relative_sd = 0.03
+    kind = "assumed"
+    source = "a test"
+    """
+    valve, links, pace = held_of(tmp_path, text, walk).unknowns
+    (target,) = valve.targets
+    own = walk.orthosis.chamber["dorsiflexor"].inlet.conductance
+    assert len(target.keys) == 4 and target.own == own
+    assert target.distribution.width == pytest.approx(0.1 * own)
+    assert [each.own for each in links.targets] == pytest.approx([0.112, 0.115])
+    assert [each.distribution.width for each in links.targets] == pytest.approx([0.002, 0.002])
+    assert pace.targets[0].own == pytest.approx(1.0929)  # gait_data/bovi2011_natural.csv
+    assert pace.targets[0].distribution.width == pytest.approx(0.03 * 1.0929)
+
+
+def test_bounds_are_those_of_the_field_and_of_the_table(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    text = """
+    [parameters.tissue]
+    key = "patient.passive_scale"
+    distribution = "lognormal"
+    factor_sd = 0.5
+    at_most = 4.0
+    kind = "assumed"
+    source = "a test"
+    """
+    ((target,),) = (unknown.targets for unknown in held_of(tmp_path, text, walk).unknowns)
+    assert (target.distribution.lower, target.distribution.upper) == (0.0, 4.0)
+
+
+def test_what_is_cut_off_at_a_bound_is_told(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    text = CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'key = "patient.passive_scale"')
+    found = held_of(tmp_path, text.replace("factor_sd = 0.35", "factor_sd = 0.5\nat_most = 1.1"), walk)
+    beyond = 0.5 * math.erfc(math.log(1.1) / 0.5 / math.sqrt(2.0))
+    assert f"{100 * beyond:.0f} %" in found.notes[0]
+
+
+@pytest.mark.parametrize("scenario", ["walk-dropfoot", "walk-healthy"])
+def test_without_an_orthosis_its_parts_are_left_out_and_told(scenario: str) -> None:
+    found = held(read("usual"), load("scenario", scenario))
+    assert {unknown.name for unknown in found.unknowns} >= {"tissue", "toe_extension", "pace", "swing_path"}
+    assert not found.fits
+    assert {line.partition(":")[0] for line in found.left_out} >= {"muscle_fit", "bore", "cuff", "inlet"}
+
+
+def test_a_rigid_cuff_is_left_out(walk: Scenario) -> None:
+    table = walk.resolved()
+    table["orthosis"]["anchor"] = {}
+    found = held(read("usual"), load("scenario", table))
+    told = [line.partition(":")[0] for line in found.left_out]
+    assert "cuff" in told and "plate" in told and "bore" not in told
+
+
+def test_a_recorded_path_has_no_error_of_a_derived_one(walk: Scenario) -> None:
+    recorded = walk.set({"gait.cycle": "opensim_walk"})
+    found = held(read("usual"), recorded)
+    assert "own_walking" not in {unknown.name for unknown in found.unknowns}
+    assert any(line.startswith("own_walking: ") for line in found.left_out)
+
+
+def test_a_speed_has_no_stride_time_beside_it(walk: Scenario) -> None:
+    found = held(read("usual"), walk.set({"gait.speed": "1.3 m/s"}))
+    assert any("gait.stride_time has no value here" in line for line in found.left_out)
+
+
+def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    text = CUFF.replace("orthosis.anchor.shank.stiffness", "orthosis.muscle.*.type.return_stiffness")
+    found = held_of(tmp_path, text, walk)
+    assert not found.unknowns and len(found.left_out) == 2 and "zero" in found.left_out[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "said"),
+    [
+        (CUFF.replace("lognormal", "lognorml"), "parameters.cuff.distribution", "lognorm"),
+        (CUFF.replace("factor_sd", "factr_sd"), "parameters.cuff.factr_sd", "factor_sd"),
+        (CUFF.replace("factor_sd = 0.35", "sd = '1 kN/m'"), "parameters.cuff.sd", "factor_sd"),
+        (CUFF.replace("0.35", "-0.35"), "parameters.cuff.factor_sd", ""),
+        (CUFF.replace("stiffness", "stifness"), "parameters.cuff", "stiffness"),
+        (CUFF.replace("orthosis.anchor.shank.stiffness", "patient"), "parameters.cuff", "number"),
+        (CUFF.replace('kind = "assumed"\n', ""), "parameters.cuff.kind", ""),
+        (CUFF + "fit = 'orthosis.muscle.*.type'\n", "parameters.cuff", "one of"),
+        (CUFF + CUFF.replace("parameters.cuff", "parameters.strap"), "parameters.strap", "'cuff'"),
+        (CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'fit = "orthosis.muscle"'), "", "fit"),
+        ("description = 'nothing'\n", "parameters", ""),
+        ("[parameters]\n", "parameters", ""),
+    ],
+)
+def test_what_is_wrong_names_field_and_what_is_allowed(
+    tmp_path: pathlib.Path, walk: Scenario, text: str, field: str, said: str
+) -> None:
+    error = refused(tmp_path, text, walk)
+    assert error.file == tmp_path / "spreads.toml"
+    assert error.field.startswith(field or "parameters.cuff") and said in str(error)
+
+
+def test_a_width_of_another_dimension_is_refused(tmp_path: pathlib.Path, walk: Scenario) -> None:
+    text = CUFF.replace("lognormal", "normal").replace("factor_sd = 0.35", 'sd = "3 mm"')
+    error = refused(tmp_path, text, walk)
+    assert error.field == "parameters.cuff.sd" and "N/m" in str(error)
+
+
+def test_a_misspelt_name_is_told_with_the_nearest() -> None:
+    with pytest.raises(InputError) as caught:
+        read("usal")
+    assert caught.value.field == "spreads" and caught.value.nearest == "usual"
+
+
+def test_no_usual_spread_lifts_the_toe_whichever_way_it_goes() -> None:
+    """One that did would make a device look safer, the less is known of it."""
+    scenario = load("scenario", "walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"})
+    ways: list[dict[str, str]] = []
+    for unknown in held(read("usual"), scenario).unknowns:
+        for deviate in (-1.0, 1.0):
+            values = [(t, float(t.distribution.at(np.array([deviate]), t.own)[0])) for t in unknown.targets]
+            ways.append({k: format_quantity(value, t.unit) for t, value in values for k in t.keys})
+    found = dict(outcomes(scenario.resolved(), enumerate([{}, *ways]), 1))
+    own, *heights = (float(found[k].metrics["toe_clearance"]) for k in range(len(found)))
+    both = np.array(heights).reshape(-1, 2) - own  # [mm]
+    assert np.abs(both).max() > 2.0
+    assert np.all(both.min(axis=1) <= 0.2)
