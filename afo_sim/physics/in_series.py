@@ -1,0 +1,135 @@
+"""A muscle at rest behind what gives way: its own contraction, and the tension that it then carries.
+
+    κ = κ_path + [F/k + Σ z(n F)]/L0,    F = max(F_static(κ, p), 0)
+
+κ_path is the contraction ratio that the path leaves it, k its cable, z what cuff and plate give under the
+pull of n such muscles. F falls with κ, so the right side less the left falls, too: there is one κ, and
+bisection finds it. The tension is the law's at that κ. A muscle without tension is slack, and κ = κ_path.
+"""
+
+import ctypes
+import functools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+import afo_sim.common.sources  # noqa: F401  # of the code that runs, before a file is edited
+from afo_sim.physics.at_rest import AtRest
+from afo_sim.physics.curves import HALVINGS, crossing
+from afo_sim.physics.jitable import register_all, register_jitable
+from afo_sim.physics.law import MAX_COEFFICIENTS
+from afo_sim.physics.series import anchor_displacement
+from afo_sim.physics.static_force import signed_force
+
+COEFFICIENTS = 16  # place of a row's first coefficient of the law
+SHORTEST = 0.9  # contraction ratio that no muscle reaches
+RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
+
+
+def row(
+    bare: AtRest, cable: float = math.inf, count: float = 1.0, anchors: Sequence[tuple[float, ...]] = ()
+) -> np.ndarray:
+    """Numbers of a muscle behind its cable and at most two anchors, for the functions below.
+
+    Parameters
+    ----------
+    bare : the muscle
+    cable : k [N/m]; infinite for one that does not give
+    count : n, alike muscles that pull on the anchors together
+    anchors : of each its stiffness [N/m], or 0 and then force a [N] and length x0 [m] of a (e^(z/x0) − 1)
+
+    Returns
+    -------
+    array
+    """
+    found = np.zeros(COEFFICIENTS + MAX_COEFFICIENTS)
+    found[:7] = (
+        bare.law,
+        bare.lowest_pressure,
+        bare.return_stiffness,
+        bare.braid_stiffness,
+        bare.braid.nominal_radius,
+        bare.braid.b,
+        bare.braids,
+    )
+    found[7:10] = bare.braid.nominal_length, cable, count
+    found[10:16] = np.ravel([*anchors, RIGID, RIGID][:2])
+    found[COEFFICIENTS : COEFFICIENTS + len(bare.coefficients)] = bare.coefficients
+    return found
+
+
+@register_jitable
+def tension_at(kappa: float, pressure: float, u: Any) -> float:
+    """Tension of the muscle of a row at its own contraction ratio and a gauge pressure [Pa], ≥ 0 [N]."""
+    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, COEFFICIENTS)
+    return 0.0 if force < 0.0 else force  # a NaN comes out here
+
+
+@register_jitable
+def excess(kappa: float, path: float, pressure: float, u: Any) -> float:
+    """κ_path + [F/k + Σ z(n F)]/L0 − κ at an own contraction ratio κ [-]; it falls as κ rises."""
+    force = tension_at(kappa, pressure, u)
+    pull, given = u[9] * force, force / u[8]
+    given += anchor_displacement(pull, u[10], u[11], u[12], 0.0, 0.0, 0.0, 1.0)[0]
+    given += anchor_displacement(pull, u[13], u[14], u[15], 0.0, 0.0, 0.0, 1.0)[0]
+    return path + given / u[7] - kappa
+
+
+@register_jitable
+def balanced(path: float, pressure: float, u: Any) -> float:
+    """Own contraction ratio [-] of the muscle of a row, from that of its path and a gauge pressure [Pa]."""
+    if not path < SHORTEST:
+        return path  # slack, or not a number
+    return crossing(excess, (path, pressure, u), path, SHORTEST, HALVINGS)
+
+
+def tension(path: float, pressure: float, u: np.ndarray) -> float:
+    """Tension [N] at rest of the muscle of a row; uncompiled, for a few points."""
+    return tension_at(balanced(path, pressure, u), pressure, u)
+
+
+def tensions(path: np.ndarray, pressure: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Tension at rest of the muscle of a row, compiled.
+
+    Parameters
+    ----------
+    path : contraction ratio that the path leaves muscle and series elements together [-] (n,)
+    pressure : gauge [Pa] (n,)
+    u : from `row`
+
+    Returns
+    -------
+    [N] (n,), ≥ 0
+    """
+    given = [np.ascontiguousarray(values, dtype=float) for values in (u, path, pressure)]
+    out = np.empty(len(given[1]))
+    _compiled()[0](0.0, *(array.ctypes.data for array in (*given, out)), out.size)
+    return out
+
+
+@functools.cache
+def _compiled() -> list[Any]:
+    """C function of a number that it does not use, row, paths, pressures, where to write, and how many."""
+    from afo_sim.common import machine_code  # LLVM: for many points alone
+
+    pointers = [ctypes.c_void_p] * 4
+    prototype = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, *pointers, ctypes.c_int64)
+    return machine_code.functions("in_series", prototype, (), _compile)
+
+
+def _compile() -> Any:
+    from numba import types  # large: only to compile
+
+    from afo_sim.common import compiling
+
+    def over(unused: float, u: Any, path: Any, pressure: Any, out: Any, size: int) -> float:
+        for k in range(size):
+            out[k] = tension_at(balanced(path[k], pressure[k], u), pressure[k], u)
+        return unused
+
+    register_all()
+    pointers = [types.CPointer(types.float64)] * 4
+    signature = types.float64(types.float64, *pointers, types.int64)
+    return compiling.compile_all((over,), signature, lambda builder, arguments: None)

@@ -1,0 +1,44 @@
+"""The published pin knee as an orthosis: its muscle between femur and tibia, the pin in the ankle's place."""
+
+import numpy as np
+
+from afo_sim.description import reader
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.validation.pin_knee import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
+
+
+def knee_orthosis(test: KneeTest) -> Orthosis:
+    """A test's muscle as a flexor; angles are extension positive, as the ankle's dorsiflexion."""
+    forward, up = map(float, np.subtract(FEMUR_ANCHOR, PIN))
+    table = {
+        "name": f"pin_knee_{test.name}",
+        "range_of_motion": ["-120 deg", "20 deg"],
+        "muscle": {
+            "flexor": {
+                "count": 1,
+                "type": test.muscle.model_dump(mode="json", exclude_none=True),
+                "origin": {"segment": "shank", "from_ankle": [f"{forward} m", "0 m", f"{up} m"]},
+                "insertion": {
+                    "segment": "foot",
+                    "from_ankle": [f"{TIBIA_ANCHOR[0]} m", "0 m", f"{TIBIA_ANCHOR[1]} m"],
+                },
+                "link_length": f"{FITTINGS + test.tendon} m",
+            }
+        },
+        "chamber": {
+            "flexor": {"inlet": "mh1", "outlet": "mh1", "tube_volume": "4 ml", "wall_conductance": "0.5 W/K"}
+        },
+    }
+    return reader.load("orthosis", table)
+
+
+def knee_data() -> dict[str, list[object]]:
+    """The 185 published torques, a group for each test."""
+    found: dict[str, list[object]] = {
+        key: [] for key in ("group", "angle [rad]", "pressure [Pa]", "torque [N*m]")
+    }
+    for name, test in knee_tests().items():
+        found["group"] += [name] * len(test)
+        for key, values in zip(list(found)[1:], (test.angle, test.pressure, test.torque), strict=True):
+            found[key] += values.tolist()
+    return found
