@@ -1,0 +1,129 @@
+"""A run's export: its files, written together or not at all."""
+
+import filecmp
+import os
+import pathlib
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.writing import check_writable, together
+from afo_sim.export.formats import FORMATS, Format, Order
+from afo_sim.simulation.recording import Recording
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written: the files, the one asked for first; how to open it, and what then to mind; notes.
+
+    Notes are on what is not as in the run, or not as was asked for.
+    """
+
+    files: tuple[pathlib.Path, ...]
+    opens: str
+    minds: str
+    notes: tuple[str, ...]
+
+
+def export(
+    recording: Recording,
+    out: str | os.PathLike[str],
+    to: str | None = None,
+    *,
+    rate: float | None = None,
+    columns: Iterable[str] = (),
+    force: bool = False,
+    report: Callable[[int, int], object] = lambda done, total: None,
+) -> Exported:
+    """Write a run as a file of another program; `Recording.export` tells of the arguments.
+
+    Parameters
+    ----------
+    report : called with (rows done, rows in all)
+    """
+    path, kind = _target(pathlib.Path(out), to)
+    patterns = (columns,) if isinstance(columns, str) else tuple(columns)
+    _check_options(kind, rate, patterns)
+    group = [path.name, *(path.stem + ending for ending in kind.beside)]
+    if path.exists() and not force:
+        raise _there(path, path)
+    check_writable(path.parent)
+    with together(path.parent, group) as scratch, warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        notes = kind.write(Order(recording, rate, patterns, report), scratch / path.name)
+        written = [name for name in group if (scratch / name).is_file()]
+        if not force:
+            _check_beside(path, scratch, group)
+    if not recording.ok and kind.rows:
+        notes = (f"the run stopped early, and its rows up to there are written: {recording.status}", *notes)
+    notes = (*(str(warning.message) for warning in told), *notes)
+    return Exported(
+        tuple(path.with_name(n) for n in written), kind.opens.format(name=path.name), kind.minds, notes
+    )
+
+
+def format_of(to: str) -> Format:
+    """The format of a name.
+
+    Raises
+    ------
+    InputError
+        There is none: it lists them, and the nearest one.
+    """
+    if to.removeprefix(".").lower() not in FORMATS:
+        raise unknown(to, FORMATS, field="to", problem="is no format")
+    return FORMATS[to.removeprefix(".").lower()]
+
+
+def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
+    """The file to write, and its format: the one asked for, or that of the file's ending."""
+    if path.is_dir():
+        problem, allowed = "is a folder", f"a file in it, such as {path / 'recording.csv'}"
+        raise InputError(problem, field="out", value=str(path), allowed=allowed)
+    if to is None and path.suffix.removeprefix(".").lower() not in FORMATS:
+        endings = [f".{name}" for name in FORMATS]
+        raise InputError(
+            "has no ending that tells the format",
+            field="out",
+            value=str(path),
+            allowed=f"{', '.join(endings)}; or `to`",
+            nearest=nearest_name(path.suffix, endings),
+        )
+    kind = format_of(path.suffix if to is None else to)
+    if not path.suffix:
+        path = path.with_name(f"{path.name}.{kind.name}")
+    if path.suffix.lower() != f".{kind.name}":
+        problem = f"is not named as {kind.name} is"
+        raise InputError(problem, field="out", value=str(path), allowed=f"a name ending in .{kind.name}")
+    return path, kind
+
+
+def _check_options(kind: Format, rate: float | None, columns: tuple[str, ...]) -> None:
+    """Refuse options that the format has no use for."""
+    if rate is not None and not kind.rows:
+        raise InputError(
+            f"does not go with {kind.name}, which has no rows", field="rate", value=f"{rate:g} Hz"
+        )
+    if columns and not kind.chosen:
+        problem = f"does not go with {kind.name}, whose content is its own"
+        raise InputError(problem, field="columns", value=", ".join(columns))
+
+
+def _check_beside(path: pathlib.Path, scratch: pathlib.Path, group: list[str]) -> None:
+    """Refuse to write over, or remove, a file beside the one asked for; the same metrics may stand there."""
+    for name in group:
+        if path.with_name(name).exists() and not _same(path.with_name(name), scratch / name):
+            raise _there(path, path.with_name(name))
+
+
+def _same(file: pathlib.Path, other: pathlib.Path) -> bool:
+    """Whether two files hold the same, as the metrics beside a run's .sto and .csv do."""
+    return file.is_file() and other.is_file() and filecmp.cmp(file, other, shallow=False)
+
+
+def _there(path: pathlib.Path, file: pathlib.Path) -> InputError:
+    """The refusal to write over a file that is there."""
+    problem = "exists" if file == path else f"would replace {file.name} beside it, which holds something else"
+    allowed = "`force`, which replaces it, or another file with `out`"
+    return InputError(problem, field="out", value=str(path), allowed=allowed)
