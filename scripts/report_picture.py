@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim
-from afo_sim.show import report_figures
+from afo_sim.show import panels, report_figures
 from afo_sim.show.run_view import RunView
+from afo_sim.show.style import RUN_STYLES, STYLE
 from afo_sim.show.style import RUNS as COLOURS
-from afo_sim.show.style import STYLE
 
 RUNS = {
     "walk-healthy": "healthy",
@@ -27,14 +27,16 @@ RUNS = {
     "walk-dropfoot-afo": "with S1's orthosis",
     "walk-dropfoot-afo-short": "on shorter links",
 }
-SIZE, DPI = (report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
+SIZE, DPI = (2.0 * report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
 
 
 def draw(figure: Any, runs: list[RunView]) -> None:
     """The two figures that the report begins with, one above the other."""
     ankle, clearance = figure.subfigures(2, 1)
-    report_figures.draw_ankle(ankle, runs)
-    report_figures.draw_clearance(clearance, runs)
+    report_figures.draw_ankle(ankle.subfigures(1, 2), runs)
+    report_figures.draw_clearance(clearance.subfigures(1, 2), runs)
+    for part in (ankle, clearance):
+        panels.legend(part, (axis for panel in part.subfigs for axis in panel.axes))
 
 
 def main() -> None:
@@ -44,8 +46,8 @@ def main() -> None:
     parser.add_argument("--out", type=pathlib.Path, default=place / "report.png")
     given = parser.parse_args()
     runs = [
-        RunView(label, colour, afo_sim.run(name, {"duration": given.duration}))
-        for (name, label), colour in zip(RUNS.items(), COLOURS, strict=False)
+        RunView(label, colour, afo_sim.run(name, {"duration": given.duration}), None, style)
+        for (name, label), colour, style in zip(RUNS.items(), COLOURS, RUN_STYLES, strict=False)
     ]
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=SIZE, layout="constrained")

@@ -32,7 +32,7 @@ from afo_sim.show.walk_panels import INTERNAL
 SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo", "walk-dropfoot-afo-short")
 PHASES = (0.01, 0.24, 0.50, 0.82)  # of the first settled stride
 # The scene in the viewer's picture: left, top, right, bottom [pixel]. Without valves its pane is taller.
-BARE, WORN = (0, 66, 800, 700), (73, 66, 727, 584)
+BARE, WORN = (7, 66, 793, 688), (140, 66, 660, 478)
 SIZE, GAP = (400, 317), 6  # of each scene, and between two [pixel]
 SEEN = 7.80  # moment of the comparison, left of the plots' legends [strides]
 
@@ -74,7 +74,7 @@ def in_viewer(out: pathlib.Path) -> None:
         write_comparison([folders[-1], folders[0]], both)
         screenshot(both, scratch / "both.png", SEEN * runs[0].metrics["stride_time"].value)
         compared = Image.open(scratch / "both.png").convert("RGB")
-        compared = compared.resize((1280, 720), Image.Resampling.LANCZOS)
+        compared = compared.resize((1200, 675), Image.Resampling.LANCZOS)
     small_png.save(drawn, out / "walk-moments.png")
     small_png.save(compared, out / "walk-compared.png")
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from afo_sim.common.writing import check_writable, settle, together, write_text
 from afo_sim.physics.laws import LAWS
-from afo_sim.show.style import COLOURS, LINE_STYLES, ZERO, paragraph, plain, write_figure
+from afo_sim.show.panels import marked
+from afo_sim.show.style import COLOURS, LINE_STYLES, MARKERS, ZERO, paragraph, plain, write_figure
 from afo_sim.simulation.compare import ANGLE, angle_differences
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
@@ -110,11 +111,13 @@ def _draw_angles(
         degrees = np.degrees(run[ANGLE])
         # where they coincide, the first shows through the gaps of the others
         style = {"color": colours[law], "ls": LINE_STYLES[number % len(LINE_STYLES)], "label": plain(law)}
+        style |= marked(run["time"], MARKERS[number % len(MARKERS)])
         angle.plot(run["time"], degrees, **style)
         rows = min(len(degrees), len(first["time"]))
         difference.plot(run["time"][:rows], degrees[:rows] - np.degrees(first[ANGLE][:rows]), **style)
     angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
-    difference.set_ylabel(f"less that of\n{plain(name)} [deg]")
+    difference.set_title(f"angle less that of {plain(name)}", loc="left")
+    difference.set_ylabel("difference\n[deg]")
     angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
 
 
@@ -129,9 +132,10 @@ def _draw_groups(
     """A line per run and chamber, or per run and first muscle of a group; {group: its line style}."""
     orthosis = next(iter(runs.values())).scenario["orthosis"]
     styles = dict(zip(orthosis[kind], itertools.cycle(LINE_STYLES)))
-    for law, run in runs.items():
+    for number, (law, run) in enumerate(runs.items()):
+        look = {"color": colours[law], "lw": 1.0} | marked(run["time"], MARKERS[number % len(MARKERS)])
         for group, style in styles.items():
             name = group if kind == "chamber" else f"{group}_1"
             values = run[f"{kind}/{name}/{column}"] * factor
-            axis.plot(run["time"], values, color=colours[law], ls=style, lw=1.0)
+            axis.plot(run["time"], values, ls=style, **look)
     return styles

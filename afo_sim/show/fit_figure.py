@@ -14,7 +14,7 @@ from afo_sim.fitting.law_muscle import residual_unit
 from afo_sim.fitting.law_problem import predict, pressure_levels, take
 from afo_sim.fitting.law_ranking import kinds
 from afo_sim.fitting.law_result import StaticFit
-from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
+from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE, plain
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -91,7 +91,7 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
 def _colour(data: Measured, pressure: float) -> Any:
     from matplotlib import colormaps
 
-    return colormaps["viridis"](0.9 * (pressure - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
+    return colormaps[SCALE](SCALE_END * (pressure - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
 
 
 def _line(points: Measured, **columns: np.ndarray) -> Measured:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show.panels import group_curves, mean_and_spread, shade_stance
+from afo_sim.show.panels import group_curves, marked, mean_and_spread, shade_stance
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import LINE_STYLES, MOUNTINGS, ZERO
 
 PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
-SLACK = (0, (1.0, 1.0))  # line style of a muscle that pulls on nothing
+SLACK = ":"  # line style of a muscle that pulls on nothing
 NAMES = {"shank": "cuff", "foot": "plate"}  # of the anchors
 
 
@@ -28,7 +28,8 @@ def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> Non
         for label, muscle, _ in group_curves(run, group, "contraction", "path_length"):
             x, own = run.curves(f"muscle/{muscle}/contraction", over)
             _, force = run.curves(f"muscle/{muscle}/force", over)
-            _own(axis, x, 100.0 * own, force.max(axis=0) <= 0.0, colour, label)
+            look = {"color": colour, "zorder": 3, **marked(x, run.markers[group])}
+            _own(axis, x, 100.0 * own, force.max(axis=0) <= 0.0, label, look)
             path = run.path_contraction(group, muscle, over)
             axis.plot(x, 100.0 * path.mean(axis=0), color=colour, **PATH)
     axis.plot([], [], color="0.4", ls=SLACK, label="slack")
@@ -38,20 +39,22 @@ def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> Non
         shade_stance(axis, run)
 
 
-def _own(axis: Any, x: np.ndarray, values: np.ndarray, slack: np.ndarray, colour: str, label: str) -> None:
+def _own(
+    axis: Any, x: np.ndarray, values: np.ndarray, slack: np.ndarray, label: str, look: dict[str, Any]
+) -> None:
     """A muscle's curves, with a dotted mean where it is slack in every one of them."""
     if len(values) > 1:
         low, high = values.min(axis=0), values.max(axis=0)
-        axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
+        axis.fill_between(x, low, high, color=look["color"], alpha=0.25, lw=0.0, zorder=2)
     mean = values.mean(axis=0)
     if slack.all() or len(x) == 1:
-        axis.plot(x, mean, color=colour, ls=SLACK, label=label, marker="." if len(x) == 1 else None, zorder=3)
+        axis.plot(x, mean, ls=SLACK, label=label, **look)
         return
     reach = slack.copy()  # up to the first taut row, so that no gap is seen
     reach[1:] |= slack[:-1]
     reach[:-1] |= slack[1:]
-    axis.plot(x, np.where(slack, np.nan, mean), color=colour, label=label, zorder=3)
-    axis.plot(x, np.where(reach, mean, np.nan), color=colour, ls=SLACK, zorder=3)
+    axis.plot(x, np.where(slack, np.nan, mean), label=label, **look)
+    axis.plot(x, np.where(reach, mean, np.nan), color=look["color"], ls=SLACK, zorder=3)
 
 
 def displacements(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:

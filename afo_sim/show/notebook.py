@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from html import escape
 
 from afo_sim.description.words import reference
-from afo_sim.fitting import law_report, run_scenario
+from afo_sim.fitting import law_report, run_scenario, torque_report
 from afo_sim.fitting.law_result import StaticFit
 from afo_sim.fitting.run_fit import FitRun
+from afo_sim.fitting.torque_fit import TorqueFit
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
-from afo_sim.show import sweep_tables
+from afo_sim.show import sweep_tables, verdict
 from afo_sim.show.run_figure import draw_angle, draw_torque
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.findings import findings
@@ -21,15 +22,16 @@ from afo_sim.study.search import words as search_words
 from afo_sim.study.search.best import BestDesign
 from afo_sim.study.words import chosen
 
-FEW = 24  # numbers that stand there unfolded
+FEW = 40  # numbers that stand there unfolded
 WIDTH = 380  # of a figure [px]
 RIGHT, LEFT = "text-align: right", "text-align: left"
+EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer
 BEST_CASES = 3  # of a sweep, for each metric
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
-def html(result: Recording | Results | BestDesign | StaticFit | FitRun) -> str:
+def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueFit) -> str:
     """A result as one HTML element that needs nothing outside itself."""
     if isinstance(result, Recording):
         return recording_html(result)
@@ -41,13 +43,16 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun) -> str:
         return _element(repr(result), tables, lines)
     if isinstance(result, StaticFit):
         return _element(repr(result), law_report.tables(result), law_report.remarks(result))
+    if isinstance(result, TorqueFit):
+        return _element(repr(result), torque_report.tables(result), torque_report.remarks(result))
     return _element(repr(result), run_scenario.tables(result), run_scenario.remarks(result))
 
 
 def recording_html(recording: Recording) -> str:
-    """Status, warnings, numbers and two figures of a run; of one without rows there are no figures."""
+    """Status, verdict, warnings, numbers and two figures of a run; without rows there are no figures."""
     rows = len(recording["time"]) if "time" in recording.columns else 0
     parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
+    parts += [_verdict(recording)] if recording.verdict else []
     parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
     parts += [
         f"<div>{escape(sentence)}</div>"
@@ -58,6 +63,17 @@ def recording_html(recording: Recording) -> str:
     if recording.metrics:
         parts.append(_numbers(recording.metrics))
     return f"<div>{''.join(parts)}</div>"
+
+
+def _verdict(recording: Recording) -> str:
+    """The four answers, a line each."""
+    rows = "".join(
+        f'<tr><td style="{LEFT}; white-space: nowrap; border-left: 6px solid {EDGES[answer.status]}"><b>'
+        f'{escape(verdict.badge(answer))}</b></td><td style="{LEFT}"><b>{escape(answer.question)}</b> '
+        f"{escape(answer.text)} <small>Limit: {escape(verdict.limit(recording, answer))}.</small></td></tr>"
+        for answer in recording.verdict
+    )
+    return f"<table>{rows}</table>"
 
 
 def _element(head: str, tables: Sequence[Table], lines: Sequence[str]) -> str:

@@ -21,6 +21,7 @@ UNSEEN = (
     "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
 )
 CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
+NUMBERS = "the numbers are"  # of a note of which strides they are
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
 SAME_MASS, SAME_HEIGHT = 0.05, 0.01
@@ -77,6 +78,25 @@ def cautions(
     return [*lifted, *doubts(scenario, metrics, strides)]
 
 
+def decisive(
+    scenario: Mapping[str, Any],
+    metrics: Mapping[str, Metric],
+    strides: Mapping[int, Mapping[str, Metric]],
+) -> list[str]:
+    """What may change what a reader of the verdict decides, and is not said there; each as short as can be.
+
+    Parameters are those of `cautions`.
+    """
+    over = reference(scenario)
+    lifted = []
+    if "lift_over_reference" in metrics and over:
+        lifted = [f"{number(round(metrics['lift_over_reference'].value), '')} mm of lift over {over}"]
+    known = doubts(scenario, metrics, strides)
+    if "strides_solved" in metrics:
+        known = [note for note in known if not note.startswith(NUMBERS)]  # the verdict tells each stride
+    return [*lifted, *known, *of_walker(scenario)]
+
+
 def doubts(
     scenario: Mapping[str, Any],
     metrics: Mapping[str, Metric],
@@ -93,20 +113,18 @@ def doubts(
             if "strides_solved" in metrics
             else _walked(metrics, strides)
         )
-        found.append(f"the numbers are {of}; the wearer walks the first ones too{_from_start(strides)}")
+        found.append(f"{NUMBERS} {of}; the wearer walks the first ones too{_from_start(strides)}")
     slap = metrics.get("foot_slap_velocity")
     recorded = (scenario.get("ground") or {}).get("mode", "recorded") == "recorded"
     if recorded and slap is not None and slap.value > SLAPS:
         found.append(
-            f"after heel strike the foot comes down at {slap.value:.0f} °/s, since the recorded force acts "
-            "whatever the foot does: believe swing, and look at landing and stance with "
-            "--set ground.mode=contact"
+            f"no floor stops the foot ({slap.value:.0f} °/s): believe swing, not landing "
+            "(--set ground.mode=contact)"
         )
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         found.append(
-            "how far the cuff gives is assumed (orthosis.anchor.shank), and torque and lift hang on it: "
-            "run it with half and double too"
+            "how far the cuff gives is assumed (orthosis.anchor.shank) and decides: run half and double"
         )
     return found
 
@@ -129,10 +147,8 @@ def of_walker(scenario: Mapping[str, Any]) -> list[str]:
         return []
     found = [f"the gait cycle was imported with a warning: {warning}" for warning in cycle.warnings]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
-        found.append(
-            "the ankle's path of this gait is derived, not recorded: a clearance is good to some 8 mm, a "
-            "difference between two runs to much less; try a recorded walker too (afo-sim list gaits)"
-        )
+        told = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
+        found.append(told)
     mass = body_mass(scenario)
     if abs(cycle.body_mass / mass - 1.0) > SAME_MASS:
         found.append(

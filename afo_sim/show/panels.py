@@ -9,13 +9,25 @@ import numpy as np
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
-from afo_sim.show.style import LINE_STYLES, MOMENTS, NORM, SOLE, STANCE, ZERO, plain
+from afo_sim.show.style import (
+    GREY,
+    LINE_STYLES,
+    MOMENT_STYLES,
+    MOMENTS,
+    NORM,
+    SOLE,
+    STANCE,
+    ZERO,
+    plain,
+)
+from afo_sim.show.unknown_band import unknown_band
 
-RECORDED = {"color": "black", "lw": 1.0, "ls": (0, (4, 2)), "label": "healthy trial, recorded", "zorder": 4}
+HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked
 NORM_LABEL = "norm: published means"
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 STILL = 1e-6  # range below which an angle is no motion [deg]
 LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+EVERY = 0.13  # of the axis' diagonal, from marker to marker
 SETTLED = "settled"  # beside the line at which settled strides begin
 SIDES = ("inlet", "outlet")
 OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
@@ -33,10 +45,12 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
     for run in runs:
         x, values = run.curves("ankle/angle", over)
-        mean_and_spread(axis, np.degrees(values), run.colour, run.name, x)
+        mean_and_spread(axis, np.degrees(values), run.colour, run.name, x, run.style)
+        if over == "cycle":
+            unknown_band(axis, run, "ankle/angle", 180.0 / np.pi)
     if first.walks and (over == "cycle" or len(runs) == 1):
         x, values = first.curves("gait/ankle_angle", over)
-        axis.plot(x, np.degrees(values.mean(axis=0)), **RECORDED)
+        axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.healthy)
     axis.set_ylabel(f"{first.joint} angle [deg]\n{_directions(first, over)}")
     if over == "time":
         _keep_still(axis, runs)
@@ -64,18 +78,7 @@ def _mark_range(axis: Any, run: RunView) -> None:
         return
     limits = run.recording.scenario["orthosis"]["range_of_motion"]
     low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
-    axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0)
-    axis.annotate(
-        "orthosis' range of motion",
-        (1.0, high),
-        xycoords=axis.get_yaxis_transform(),
-        xytext=(-4.0, -3.0),
-        textcoords="offset points",
-        ha="right",
-        va="top",
-        fontsize=8.0,
-        color="0.4",
-    )
+    axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
 
 
 def moments(axis: Any, runs: Sequence[RunView]) -> None:
@@ -91,7 +94,8 @@ def moments(axis: Any, runs: Sequence[RunView]) -> None:
             time, values = run.curves(f"ankle/moment/{name}", "time")
             if name in OF_WALKING and not run.walks and not values.any():
                 continue
-            mean_and_spread(axis, values, colour, name if single else run.name, time)
+            style = MOMENT_STYLES.get(name, "-") if single else run.style
+            mean_and_spread(axis, values, colour, name if single else run.name, time, style)
     axis.set_ylabel(f"{first.joint} moment [N·m]\n{first.positive} +")
     if single:
         shade_stance(axis, first)
@@ -106,7 +110,7 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
     for name, colour in SOLE.items():
         axis.plot(time, 1e3 * healthy[name], color=colour, ls="--", lw=0.8)
         mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time)
-    axis.plot([], [], color="0.4", ls="--", lw=0.8, label="healthy")
+    axis.plot([], [], color=GREY, ls="--", lw=0.8, label=run.healthy)
     axis.set_ylabel("height of the sole\nabove the floor [mm]")
     shade_stance(axis, run)
 
@@ -120,10 +124,12 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run."""
     run = runs[0]
     x, supply = run.curves("supply/pressure", over)
-    axis.plot(x, 1e-5 * supply.mean(axis=0), color="0.5", lw=0.8, ls="--", label="supply")
+    axis.plot(x, 1e-5 * supply.mean(axis=0), color=GREY, lw=0.8, ls="--", label="supply")
     for name in run.chambers:
         x, values = run.curves(f"chamber/{name}/pressure", over)
-        mean_and_spread(axis, 1e-5 * values, run.colours[name], plain(name), x)
+        mean_and_spread(axis, 1e-5 * values, run.colours[name], plain(name), x, marker=run.markers[name])
+        if over == "cycle":
+            unknown_band(axis, run, f"chamber/{name}/pressure", 1e-5, run.colours[name])
     axis.set_ylabel("gauge pressure\n[bar]")
     if over == "time":
         shade_stance(axis, run)
@@ -158,7 +164,7 @@ def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     for group in run.groups:
         for label, muscle, style in group_curves(run, group, "force"):
             x, values = run.curves(f"muscle/{muscle}/force", over)
-            mean_and_spread(axis, values, run.colours[group], label, x, style)
+            mean_and_spread(axis, values, run.colours[group], label, x, style, run.markers[group])
     axis.set_ylabel("muscle force\n[N]")
     if over == "time":
         shade_stance(axis, run)
@@ -177,7 +183,13 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
 
 
 def mean_and_spread(
-    axis: Any, values: np.ndarray, colour: str, label: str | None, x: np.ndarray, style: str = "-"
+    axis: Any,
+    values: np.ndarray,
+    colour: str,
+    label: str | None,
+    x: np.ndarray,
+    style: Any = "-",
+    marker: str | None = None,
 ) -> None:
     """Mean of the strides as a line, lowest to highest as a band; one row is a line.
 
@@ -188,15 +200,19 @@ def mean_and_spread(
     colour, label : of the line; the label as a figure can show it
     x : abscissa (n,)
     style : of the line
+    marker : at a few places along it, so that its colour alone does not tell it from others
     """
     if len(values) > 1:
         low, high = values.min(axis=0), values.max(axis=0)
         axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
-    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, marker=_dot(x), zorder=3)
+    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, zorder=3, **marked(x, marker))
 
 
-def _dot(x: np.ndarray) -> str | None:
-    return "." if len(x) == 1 else None
+def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
+    """Markers of a line at every EVERY of the axis' width; a dot for a single row."""
+    if len(x) == 1:
+        return {"marker": "."}
+    return {"marker": marker, "markevery": EVERY, "ms": 3.2} if marker else {}
 
 
 def shade_stance(axis: Any, run: RunView) -> None:
@@ -220,15 +236,29 @@ def _mark_settled(axis: Any, time: float) -> None:
     axis.vlines(time, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
     if any(text.get_text() == SETTLED for other in axis.figure.axes for text in other.texts):
         return
-    look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 7.0, "color": "0.4"}
+    look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 8.0, "color": "0.3"}
+    look |= {"zorder": 6, "bbox": {"facecolor": "white", "alpha": 0.85, "lw": 0.0, "pad": 0.6}}
     axis.annotate(SETTLED, (time, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
 
 
-def legend(figure: Any, axes: Iterable[Any]) -> None:
-    """One legend above all panels, each name once."""
+def keys(axes: Iterable[Any]) -> dict[str, Any]:
+    """{name: what it is drawn as} of all panels, each name once."""
     found: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)
+    return found
+
+
+def share_scale(axes: Sequence[Any]) -> None:
+    """One scale of the ordinate for panels that stand in figures of their own."""
+    limits = [axis.get_ylim() for axis in axes]
+    for axis in axes:
+        axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+
+
+def legend(figure: Any, axes: Iterable[Any]) -> None:
+    """One legend above all panels, each name once."""
+    found = keys(axes)
     if found:
         figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=3)

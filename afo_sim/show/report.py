@@ -1,12 +1,13 @@
 """A report of one run or of several side by side: one HTML file that needs nothing outside itself."""
 
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
 from afo_sim.description.words import reference, worn
 from afo_sim.metrics.words import in_short
+from afo_sim.show import bands, effects, verdict
 from afo_sim.show.numbers import doubts, of_walker
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.report_tables import (
@@ -17,8 +18,9 @@ from afo_sim.show.report_tables import (
     sources,
     stride_tables,
 )
+from afo_sim.show.report_words import headed
 from afo_sim.show.run_view import RunView
-from afo_sim.show.style import RUNS
+from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation.recording import read_recording
 
 NAME = "report.html"
@@ -81,7 +83,10 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
         name if names.count(name) == 1 else str(folder) for name, folder in zip(names, folders, strict=True)
     ]
     recordings = [read_recording(folder) for folder in folders]
-    return [RunView(*each, TIME_POINTS) for each in zip(labels, RUNS, recordings, strict=False)]
+    return [
+        RunView(label, colour, recording, TIME_POINTS, style)
+        for label, colour, recording, style in zip(labels, RUNS, recordings, RUN_STYLES, strict=False)
+    ]
 
 
 def remarks(runs: Sequence[RunView]) -> list[str]:
@@ -103,11 +108,20 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     return found
 
 
-def _notes(run: RunView) -> list[str]:
-    """What the terminal notes of a run, too: what of its numbers is not to be believed, or is left out."""
-    recording = run.recording
-    told = doubts(recording.scenario, recording.metrics, recording.strides)
-    return [*told, *of_walker(recording.scenario)]
+def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple[str, str]]]]:
+    """What the terminal notes of runs, too: what of their numbers is not to be believed, or is left out.
+
+    Each with its head, for each run that has any; those of every run once, under None.
+    """
+    told = []
+    for recording in (run.recording for run in runs):
+        found = doubts(recording.scenario, recording.metrics, recording.strides)
+        told.append([*found, *of_walker(recording.scenario)])
+    common = [note for note in told[0] if len(runs) > 1 and all(note in others for others in told)]
+    own = [[note for note in notes if note not in common] for notes in told]
+    for run, notes in [(None, common), *zip(runs, own, strict=True)]:
+        if notes:
+            yield run, [headed(note) for note in notes]
 
 
 def _worn_differently(runs: Sequence[RunView]) -> list[str]:
@@ -143,9 +157,13 @@ def page(runs: Sequence[RunView]) -> str:
     return environment.get_template(TEMPLATE).render(
         title=title,
         runs=runs,
+        verdicts=verdict.of_report(runs),
+        effects=effects.of_report(runs),
+        bands=bands.of_report(runs),
         in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],
-        notes=[(run, _notes(run)) for run in runs],
-        remarks=remarks(runs),
+        notes=list(_notes(runs)),
+        remarks=[headed(remark) for remark in remarks(runs)],
+        warnings=[(run, headed(warning)) for run in runs for warning in run.recording.warnings],
         scenario=list(scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
         over_time=list(figures_over_time(others)) if others else [],

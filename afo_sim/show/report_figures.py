@@ -1,5 +1,11 @@
-"""The figures of a report: panels arranged for one run or several, as SVG text that stands in a page."""
+"""The figures of a report: a panel for each quantity or run, as SVG text that stands in a page.
 
+Every panel is a drawing of its own, as wide as a telephone's page. On a wide page and on paper they stand
+side by side, on a narrow one below one another, so that their letters are never smaller than drawn and no
+figure is drawn twice. The legend is the page's own text, with a drawn sample before each name.
+"""
+
+import html
 import io
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -7,77 +13,146 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from afo_sim.show import muscle_panels, panels, walk_panels
+from afo_sim.show.contrast import ink
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import STYLE, plain
 
-WIDTH = 7.6  # [inch]
-ACROSS = 3  # panels side by side, at most
+WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
+KEY = (0.36, 0.13)  # of a legend's sample [inch]
+MINUS = str.maketrans("-", "−")
 
 MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
+Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for each panel
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """One figure of a report, with its caption."""
+    """One figure of a report, with its caption.
 
-    svg: str
+    panels : SVG text of each
+    keys : (sample as SVG text, name) of the legend
+    """
+
+    panels: tuple[str, ...]
+    keys: tuple[tuple[str, str], ...]
     title: str
     text: str
 
 
-def svg(name: str, size: tuple[float, float], fill: Callable[[Any], None]) -> str:
-    """Draw a figure as an SVG element that needs nothing outside itself.
+def svgs(
+    name: str, count: int, height: float, title: str, fill: Callable[[Sequence[Any]], None]
+) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
+    """Draw panels as SVG elements that need nothing outside themselves, and their common legend.
 
     Parameters
     ----------
     name : of the figure; all ids within begin with it, so that several figures may stand in one page
-    size : width, height [inch]
-    fill : called with a Matplotlib figure
+    count : of panels
+    height : of a panel [inch]
+    title : of the figure, for those who do not see it; each panel's curves are told after it
+    fill : called with a Matplotlib figure for each panel
+
+    Returns
+    -------
+    panels, and (sample, name) of the legend
     """
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
     with matplotlib.rc_context({**STYLE, "svg.fonttype": "path", "svg.hashsalt": name}):
-        figure = Figure(figsize=size, layout="constrained")
-        fill(figure)
-        page = io.StringIO()
-        figure.savefig(page, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
+        fill(figures)
+        drawn = [_svg(f"{name}{k}", title, figure) for k, figure in enumerate(figures, 1)]
+        found = panels.keys(axis for figure in figures for axis in figure.axes)
+        samples = [_sample(f"{name}-key{k}", handle) for k, handle in enumerate(found.values(), 1)]
+    return tuple(drawn), tuple(zip(samples, map(_unescaped, found), strict=True))
+
+
+def _svg(name: str, title: str, figure: Any) -> str:
+    """A panel as an SVG element that tells its title and its curves."""
+    told = "".join(
+        f'<{tag} id="{name}-{tag}">{html.escape(words)}</{tag}>'
+        for tag, words in (("title", title), ("desc", described(figure)))
+    )
+    names = f'role="img" aria-labelledby="{name}-title {name}-desc"'
+    return re.sub(r"<svg ([^>]*)>", lambda tag: f"<svg {names} {tag[1]}>{told}", _text(name, figure), count=1)
+
+
+def _text(name: str, figure: Any) -> str:
+    """A figure as an SVG element without size, whose ids begin with a name."""
+    page = io.StringIO()
+    figure.savefig(page, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
     text = page.getvalue()
     text = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     text = re.sub(r'(id="|href="#|url\(#)', rf"\1{name}-", text)
     return re.sub(r'\b(width|height)="[\d.]+pt" ?', "", text, count=2)
 
 
-def draw_ankle(figure: Any, runs: Sequence[RunView]) -> None:
+def described(figure: Any) -> str:
+    """Each named curve of a figure's panels in words: of what over what, from where to where."""
+    found = []
+    for axis in figure.axes:
+        ranges = []
+        for line in axis.lines:
+            label, values = str(line.get_label()), np.asarray(line.get_ydata(), float)
+            if not label.startswith("_") and np.isfinite(values).any():
+                low, high = (f"{end(values):.3g}".translate(MINUS) for end in (np.nanmin, np.nanmax))
+                ranges.append(f"{_unescaped(label)} {low} to {high}")
+        words = (" ".join(text.split()) for text in (axis.get_title(loc="left"), axis.get_ylabel()) if text)
+        if ranges:
+            found.append(f"{_unescaped(', '.join(words))}: {'; '.join(ranges)}.")
+    return " ".join(found)
+
+
+def _unescaped(text: str) -> str:
+    """A text as it was before `plain` kept it from being read as mathematics."""
+    return text.replace(r"\$", "$").strip()
+
+
+def _sample(name: str, handle: Any) -> str:
+    """What a legend shows of a line or an area, as SVG text."""
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Rectangle
+
+    figure = Figure(figsize=KEY)
+    if isinstance(handle, Line2D):
+        line = Line2D([0.0, 0.5, 1.0], [0.5, 0.5, 0.5])
+        line.update_from(handle)
+        line.set(transform=figure.transFigure, markevery=[1], linewidth=max(handle.get_linewidth(), 1.0))
+        line.set(clip_on=False, clip_path=None)
+        figure.add_artist(line)
+    else:
+        colour = np.ravel(handle.get_facecolor())
+        figure.add_artist(Rectangle((0.0, 0.1), 1.0, 0.8, color=colour, lw=0.0, transform=figure.transFigure))
+    return _text(name, figure).replace("<svg ", '<svg class="key" aria-hidden="true" ', 1)
+
+
+def draw_ankle(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """Ankle angle and internal moment over the gait cycle, each with the norm's band."""
-    angle, moment = figure.subplots(1, 2)
+    angle, moment = (figure.subplots() for figure in figures)
     panels.angle(angle, runs, "cycle")
     walk_panels.over_cycle(angle, runs[0].toe_off, angle.get_ylabel())
     walk_panels.internal_moment(moment, runs)
     angle.set_title("ankle angle", loc="left")
     moment.set_title("ankle moment", loc="left")
-    panels.legend(figure, (angle, moment))
 
 
-def draw_clearance(figure: Any, runs: Sequence[RunView]) -> None:
+def draw_clearance(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """Height of the outsole and of its ball above the floor in swing."""
-    axes = figure.subplots(1, 2, sharey=True)
+    axes = [figure.subplots() for figure in figures]
     for axis, point in zip(axes, ("toe", "ball"), strict=True):
         walk_panels.clearance(axis, runs, point)
     walk_panels.share_floor(axes, min(run.toe_off for run in runs))
-    panels.legend(figure, axes)
 
 
-def draw_pressures(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -> None:
+def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
-    across = min(len(runs), ACROSS)
-    down = -(-len(runs) // across)
-    axes = figure.subplots(2 * down, across, squeeze=False, height_ratios=[2.2, 1.0] * down)
-    upper, lower = list(axes[::2].flat), list(axes[1::2].flat)
-    for axis in (*upper[len(runs) :], *lower[len(runs) :]):
-        axis.set_axis_off()
-    for k, (pressure, lanes, run) in enumerate(zip(upper, lower, runs, strict=False)):
+    for figure, run in zip(figures, runs, strict=True):
+        pressure, lanes = figure.subplots(2, 1, height_ratios=[2.2, 1.0], sharex=True)
         panels.pressures(pressure, [run], over)
         panels.valves(lanes, [run], over)
         x, _ = run.curves("supply/pressure", over)
@@ -85,31 +160,25 @@ def draw_pressures(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -
             axis.set_xlim(x[0], x[-1])
             if over == "cycle":
                 walk_panels.mark_toe_off(axis, run.toe_off)
-        pressure.tick_params(labelbottom=False)
-        pressure.set_title(plain(run.label), loc="left", color=run.colour)
+        pressure.set_title(plain(run.label), loc="left", color=ink(run.colour))
         lanes.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
         lanes.set_ylabel("")
-        if k % across:
-            pressure.set_ylabel("")
-    panels.legend(figure, upper)
+    panels.share_scale([figure.axes[0] for figure in figures])
 
 
-def draw_muscles(figure: Any, runs: Sequence[RunView], over: Over = "cycle") -> None:
+def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Of each run, a column: contraction and force of its muscles, and how far cuff and plate give."""
-    across = min(len(runs), ACROSS)
-    down = -(-len(runs) // across)
-    rows = muscle_rows(runs)
-    axes = figure.subplots(len(rows) * down, across, squeeze=False, sharex="col" if down == 1 else False)
-    for axis in axes.flat:
-        axis.set_axis_off()
-    for k, run in enumerate(runs):
-        column = axes[len(rows) * (k // across) : len(rows) * (k // across + 1), k % across]
-        _draw_muscles(column, run, over)
-        if k % across:
-            for axis in column:
-                axis.set_ylabel("")
-    figure.align_ylabels(axes)
-    panels.legend(figure, axes.flat)
+    rows = len(muscle_rows(runs))
+    drawn: list[list[Any]] = [[] for _ in range(rows)]
+    for figure, run in zip(figures, runs, strict=True):
+        axes = figure.subplots(rows, 1)
+        for axis in axes:
+            axis.set_axis_off()
+        for row, axis in zip(drawn, _draw_muscles(axes, run, over), strict=False):
+            row.append(axis)
+        figure.align_ylabels(axes)
+    for row in drawn:
+        panels.share_scale(row)
 
 
 def muscle_rows(runs: Sequence[RunView]) -> list[MusclePanel]:
@@ -120,65 +189,60 @@ def muscle_rows(runs: Sequence[RunView]) -> list[MusclePanel]:
     return rows
 
 
-def _draw_muscles(axes: Sequence[Any], run: RunView, over: Over) -> None:
+def _draw_muscles(axes: Sequence[Any], run: RunView, over: Over) -> list[Any]:
     """The panels of one run, from the top; those that it has not are left empty."""
-    for axis, draw in zip(axes, muscle_rows([run]), strict=False):
+    drawn = list(axes[: len(muscle_rows([run]))])
+    for axis, draw in zip(drawn, muscle_rows([run]), strict=True):
         axis.set_axis_on()
         draw(axis, [run], over)
         x, _ = run.curves("supply/pressure", over)
         axis.set_xlim(x[0], x[-1])
         if over == "cycle":
             walk_panels.mark_toe_off(axis, run.toe_off)
-        last = axis
         axis.tick_params(labelbottom=False)
-    axes[0].set_title(plain(run.label), loc="left", color=run.colour)
-    last.tick_params(labelbottom=True)
-    last.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
+    drawn[0].set_title(plain(run.label), loc="left", color=ink(run.colour))
+    drawn[-1].tick_params(labelbottom=True)
+    drawn[-1].set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
+    return drawn
 
 
-def draw_torque(figure: Any, runs: Sequence[RunView]) -> None:
+def draw_torque(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """Torque that the patient lacks, and torque of the orthosis; one panel for each run."""
-    across = min(len(runs), ACROSS)
-    axes = figure.subplots(-(-len(runs) // across), across, sharey=True, squeeze=False)
-    for axis in list(axes.flat)[len(runs) :]:
-        axis.set_axis_off()
-    for axis, run in zip(axes.flat, runs, strict=False):
+    axes = [figure.subplots() for figure in figures]
+    for axis, run in zip(axes, runs, strict=True):
         walk_panels.torque(axis, run)
-    for axis in axes[:, 1:].flat:
-        axis.set_ylabel("")
-    panels.legend(figure, axes.flat)
+    panels.share_scale(axes)
 
 
-def draw_work(figure: Any, runs: Sequence[RunView]) -> None:
+def draw_work(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """Power of the orthosis over the cycle, and its work per stride."""
-    power, work = figure.subplots(1, 2, width_ratios=[1.6, 1.0])
+    power, work = (figure.subplots() for figure in figures)
     walk_panels.power(power, runs)
     walk_panels.work(work, runs)
-    panels.legend(figure, (power,))
 
 
-def draw_over_time(figure: Any, runs: Sequence[RunView]) -> None:
+def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """The joint's angle over time, and of one run all moments about it, of several the orthosis'."""
-    axes = angle, moment = figure.subplots(2, 1, sharex=True)
+    angle, moment = (figure.subplots() for figure in figures)
     panels.angle(angle, runs)
     panels.moments(moment, runs)
-    moment.set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    panels.legend(figure, axes)
+    for axis in (angle, moment):
+        axis.set_xlabel("time [s]")
 
 
 ANKLE = (
     "Ankle angle and whole internal ankle moment",
     "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
-    "moment, children's among them. Dashed: the recorded healthy walker. The moment is the sum of muscles, "
-    "tissue and orthosis.",
+    "moment, children's among them. Dashed: the healthy walking that drives the run. The moment is the sum "
+    "of muscles, tissue and orthosis.",
 )
 CLEARANCE = (
     "Height of the outsole above the floor in swing",
     "Left the lowest of heel, ball, pulp and tip, right the ball alone, from toe-off to heel strike, above "
     "the floor on which the same outsole stands flat. The dot is the clearance: the minimum while the foot's "
     "forward speed is in its upper quartile. The band is that of the toes' extension in swing, which is "
-    "assumed. Dashed: the same foot moved as the healthy walker's.",
+    "assumed. Dashed: this foot with the healthy ankle angle. Below the floor is a trip, unless the dashed "
+    "line is there, too.",
 )
 PRESSURES = (
     "Pressures and valves",
@@ -206,41 +270,35 @@ TIME = ("Angle and moments over time", "Of several runs, the moment is the ortho
 def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[Drawing]:
     """The figures of runs that walk at least one whole stride."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("ankle", 3.3, draw_ankle, runs, ANKLE)
-    yield _figure("clearance", 3.3, draw_clearance, runs, CLEARANCE)
+    yield _figure("ankle", 2, 2.8, draw_ankle, runs, ANKLE)
+    yield _figure("clearance", 2, 2.8, draw_clearance, runs, CLEARANCE)
     if worn:
-        yield _figure("pressures", _tall(worn, 3.6), draw_pressures, worn, PRESSURES)
-        yield _figure("muscles", _muscles_tall(worn), draw_muscles, worn, MUSCLES)
-    yield _figure("torque", _tall(runs, 3.0), draw_torque, runs, TORQUE)
+        yield _figure("pressures", len(worn), 3.1, draw_pressures, worn, PRESSURES)
+        yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, MUSCLES)
+    yield _figure("torque", len(runs), 2.8, draw_torque, runs, TORQUE)
     if worn:
-        yield _figure("work", 2.8, draw_work, worn, WORK)
+        yield _figure("work", 2, 2.6, draw_work, worn, WORK)
 
 
 def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
     """The figures of all other runs."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("time", 4.0, draw_over_time, runs, TIME)
+    yield _figure("time", 2, 2.6, draw_over_time, runs, TIME)
     if worn:
-        yield _figure("air", _tall(worn, 3.6), partial(draw_pressures, over="time"), worn, PRESSURES)
-        yield _figure("muscles", _muscles_tall(worn), partial(draw_muscles, over="time"), worn, MUSCLES)
+        yield _figure("air", len(worn), 3.1, partial(draw_pressures, over="time"), worn, PRESSURES)
+        yield _figure(
+            "fibres", len(worn), _muscles_tall(worn), partial(draw_muscles, over="time"), worn, MUSCLES
+        )
 
 
 def _muscles_tall(runs: Sequence[RunView]) -> float:
-    return _tall(runs, 0.8 + 1.2 * len(muscle_rows(runs)))
-
-
-def _tall(runs: Sequence[RunView], height: float) -> float:
-    """Height of a figure with a block for each run [inch]."""
-    return height * -(-len(runs) // ACROSS)
+    """Height of a column of muscles' panels [inch]."""
+    return 0.7 + 1.15 * len(muscle_rows(runs))
 
 
 def _figure(
-    name: str,
-    height: float,
-    draw: Callable[[Any, Sequence[RunView]], None],
-    runs: Sequence[RunView],
-    caption: tuple[str, str],
+    name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], caption: tuple[str, str]
 ) -> Drawing:
     title, text = caption
-    drawn = svg(name, (WIDTH, height), lambda figure: draw(figure, runs))
-    return Drawing(drawn.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1), title, text)
+    drawn, keys = svgs(name, count, height, title, lambda figures: draw(figures, runs))
+    return Drawing(drawn, keys, title, text)

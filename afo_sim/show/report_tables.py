@@ -1,5 +1,6 @@
 """The tables of a report as plain text in cells: scenarios in words, metrics, strides, sources."""
 
+import itertools
 import pathlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,11 +11,13 @@ from afo_sim.description.words import facts, reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.push_off import colour
+from afo_sim.metrics.verdict import AGAINST, status_of
 from afo_sim.metrics.words import GROUPS, number, unit, words
 from afo_sim.show.numbers import readable, undefined
 from afo_sim.show.run_view import RunView
+from afo_sim.simulation.judged import limits_of
 
+ACROSS = 8  # strides beside one another in a table
 COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
 NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
@@ -24,8 +27,7 @@ NORM = (
 DEFINITIONS = (
     "Minimum toe clearance as a local minimum with the foot in its upper quartile of speed: Schulz 2011. "
     "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
-    "found on runners. Green, yellow and red of push-off are this project's own: no published limit was "
-    "found."
+    "found on runners."
 )
 
 
@@ -52,7 +54,7 @@ class Group:
 
 @dataclass(frozen=True)
 class StrideTable:
-    """The numbers of each stride of a run."""
+    """The numbers of some strides of a run, as many as fit beside one another on paper."""
 
     run: RunView
     numbers: tuple[int, ...]
@@ -82,7 +84,7 @@ def metric_groups(runs: Sequence[RunView]) -> Iterator[Group]:
     for group in GROUPS:
         found = [name for name in names if words(name).group == group]
         if found:
-            rows = (_row(name, [table.get(name) for table in tables], _over(name, runs)) for name in found)
+            rows = (_row(name, runs, _over(name, runs)) for name in found)
             yield Group(group, tuple(rows))
 
 
@@ -94,17 +96,22 @@ def _over(name: str, runs: Sequence[RunView]) -> str:
     return "; ".join(dict.fromkeys(told))
 
 
-def _row(name: str, found: Sequence[Metric | None], meaning: str) -> TableRow:
+def _row(name: str, runs: Sequence[RunView], meaning: str) -> TableRow:
     """A metric of all runs, with its registered meaning or another; runs that have none show a dash."""
+    found = [run.recording.metrics.get(name) for run in runs]
     sample = next(metric for metric in found if metric is not None)
-    cells = tuple((_cell(name, metric), _difference(name, metric, found[0])) for metric in found)
+    cells = tuple(
+        (_cell(name, metric, run), _difference(name, metric, found[0]))
+        for run, metric in zip(runs, found, strict=True)
+    )
     return TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
 
 
-def _cell(name: str, metric: Metric | None) -> str:
+def _cell(name: str, metric: Metric | None, run: RunView) -> str:
+    """A metric's value, with its status where the run's scenario has a limit for it."""
     if metric is None:
         return "–"
-    shown = colour(metric, name)
+    shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
     return readable(name, metric) + (f" ({shown})" if shown else "")
 
 
@@ -117,19 +124,30 @@ def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
     return number(metric.value - first.value, metric.unit, signed=True)
 
 
-def stride_tables(runs: Sequence[RunView]) -> Iterator[StrideTable]:
-    """Each stride's numbers, of the runs that have any."""
+def stride_tables(runs: Sequence[RunView]) -> Iterator[list[StrideTable]]:
+    """Each stride's numbers, of the runs that have any, at most ACROSS strides to a table."""
     for run in runs:
         table = run.recording.strides
         names = list(dict.fromkeys(name for metrics in table.values() for name in metrics))
-        if names:
-            rows = (_stride_row(name, [metrics.get(name) for metrics in table.values()]) for name in names)
-            yield StrideTable(run, tuple(table), tuple(rows))
+        if not names:
+            continue
+        tables = []
+        for start in range(0, len(table), ACROSS):
+            some = dict(itertools.islice(table.items(), start, start + ACROSS))
+            rows = (
+                _stride_row(name, [metrics.get(name) for metrics in some.values()], run)
+                for name in names
+                if any(name in metrics for metrics in some.values())
+            )
+            tables.append(StrideTable(run, tuple(some), tuple(rows)))
+        yield tables
 
 
-def _stride_row(name: str, found: Sequence[Metric | None]) -> TableRow:
+def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> TableRow:
     sample = next(metric for metric in found if metric is not None)
-    return TableRow(words(name).label, tuple((_cell(name, metric), "") for metric in found), unit(sample))
+    return TableRow(
+        words(name).label, tuple((_cell(name, metric, run), "") for metric in found), unit(sample)
+    )
 
 
 def sources(runs: Sequence[RunView]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
 from afo_sim.show import muscle_panels, panels
 from afo_sim.show.run_view import RunView, alone
-from afo_sim.show.style import FORMATS, paragraph, write_figure
+from afo_sim.show.style import FORMATS, SCALE, SCALE_END, paragraph, write_figure
 from afo_sim.simulation.recording import Recording
 
 LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
@@ -147,13 +147,13 @@ def _stack(figure: Any, run: RunView, rows: tuple[Panel, ...], title: bool = Fal
             axis.tick_params(axis="y", labelleft=False, labelright=True)
         if axis.get_legend_handles_labels()[1] and title:
             axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        elif axis.get_legend_handles_labels()[1]:
-            axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.0)
     time = run.recording["time"]
     if len(time) > 1:
         axes[-1].set_xlim(time[0], 2.0 * time[-1] - time[-2])  # the end of the last step
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
+    if not title:
+        panels.legend(figure, axes)
     if title:
         recording = run.recording
         texts = [str(recording.scenario["name"]), str(recording.scenario.get("description", ""))]
@@ -170,7 +170,7 @@ def _force_contraction(figure: Any, run: RunView) -> None:
     recording = run.recording
     pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
     top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
-    palette = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)))  # no yellow on white
+    palette = ListedColormap(colormaps[SCALE](np.linspace(0.0, SCALE_END, 256)))  # nothing pale on white
     colour = ScalarMappable(Normalize(0.0, top), palette)
     axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
     for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):

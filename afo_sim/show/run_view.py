@@ -4,20 +4,25 @@ import itertools
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from afo_sim.common.assets import find_gait
+from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
+from afo_sim.gait.file import read
 from afo_sim.metrics.strides import SOLVED, Stride, settled, stance, strides
 from afo_sim.metrics.walking import chambers, has_orthosis
-from afo_sim.show.style import COLOURS, RUNS, plain
+from afo_sim.show.style import COLOURS, MARKERS, RUNS, plain
 from afo_sim.simulation.recording import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE
+MEAN_CURVE = "curve of"  # begins the note of a gait that is the mean curve of several people
+ADULTS, TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "healthy walking"
 ANCHOR = r"cuff/\w+/displacement"
 
 Over = Literal["time", "cycle"]  # the abscissa
@@ -31,17 +36,24 @@ class RunView:
     colour : of its curves
     recording : the run
     most_points : of a curve over time; None draws every row
+    style : of its lines among other runs'
     """
 
     label: str
     colour: str
     recording: Recording
     most_points: int | None = None
+    style: Any = "-"
 
     @property
     def name(self) -> str | None:
         """Its label as a figure can show it; None where it has none."""
         return plain(self.label) if self.label else None
+
+    @property
+    def dashes(self) -> str:
+        """Lengths of dash and gap of its lines, in widths of the line; "" of a solid line."""
+        return "" if isinstance(self.style, str) else " ".join(f"{part:g}" for part in self.style[1])
 
     @property
     def walks(self) -> bool:
@@ -113,6 +125,20 @@ class RunView:
     def colours(self) -> dict[str, str]:
         """{chamber or muscle group: its colour}; a group named as a chamber has that chamber's."""
         return dict(zip(dict.fromkeys([*self.chambers, *self.groups]), itertools.cycle(COLOURS)))
+
+    @property
+    def markers(self) -> dict[str, str | None]:
+        """{chamber or muscle group: the marker on its lines}, as `colours`."""
+        return dict(zip(self.colours, itertools.cycle(MARKERS)))
+
+    @cached_property
+    def healthy(self) -> str:
+        """Who the healthy walker is that it is drawn beside: a trial, or the mean of adults."""
+        try:
+            mean = read(find_gait(str(self.recording.scenario["gait"]["cycle"]))).notes.get("mean", "")
+        except InputError:
+            return UNKNOWN
+        return ADULTS if mean.startswith(MEAN_CURVE) else TRIAL
 
     def cycles(self, column: str) -> np.ndarray:
         """A column over PHASE, one row for each stride (strides, 201)."""

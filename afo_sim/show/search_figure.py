@@ -16,7 +16,7 @@ from afo_sim.study.words import human_scale
 LABEL = 24  # characters of a line beside an axis
 ACROSS = 3  # panels side by side
 PANEL = (2.5, 2.0)  # [inch]
-NOT = {"color": "0.72", "marker": "o", "ls": "", "ms": 3.0, "mew": 0.0}
+NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
 KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
 BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
 BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}

@@ -11,7 +11,7 @@ from afo_sim.bench.compare import Comparison
 from afo_sim.bench.measures import AXES
 from afo_sim.bench.table import SET, set_point_text
 from afo_sim.bench.trial import Trial, static
-from afo_sim.show.style import COLOURS, plain, write_figure
+from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -85,7 +85,7 @@ def colour(trial: Trial, curve: int) -> Any:
     from matplotlib import colormaps
 
     count = len(trial.curves)
-    return colormaps["viridis"](0.88 * curve / max(count - 1, 1))
+    return colormaps[SCALE](SCALE_END * curve / max(count - 1, 1))
 
 
 def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:

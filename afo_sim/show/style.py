@@ -11,21 +11,42 @@ from afo_sim.common.writing import replacing
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]
-# Okabe and Ito's colours, which colour-blind readers can tell apart.
-COLOURS = ("#D55E00", "#0072B2", "#E69F00", "#56B4E9", "#009E73", "#CC79A7")
-RUNS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # of runs, in their order
+# Hues of Okabe and Ito (2008), darkened until each stands out from white (contrast 3) and moved until any
+# two are apart, and from black and GREY, also for readers without red or green cones.
+COLOURS = ("#BE310F", "#1054DA", "#FD5F14", "#3096FA", "#23A866", "#D25DBE")
+RED, BLUE, ORANGE, SKY, GREEN, PINK = COLOURS
+GREY = "#737373"
+RUNS = (BLUE, RED, GREEN, PINK, ORANGE, SKY)  # of runs, in their order
+# Of runs, in their order: the colour is never alone in telling them.
+RUN_STYLES: tuple[Any, ...] = (
+    "-",
+    (0, (8, 1.5)),
+    (0, (6, 1.5, 1, 1.5)),
+    (0, (1, 0.8)),
+    (0, (6, 1.2, 1, 1.2, 1, 1.2)),
+    (0, (2.5, 0.8)),
+)
 MOMENTS = {  # about the ankle
     "orthosis": "#000000",
-    "passive": "#009E73",
-    "gravity": "#CC79A7",
-    "load": "#E69F00",
-    "biological": "#D55E00",
-    "ground": "#56B4E9",
-    "frame": "#999999",
+    "passive": GREEN,
+    "gravity": PINK,
+    "load": ORANGE,
+    "biological": RED,
+    "ground": SKY,
+    "frame": GREY,
 }
-MOUNTINGS = {"shank": "#000000", "foot": "#009E73"}  # cuff and plate
-SOLE = {"toe": "#E69F00", "ball": "#0072B2"}  # points of the sole
-STANCE, NORM, ZERO = "#56B4E9", "0.85", "0.75"
+MOMENT_STYLES: dict[str, Any] = {
+    "passive": "--",
+    "gravity": ":",
+    "load": "-.",
+    "ground": (0, (8, 1.5)),
+    "frame": (0, (1, 3)),
+}
+MOUNTINGS = {"shank": "#000000", "foot": GREEN}  # cuff and plate
+SOLE = {"toe": ORANGE, "ball": BLUE}  # points of the sole
+SCALE, SCALE_END = "plasma", 0.62  # colours of a scale on white, and the share of them that is dark enough
+MARKERS = (None, "o", "s", "^", "D", "v")  # of groups of muscles and chambers, in their order
+STANCE, NORM, ZERO = SKY, "0.85", "0.6"
 LINE_STYLES = ("-", "--", ":", "-.")
 STYLE = {
     "font.size": 9.0,

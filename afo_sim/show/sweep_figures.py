@@ -13,7 +13,7 @@ from afo_sim.study.results import Results
 from afo_sim.study.sobol import Indices
 from afo_sim.study.words import Better, Scale, scale
 
-CASE = {"color": "0.72", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.6}
+CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
 MOST_DOTS = 3000  # cases drawn as dots
 MOST_PARAMETERS = 6  # side by side
 MOST_LABELS = 9  # cases of a front that have their number written
@@ -31,7 +31,7 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         found = spread(values)
         bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=_bins(found.count))
         axis.axvspan(found.low_5, found.high_95, color="0.94", lw=0.0, zorder=0)
-        axis.hist(values, bins=bins, color=PALE, edgecolor="white", lw=0.4)
+        axis.hist(values, bins=bins, color=PALE, edgecolor=FULL, lw=0.6)
         axis.axvline(found.median, color=FULL, lw=1.3)
         axis.margins(x=0.02)
         axis.set_xlabel(plain(look.title, None))

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim.model.torque_map import NEEDS, TorqueMap
-from afo_sim.show.style import COLOURS, plain, write_figure
+from afo_sim.show.contrast import ink
+from afo_sim.show.panels import marked
+from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, plain, write_figure
 
 PANEL = (4.4, 3.4)  # [inch]
 
@@ -29,18 +31,20 @@ def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
 
     axes = figure.subplots(1, len(maps), squeeze=False)[0]
     for axis, found in zip(axes, maps, strict=True):
-        colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.pressures)))
+        colours = colormaps[SCALE](np.linspace(0.0, SCALE_END, len(found.pressures)))
         for column, pressure in enumerate(found.pressures):
             label = f"{pressure * 1e-5:g} bar"
-            axis.plot(np.degrees(found.angles), found.torque[:, column], color=colours[column], label=label)
+            look = {"color": colours[column], **marked(found.angles, MARKERS[column % len(MARKERS)])}
+            axis.plot(np.degrees(found.angles), found.torque[:, column], label=label, **look)
         if found.torque.max() > -found.torque.min():
             _mark_needs(axis, float(np.degrees(found.angles[-1])))
         _shade_stretch(axis, found)
-        axis.axhline(0.0, color="0.6", lw=0.8)
+        axis.axhline(0.0, color=ZERO, lw=0.8)
         axis.set_xlabel("ankle angle [deg], dorsiflexion +")
         axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
         axis.set_title(f"{plain(found.chamber)} chamber alone", loc="left")
-        axis.legend(title="gauge pressure", title_fontsize=8.0)
+        where = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}  # below all bands and curves
+        axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **where)
     figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
 
 
@@ -49,7 +53,7 @@ def _mark_needs(axis: Any, right: float) -> None:
     for (phase, (low, high)), shade in zip(NEEDS.items(), (COLOURS[2], COLOURS[0]), strict=True):
         axis.axhspan(low, high, color=shade, alpha=0.25, lw=0.0)
         text = f"{phase} needs {low:g}–{high:g} N·m "
-        axis.text(right, high, text, ha="right", va="bottom", color=shade, fontsize=8.0)
+        axis.text(right, high, text, ha="right", va="bottom", color=ink(shade), fontsize=8.0)
 
 
 def _shade_stretch(axis: Any, found: TorqueMap) -> None:

@@ -15,7 +15,7 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.fitting.law_problem import select
 from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
-from afo_sim.show.style import COLOURS, RESOLUTION, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE
 from afo_sim.validation.laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
 from afo_sim.validation.s1 import CM, MISPRINT, TABLES, as_s1, ours, table
 
@@ -130,7 +130,7 @@ def _s3(figure: Any) -> None:
 def _colours(count: int) -> Any:
     from matplotlib import colormaps
 
-    return colormaps["viridis"](np.linspace(0.0, 0.85, count))
+    return colormaps[SCALE](np.linspace(0.0, SCALE_END, count))
 
 
 def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:

@@ -8,13 +8,15 @@ import numpy as np
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.clearance import EXTENSIONS, HEIGHTS
 from afo_sim.metrics.strides import ORTHOSIS
-from afo_sim.show.panels import NORM_LABEL, RECORDED, mean_and_spread
+from afo_sim.show.contrast import ink
+from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
-from afo_sim.show.style import NORM, ZERO, plain
+from afo_sim.show.style import GREY, NORM, ZERO, plain
+from afo_sim.show.unknown_band import unknown_band
 
 INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)
 FLEXION = "plantarflexion –  |  + dorsiflexion"
-TRIP = "below the floor: a trip, where the dashed line is not"
+TRIP = "below the floor: a trip"
 WIDE = 3.0  # of the gait cycle to each side, over which a number is written [%]
 BAND = "toes less to more extended in swing (assumed)"
 WORK = ("orthosis_positive_work", "orthosis_negative_work")
@@ -33,7 +35,7 @@ def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0)
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     if toe_off is not None:
         mark_toe_off(axis, toe_off)
-        look = {"fontsize": 7.0, "color": "0.45", "ha": "center", "va": "bottom"}
+        look = {"fontsize": 8.0, "color": "0.4", "ha": "center", "va": "bottom"}
         axis.annotate("toe-off", (100.0 * toe_off, 1.01), xycoords=("data", "axes fraction"), **look)
     axis.set_xlim(100.0 * start, 100.0)
     axis.set_xlabel("gait cycle [%]")
@@ -51,9 +53,14 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
     axis.fill_between(PERCENT, low, high, color=NORM, lw=0.0, zorder=0, label=NORM_LABEL)
     for run in runs:
         total = np.sum([run.cycles(name) for name in INTERNAL], axis=0) / run.body_mass
-        mean_and_spread(axis, total, run.colour, run.name, PERCENT)
+        mean_and_spread(axis, total, run.colour, run.name, PERCENT, run.style)
     first = runs[0]
-    axis.plot(PERCENT, first.cycles("gait/ankle_moment").mean(axis=0) / first.body_mass, **RECORDED)
+    axis.plot(
+        PERCENT,
+        first.cycles("gait/ankle_moment").mean(axis=0) / first.body_mass,
+        **HEALTHY,
+        label=first.healthy,
+    )
     over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{FLEXION}")
 
 
@@ -66,7 +73,8 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
     dots: list[tuple[float, float, str]] = []
     for run in runs:
         own, _ = _heights(run, point)
-        mean_and_spread(axis, 1e3 * run.cycles(own), run.colour, run.name, PERCENT)
+        mean_and_spread(axis, 1e3 * run.cycles(own), run.colour, run.name, PERCENT, run.style)
+        unknown_band(axis, run, own, 1e3)
         ends = [f"{own}_{how}" for how in EXTENSIONS]
         if all(name in run.recording.columns for name in ends):
             low, high = (1e3 * run.cycles(name).mean(axis=0) for name in ends)
@@ -77,7 +85,7 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
             dots.append((when, found[f"{point}_clearance"].value, run.colour))
     _dots(axis, dots)
     healthy = 1e3 * runs[0].cycles(_heights(runs[0], point)[1]).mean(axis=0)
-    axis.plot(PERCENT, healthy, **RECORDED | {"label": "this foot, ankle as in the healthy trial"})
+    axis.plot(PERCENT, healthy, **HEALTHY, label="this foot with the healthy ankle angle")
     what = "outsole" if point == "toe" else point
     over_cycle(axis, None, f"{what} above the floor [mm]", start)
     axis.set_title(f"{point} clearance in swing", loc="left")
@@ -99,8 +107,8 @@ def share_floor(axes: Sequence[Any], start: float) -> None:
         if len(line.get_ydata()) == len(PHASE)
     ]
     low, high = min(y.min() for y in seen), max(y.max() for y in seen)
-    axes[0].set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)
     for axis in axes:
+        axis.set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)
         axis.axhspan(axis.get_ylim()[0], 0.0, color="#f3dede", lw=0.0, zorder=0)
         look = {"fontsize": 8.0, "color": "#803030"}
         axis.annotate(TRIP, (0.02, 0.02), xycoords="axes fraction", **look)
@@ -131,26 +139,27 @@ def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: 
     """A clearance [mm] in words, above or below a place by `up` [points]."""
     text = f"{height:.0f} mm".replace("-", "−")
     look = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": 8.0, "zorder": 6}
-    axis.annotate(text, at, xytext=(0.0, up), color=colour, **look)
+    axis.annotate(text, at, xytext=(0.0, up), color=ink(colour), **look)
 
 
 def torque(axis: Any, run: RunView) -> None:
     """Torque that the patient lacks, and the orthosis' torque."""
     needed = run.cycles("gait/needed_moment").mean(axis=0)
     axis.fill_between(PERCENT, 0.0, needed, color="0.82", lw=0.0, label="needed: what the patient lacks")
-    axis.plot(PERCENT, needed, color="0.45", lw=0.8)
+    axis.plot(PERCENT, needed, color=GREY, lw=0.8)
     if run.has_orthosis:
         label = plain(f"available: {run.label}" if run.label else "available")
-        mean_and_spread(axis, run.cycles(ORTHOSIS), run.colour, label, PERCENT)
+        mean_and_spread(axis, run.cycles(ORTHOSIS), run.colour, label, PERCENT, run.style)
+        unknown_band(axis, run, ORTHOSIS)
     over_cycle(axis, run.toe_off, f"torque about the ankle [N·m]\n{FLEXION}")
-    axis.set_title(plain(run.label), loc="left", color=run.colour)
+    axis.set_title(plain(run.label), loc="left", color=ink(run.colour))
 
 
 def power(axis: Any, runs: Sequence[RunView]) -> None:
     """Power of the orthosis per body mass."""
     for run in runs:
         flow = run.cycles(ORTHOSIS) * run.cycles("ankle/velocity") / run.body_mass
-        mean_and_spread(axis, flow, run.colour, run.name, PERCENT)
+        mean_and_spread(axis, flow, run.colour, run.name, PERCENT, run.style)
     over_cycle(axis, runs[0].toe_off, "power of the orthosis [W/kg]\ntaken –  |  + given")
 
 

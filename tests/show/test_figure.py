@@ -76,9 +76,9 @@ def test_pictures_show_the_curves(folder: pathlib.Path, name: str, colours: list
 
 
 def test_force_over_contraction_is_coloured_by_pressure(folder: pathlib.Path) -> None:
-    viridis = matplotlib.colormaps["viridis"]
+    scale = matplotlib.colormaps[style.SCALE]
     for share in (0.0, 0.4, 0.8):
-        assert has_colour(folder / "force_contraction.png", viridis(0.88 * share), least=5)
+        assert has_colour(folder / "force_contraction.png", scale(style.SCALE_END * share), least=5)
 
 
 def test_angle_panel_draws_the_angle_and_the_range_of_motion(antagonist: Recording) -> None:

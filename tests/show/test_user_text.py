@@ -90,9 +90,10 @@ def test_figures_of_a_report(short: Recording) -> None:
         report_figures.draw_over_time,
         lambda figure, runs: report_figures.draw_pressures(figure, runs, "time"),
     ):
-        figure = Figure(layout="constrained")
-        draw(figure, [run, run])
-        assert_plain(figure)
+        figures = [Figure(layout="constrained") for _ in range(2)]
+        draw(figures, [run, run])
+        for figure in figures:
+            assert_plain(figure)
 
 
 @pytest.mark.slow

@@ -37,7 +37,7 @@ def file(folders: list[pathlib.Path]) -> pathlib.Path:
 
 def test_scalars_are_the_runs_bit_for_bit(file: pathlib.Path, seated: Recording) -> None:
     stamps = np.round(seated["time"] * 1e9).astype(np.int64)
-    muscles = [c.split("/")[1] for c in seated.columns if c.startswith("muscle/") and c.endswith("/force")]
+    muscles = ["dorsiflexor_1", "plantarflexor_1"]  # for their groups, whose muscles are alike
     groups = load("scenario", seated.scenario).orthosis.muscle
     plotted = {
         "/angle/ankle": [np.degrees(seated["ankle/angle"])],

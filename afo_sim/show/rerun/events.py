@@ -5,13 +5,19 @@ import rerun as rr
 
 from afo_sim.metrics.strides import SOLVED, stance, stance_force
 from afo_sim.show.rerun.clock import GAIT, send, strides
-from afo_sim.show.rerun.curves import colour_of
+from afo_sim.show.rerun.colours import of_muscle
 from afo_sim.show.rerun.source import Columns, Source
 
 KNOTS = 50  # rows from one remembered pair of time and strides to the next
 SHUT = [55, 58, 64]
 STANCE, SWING = [60, 125, 85], [70, 95, 150]
 STRIDES = ([88, 92, 102], [62, 66, 74])  # in turn
+
+BLANK = " "  # the viewer shows the state itself where a label is empty
+LANE_LETTERS, MARGIN = (
+    85,
+    1.5,
+)  # letters along a lane in the smallest usual window, 1280 pixels wide; kept free
 
 SETTLED = "settled: from here the strides are solved for, before it they are walked from the start"
 
@@ -115,7 +121,8 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
         states = [state for _, state in changes]
         values = list(dict.fromkeys([*_usual(what), *states]))
         colours = [_lane_colour(what, value, k) for k, value in enumerate(values)]
-        lane = rr.StateConfiguration(values=values, labels=values, colors=colours)
+        words = _fitting(values, changes, source.n_row / source.rate)
+        lane = rr.StateConfiguration(values=values, labels=words, colors=colours)
         stream.log(f"{kind}/{prefix}{what}", lane, static=True)
         at = finder.rows([time for time, _ in changes])
         send(stream, f"{kind}/{prefix}{what}", at, rr.StateChange.columns(state=states))
@@ -127,6 +134,34 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
         send(stream, f"events/{prefix.rstrip('/') or 'run'}", finder.rows([e[0] for e in events]), texts)
 
 
+def _fitting(values: list[str], changes: list[Change], end: float) -> list[str]:
+    """Words on a lane's intervals: of each state the longest that fits all of its intervals, or none.
+
+    Intervals that the recording cuts short do not count, unless they are the only ones.
+
+    A shut valve has none, since its dark ground says it.
+
+    Parameters
+    ----------
+    values : the states
+    changes : (time [s], state from then on)
+    end : of the run [s]
+    """
+    times = [time for time, _ in changes] + [end]
+    lasts = dict.fromkeys(values, end)
+    states = [state for _, state in changes]
+    for k, (time, state) in enumerate(changes):
+        cut = k in (0, len(changes) - 1) and states.count(state) > 1
+        lasts[state] = lasts[state] if cut else min(lasts[state], times[k + 1] - time)
+    found = []
+    for value in values:
+        room = LANE_LETTERS * lasts[value] / end if end > 0.0 else 0.0
+        words = [value, value.split(",")[0], value.removeprefix("stride ").split(",")[0]]
+        fits = [word for word in words if len(word) + MARGIN <= room]
+        found.append(fits[0] if fits and value != "shut" else BLANK)
+    return found
+
+
 def _usual(what: str) -> tuple[str, ...]:
     """The states of a lane that are listed even where they do not occur."""
     return {"stride": (), "support": ("stance", "swing")}.get(what, ("open", "shut"))
@@ -136,4 +171,4 @@ def _lane_colour(what: str, state: str, number: int) -> list[int]:
     if what == "stride":
         return STRIDES[number % 2]
     known = {"stance": STANCE, "swing": SWING, "shut": SHUT}
-    return known[state] if state in known else colour_of(f"{what.rsplit('_', 1)[0]}_1")
+    return known[state] if state in known else of_muscle(f"{what.rsplit('_', 1)[0]}_1")

@@ -1,6 +1,7 @@
 """The layout of the viewer."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import rerun.blueprint as rrb
@@ -8,8 +9,15 @@ from rerun.encodings import AbsoluteTimeRange
 
 from afo_sim.show.rerun.clock import STRIDES, TIMELINE
 
+Row = tuple[Any, float]  # a view; its share of a column, or its height as a negative number [pixel]
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]
 CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking one, from the carriage [m]
+
+
+HEIGHT = 650.0  # that the views share in the smallest usual window, 1280 × 720 [pixel]
+LANE, LANES_HEAD = 40.0, 60.0  # heights of a lane, and of what is above the lanes [pixel]
+ANSWER, ANSWERS = 185.0, 260.0  # heights of the answer of one run, of several [pixel]
+TITLE = 90  # letters of a plot's title in that window
 
 
 @dataclass(frozen=True)
@@ -20,7 +28,8 @@ class Contents:
     any run has an orthosis, mountings whether any has a cuff or plate that gives; carriage the entity that
     a walk's camera rides on, trails the entities whose last stride is shown, stride its duration [s];
     compared, whether several runs are shown; joint and positive are what the joint and its positive
-    direction are called.
+    direction are called; plots are the entities of plots, with the names and colours of their lines; runs
+    the names and colours of several runs; answer whether there is a text that answers what the run is for.
     """
 
     valves: int
@@ -34,6 +43,9 @@ class Contents:
     lanes: int = 2
     joint: str = "ankle"
     positive: str = "dorsiflexion"
+    plots: Mapping[str, str] = field(default_factory=dict)
+    runs: str = ""
+    answer: bool = False
 
 
 def blueprint(contents: Contents) -> rrb.Blueprint:
@@ -56,16 +68,17 @@ def blueprint(contents: Contents) -> rrb.Blueprint:
 
 
 def _sitting(contents: Contents) -> rrb.Horizontal:
-    name = "runs overlaid" if contents.compared else "device"
+    rows = [*_answer(contents), *_joint(contents)]
+    if contents.muscles:
+        rows.append((_plots(contents, "/pressure", "gauge pressure [bar]"), 2.6))
     return rrb.Horizontal(
-        _space(name, "/world", CAMERA),
-        rrb.Vertical(
-            _plot("/angle", f"{contents.joint} angle [deg], {contents.positive} +"),
-            _plot("/moment", f"{contents.joint} moment [N·m], {contents.positive} +"),
-            _plot("/pressure", "gauge pressure [bar]"),
-            _lanes("/valves", "valves"),
-            rrb.Tabs(*_details(contents), active_tab=0),
-            row_shares=[3, 3, 2.6, 1.0 + 0.8 * contents.valves, 3],
+        _space(_scene_name(contents, "device"), "/world", CAMERA),
+        _column(
+            [
+                *rows,
+                (_lanes("/valves", "valves, coloured where open"), -_tall(contents.valves, 0.35)),
+                _tabs(contents),
+            ]
         ),
         column_shares=[3, 4],
     )
@@ -73,24 +86,55 @@ def _sitting(contents: Contents) -> rrb.Horizontal:
 
 def _walking(contents: Contents) -> rrb.Horizontal:
     """As for sitting, with the gait lanes under the leg, and the clearance of the sole."""
-    name = "runs overlaid" if contents.compared else "walking leg"
-    rows: list[tuple[Any, float]] = [
-        (_plot("/clearance", "height of the sole above the floor [mm]"), 3.0),
-        (_plot("/angle", f"{contents.joint} angle [deg], {contents.positive} +"), 3.0),
-        (_plot("/moment", f"{contents.joint} moment [N·m], {contents.positive} +"), 3.0),
-    ]
-    if contents.muscles:
-        rows.append((_plot("/pressure", "gauge pressure [bar]"), 2.4))
-    rows.append((rrb.Tabs(*_details(contents), active_tab=0), 3.0))
+    lanes = _tall(contents.lanes + contents.valves, 0.5)
+    title = "gait: stance green, swing blue"
+    title += "; valves coloured where open" if contents.valves else ""
+    rows = [*_answer(contents), (_plots(contents, "/clearance", "sole above the floor [mm]"), 3.0)]
     return rrb.Horizontal(
         rrb.Vertical(
-            _space(name, contents.carriage, CARRIAGE_CAMERA, contents),
-            _lanes("/", "gait and valves", ["/gait/**", "/valves/**"]),
-            row_shares=[9.0, 1.1 + 0.6 * (contents.lanes + contents.valves)],
+            _space(_scene_name(contents, "walking leg"), contents.carriage, CARRIAGE_CAMERA, contents),
+            _lanes("/", title, ["/gait/**", "/valves/**"]),
+            row_shares=[HEIGHT - lanes, lanes],
         ),
-        rrb.Vertical(*(view for view, _ in rows), row_shares=[share for _, share in rows]),
+        _column([*rows, *_joint(contents), _tabs(contents)]),
         column_shares=[1, 1],
     )
+
+
+def _scene_name(contents: Contents, alone: str) -> str:
+    return contents.runs if contents.compared else alone
+
+
+def _tall(lanes: int, most: float) -> float:
+    """Height of a view of lanes in the smallest window, at most a share of the whole [pixel]."""
+    return min(LANES_HEAD + LANE * lanes, most * HEIGHT)
+
+
+def _column(rows: list[Row]) -> rrb.Vertical:
+    """Views under one another: those of a height that is told in pixels, negative, and the others' shares."""
+    fixed = sum(-share for _, share in rows if share < 0.0)
+    shares = sum(share for _, share in rows if share > 0.0)
+    each = [-share if share < 0.0 else share / shares * (HEIGHT - fixed) for _, share in rows]
+    return rrb.Vertical(*(view for view, _ in rows), row_shares=each)
+
+
+def _answer(contents: Contents) -> list[Row]:
+    """The answer to what the run is for, before all else."""
+    if not contents.answer:
+        return []
+    return [
+        (rrb.TextDocumentView(origin="/answer", name="in short"), -(ANSWERS if contents.compared else ANSWER))
+    ]
+
+
+def _joint(contents: Contents) -> list[Row]:
+    """The joint's angle and, where there is room for it, its moments."""
+    angle = _plots(contents, "/angle", f"{contents.joint} angle [deg], {contents.positive} +")
+    return [(angle, 3.0)] if contents.answer else [(angle, 3.0), (_moment(contents), 3.0)]
+
+
+def _moment(contents: Contents) -> Any:
+    return _plots(contents, "/moment", f"moment [N·m], {contents.positive} +", "moment")
 
 
 def _space(
@@ -122,29 +166,66 @@ def _space(
     )
 
 
+def _tabs(contents: Contents) -> Row:
+    return rrb.Tabs(*_details(contents), active_tab=0), 4.2
+
+
 def _details(contents: Contents) -> list[Any]:
-    plots: list[Any] = []
+    """The tabs, those that are looked at most first: all names do not fit in the smallest window."""
+    plots: list[Any] = [_moment(contents)] if contents.answer else []
+    further: list[Any] = []
+    if contents.muscles and contents.carriage:
+        plots.append(_plots(contents, "/pressure", "gauge pressure [bar]", "pressure"))
     if contents.muscles:
-        contraction, length = _plot("/contraction", "contraction [%]"), _plot("/length", "length [mm]")
-        both = rrb.Horizontal(contraction, length, name="contraction")
-        plots += [_plot("/force", "muscle force [N]"), contraction if contents.compared else both]
+        plots.append(_plots(contents, "/force", "muscle force [N]", "force"))
+        plots.append(_plots(contents, "/contraction", "contraction [%]", "contraction"))
+    if contents.muscles and not contents.compared:
+        further.append(_plots(contents, "/length", "length [mm]", "length"))
     if contents.mountings:
-        gives = _plot("/mounting/gives", "mounting gives [mm]")
-        pull = _plot("/mounting/pull", "pull on it [N]")
-        plots.append(rrb.Horizontal(gives, pull, name="cuff"))
+        gives = _plots(contents, "/mounting/gives", "gives [mm]")
+        pull = _plots(contents, "/mounting/pull", "pull [N]")
+        further.append(rrb.Horizontal(gives, pull, name="cuff"))
     if contents.carriage and not contents.compared:
-        plots.append(_plot("/ground", "ground force [N]"))
+        further.append(_plots(contents, "/ground", "ground force [N]", "ground"))
     return [
         *plots,
-        rrb.TextLogView(origin="/events", name="events"),
         rrb.TextDocumentView(origin="/summary", name="metrics"),
+        rrb.TextLogView(origin="/events", name="events"),
+        *further,
         rrb.TextDocumentView(origin="/scenario", name="scenario"),
     ]
 
 
-def _plot(origin: str, name: str) -> rrb.TimeSeriesView:
-    link, legend = rrb.TimeAxis(link="LinkToGlobal"), rrb.PlotLegend(corner="RightTop")
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=link, plot_legend=legend)
+def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> Any:
+    """The plot of an entity; of compared runs a plot for each part below it, beside one another.
+
+    Parameters
+    ----------
+    contents : the contents
+    origin : the entity
+    title : of the plot
+    tab : a short name, where the plot stands in a tab
+    """
+    parts = [plot for plot in contents.plots if plot.startswith(f"{origin}/")] if contents.compared else []
+    if not parts:
+        legend = contents.plots.get(origin, "")
+        whole = f"{title}: {legend}" if legend else title
+        fits = contents.compared or len(whole) <= TITLE
+        plot = _plot(origin, whole if fits else title, not fits)
+        return rrb.Vertical(plot, name=tab) if tab else plot
+    short = title.split(",")[0]  # beside one another there is no room for the direction
+    views = [_plot(part, f"{part.rsplit('/', 1)[1]}: {short}", False) for part in parts]
+    return rrb.Horizontal(*views, name=tab or title)
+
+
+def _plot(origin: str, name: str, legend: bool) -> rrb.TimeSeriesView:
+    """A plot whose title tells its lines; only where they are too many, a legend lies on it."""
+    return rrb.TimeSeriesView(
+        origin=origin,
+        name=name,
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"),
+        plot_legend=rrb.PlotLegend(corner="RightTop", visible=legend),
+    )
 
 
 def _lanes(origin: str, name: str, entities: list[str] | str = "$origin/**") -> rrb.StateTimelineView:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
+import afo_sim.show.rerun.colours as colours
 import afo_sim.show.rerun.curves as curves
 import afo_sim.show.rerun.events as events
 import afo_sim.show.rerun.scene as scene
@@ -79,7 +80,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
         leader = next((other.walker for other in shown if other.walker), None)
         walker, first = None, source.walks and leader is None
         if source.walks:
-            colour = curves.run_colour(number)
+            colour = colours.of_run(number)
             walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first)
         lines = curves.compared_curves(source, label, number, healthy=first)
         shown.append(RunScene(source, view, lines, walker, label))
@@ -91,8 +92,10 @@ def contents(shown: list[RunScene]) -> Contents:
     walkers = [run.walker for run in shown if run.walker is not None]
     lanes = sum(len(run.source.named("valve")) for run in shown)
     leg = shown[0].source.scenario.leg
+    plots = curves.plots_of([line for run in shown for line in run.lines])
+    sources = [(run.label or run.source.name, run.source) for run in shown]
     return Contents(
-        valves=lanes if len(shown) == 1 else min(lanes, 4),
+        valves=lanes,
         loop=shown[0].source.cycle,
         muscles=any(run.source.named("muscle") for run in shown),
         mountings=any(run.source.named("cuff") for run in shown),
@@ -103,7 +106,15 @@ def contents(shown: list[RunScene]) -> Contents:
         lanes=2 * len(walkers),
         joint=leg.ankle,
         positive=leg.directions[0],
+        plots={plot: _legend(lines, len(shown) > 1) for plot, lines in plots.items()},
+        runs=colours.told((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
+        answer=bool(texts.answer(sources)),
     )
+
+
+def _legend(lines: list[curves.Curve], compared: bool) -> str:
+    """Names and colours of a plot's lines, as its title tells them; compared runs are told once for all."""
+    return "" if compared else colours.told((line.name, line.colour) for line in lines)
 
 
 def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:

@@ -1,26 +1,45 @@
 """Texts beside the pictures: metrics, warnings, the whole scenario."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import rerun as rr
 
+import afo_sim.show.rerun.colours as colours
 from afo_sim.description.words import reference, worn
+from afo_sim.metrics.words import GROUPS, unit, words
+from afo_sim.show import bands, effects, verdict
+from afo_sim.show.numbers import readable
 from afo_sim.show.rerun.source import Source
 
+Sources = list[tuple[str, Source]]  # runs by their names
 
-def log_texts(stream: rr.RecordingStream, sources: list[tuple[str, Source]]) -> None:
-    """The table of metrics and the resolved scenario(s)."""
-    names = list(dict.fromkeys(n for _, s in sources for n in s.header.metrics))
+
+def answer(sources: Sources) -> str:
+    """What the runs are for, answered: verdict, what to change first, bands; "" where nothing is told."""
+    found = []
+    for label, source in sources:
+        parts = [part.markdown(source.header) for part in (verdict, effects, bands)]
+        parts = [part for part in parts if part]
+        if parts and len(sources) > 1:
+            parts.insert(0, f"**{label}**")
+        found += parts
+    return "\n\n".join(found)
+
+
+def log_texts(stream: rr.RecordingStream, sources: Sources) -> None:
+    """The answer, the table of metrics and the resolved scenario(s)."""
+    if found := answer(sources):
+        _document(stream, "answer", found)
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
+    if len(sources) > 1:
+        lines += [
+            f"Colours: {colours.told((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))}.",
+            "",
+        ]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
     lines += [line for label, source in sources for line in _wear(label, source)]
-    lines += [f"| metric | unit |{'|'.join(f' {label} ' for label, _ in sources)}|"]
-    lines += [f"|---|---|{'---:|' * len(sources)}"]
-    for name in names:
-        found = [s.header.metrics.get(name) for _, s in sources]
-        unit = next(m.unit for m in found if m is not None)
-        cells = " | ".join("" if m is None else f"{m.value:.4g}" for m in found)
-        lines.append(f"| {name} | {unit} | {cells} |")
+    lines += _metrics(sources)
     for label, source in sources:
         lines += ["", f"**{label}**: {source.header.status}"]
         lines += [f"- {warning}" for warning in source.header.warnings]
@@ -29,6 +48,21 @@ def log_texts(stream: rr.RecordingStream, sources: list[tuple[str, Source]]) -> 
     _document(stream, "summary", "\n".join(lines))
     texts = [f"# {label}\n```toml\n{_flat(s.header.scenario)}\n```" for label, s in sources]
     _document(stream, "scenario", "\n".join(texts))
+
+
+def _metrics(sources: Sources) -> Iterator[str]:
+    """The table of metrics: each under its group, with the words, digits and unit that people read."""
+    names = list(dict.fromkeys(n for _, s in sources for n in s.header.metrics))
+    yield f"| number |{'|'.join(f' {label} ' for label, _ in sources)}| unit |"
+    yield f"|---|{'---:|' * len(sources)}---|"
+    for group in GROUPS:
+        members = [name for name in names if words(name).group == group]
+        if members:
+            yield f"| **{group}** |{' |' * len(sources)} |"
+        for name in members:
+            found = [s.header.metrics.get(name) for _, s in sources]
+            cells = " | ".join("–" if m is None else readable(name, m) for m in found)
+            yield f"| {words(name).label} | {cells} | {unit(next(m for m in found if m is not None))} |"
 
 
 def _wear(label: str, source: Source) -> list[str]:

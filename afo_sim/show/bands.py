@@ -1,0 +1,214 @@
+"""Bands of a run's numbers, in words and tables: what is not known of orthosis and wearer, drawn together."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.verdict import of_draws, percent
+from afo_sim.metrics.words import unit, words
+from afo_sim.show.run_view import RunView
+from afo_sim.simulation.recording import Recording
+
+STUDY = "uncertainty"
+CLEARANCE, TORQUE, AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
+MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
+LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
+OF_METRICS = {CLEARANCE: "toe clearance", TORQUE: "torque against push-off", AIR: "air"}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number of the table: its label, the run's own value, 5, 50 and 95 % of the draws, its unit."""
+
+    label: str
+    own: str
+    low: str
+    middle: str
+    high: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A group's shares of the variance of each metric [%]; `each_stride` ones no measurement takes away."""
+
+    name: str
+    each_stride: bool
+    measure: str
+    shares: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One run's part of the report: warnings that stand first, rows, bars, and what was drawn."""
+
+    run: RunView
+    draws: int
+    warnings: tuple[str, ...]
+    sentences: tuple[str, ...]
+    rows: tuple[Row, ...]
+    explained: tuple[str, ...]
+    bars: tuple[Bar, ...]
+    drawn: tuple[tuple[str, str, str, str], ...]
+    notes: tuple[str, ...]
+
+
+def lines(recording: Recording) -> list[str]:
+    """For the terminal; none where there is nothing to tell."""
+    study = _study(recording)
+    if study is None:
+        return []
+    heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
+    return [*heading, *(f"  {line}" for line in (*_sentences(study), *_short_notes(study)))]
+
+
+def markdown(recording: Recording) -> str:
+    """For the viewer; "" where there is nothing to tell."""
+    study = _study(recording)
+    if study is None:
+        return ""
+    parts = ["## What is not known", *_warnings(study), *_sentences(study)]
+    table = ["| | run | 5 % | 50 % | 95 % | |", "|---|---|---|---|---|---|"]
+    table += [f"| {r.label} | {r.own} | {r.low} | {r.middle} | {r.high} | {r.unit} |" for r in _rows(study)]
+    return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
+
+
+def of_report(runs: Sequence[RunView]) -> list[Part]:
+    """What the report's part bands.html.j2 draws; empty where there is nothing to tell."""
+    return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
+
+
+def _study(recording: Recording) -> Mapping[str, Any] | None:
+    found = recording.studies.get(STUDY)
+    return found if isinstance(found, Mapping) else None
+
+
+def _part(run: RunView, study: Mapping[str, Any]) -> Part:
+    names = [name for name in OF_METRICS if name in study.get("rest", {})]
+    bars = [
+        Bar(_plain(g["name"]), g["each_stride"], g["measure"], tuple(_percent(g, name) for name in names))
+        for g in study["groups"]
+    ]
+    rest = tuple(100.0 * study["rest"][name] for name in names)
+    kept = [bar for bar in bars if max(bar.shares, default=0.0) >= 100.0 * LEAST_SHARE]
+    return Part(
+        run,
+        study["draws"],
+        tuple(_warnings(study)),
+        tuple(_sentences(study)),
+        tuple(_rows(study)),
+        tuple(OF_METRICS[name] for name in names),
+        (*kept, Bar("together, and what is left", True, "", rest)) if kept else (),
+        tuple(_drawn(one) for one in study["drawn"]),
+        tuple(_notes(study)),
+    )
+
+
+def _warnings(study: Mapping[str, Any]) -> list[str]:
+    """What stands first: bands of draws of which many failed."""
+    failed, count = study["failed"], study["draws"]
+    if failed["count"] <= MANY_FAILED * count:
+        return []
+    reasons = "; ".join(f"{one['count']} × {one['reason']}" for one in failed["reasons"][:2])
+    left = count - failed["count"]
+    return [f"{failed['count']} of {count} draws failed; the bands are those of the other {left}: {reasons}"]
+
+
+def _sentences(study: Mapping[str, Any]) -> list[str]:
+    """The answer in words: clearance, trips, the other bands, what to measure next."""
+    found = []
+    metrics = study["metrics"]
+    if CLEARANCE in metrics:
+        found.append(f"toe clearance {_band(CLEARANCE, metrics)}")
+    if study["trips"]:
+        found.append(_trips(study["trips"], study["draws"] - study["failed"]["count"]))
+    others = [f"{OF_METRICS[name]} {_band(name, metrics)}" for name in (TORQUE, AIR) if name in metrics]
+    if others:
+        found.append("; ".join(others))
+    named = {group["name"]: group for group in study["groups"]}
+    if study["measure_next"]:
+        each = [
+            f"{_plain(name)} ({_percent(named[name], CLEARANCE):.0f} %)" for name in study["measure_next"]
+        ]
+        found.append(f"measure next, by share of the clearance's variance: {', '.join(each)}")
+    return found
+
+
+def _band(name: str, metrics: Mapping[str, Any]) -> str:
+    """A number with its band: "13.2 mm, 5 to 95 %: −2.2 to 27.3 mm"."""
+    facts = metrics[name]
+    _, (low, _, high), of = _told(name, facts)
+    own = f"{facts['own']:.{_decimals(facts) + 1}f}".replace("-", "−")
+    return f"{own} {of}, 5 to 95 %: {low} to {high} {of}"
+
+
+def _trips(trips: Mapping[str, Any], draws: int) -> str:
+    """Shares of strides, over all draws, and the band of one wearer's own."""
+    touch, near = (of_draws(trips[name]["share"], draws) for name in ("touch", "within_10mm"))
+    low, _, high = (percent(share) for share in trips["touch"]["of_one"])
+    own = low if low == high else f"{low} to {high}"
+    return (
+        f"{touch} of the drawn strides trip, {near} come within 10 mm; of "
+        f"one wearer's own strides {own} trip (5 to 95 % of the draws)"
+    )
+
+
+def _rows(study: Mapping[str, Any]) -> list[Row]:
+    found = []
+    for name, facts in study["metrics"].items():
+        own, (low, middle, high), of = _told(name, facts)
+        found.append(Row(words(name).label, own, low, middle, high, of))
+    return found
+
+
+def _told(name: str, facts: Mapping[str, Any]) -> tuple[str, list[str], str]:
+    """Own value and quantiles with as many decimals as the band deserves, and the unit."""
+    decimals, numbers = _decimals(facts), (facts["own"], *facts["quantiles"])
+    own, *others = (f"{x:.{decimals}f}".replace("-", "−") for x in numbers)
+    return own, others, unit(Metric(0.0, facts["unit"]))
+
+
+def _decimals(facts: Mapping[str, Any]) -> int:
+    """As many as tell two digits of a band's width."""
+    low, _, high = facts["quantiles"]
+    return 2 if high <= low else min(max(1 - math.floor(math.log10(high - low)), 0), 4)
+
+
+def _percent(group: Mapping[str, Any], name: str) -> float:
+    return 100.0 * float(group["explained"].get(name, 0.0))
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
+    """A drawn number: name, own value and band in the unit of people, kind, source."""
+    from afo_sim.description.quantity import amount
+
+    own, (low, _, high) = one["own"], one["quantiles"]
+    band = f"{amount(own, one['unit'], 3)}: {amount(low, one['unit'], 3)} to {amount(high, one['unit'], 3)}"
+    return _plain(one["name"]), band, str(one["kind"]), str(one["source"])
+
+
+def _short_notes(study: Mapping[str, Any]) -> list[str]:
+    """For the terminal: what failed or was left out, on one line."""
+    found = list(study["notes"])
+    if 0 < study["failed"]["count"] <= MANY_FAILED * study["draws"]:
+        found.append(f"{study['failed']['count']} of {study['draws']} draws failed and are in no band")
+    if study["left_out"]:
+        names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
+        found.append(f"not drawn, since it is not there: {', '.join(names)}")
+    return ["; ".join(found)] if found else []
+
+
+def _notes(study: Mapping[str, Any]) -> list[str]:
+    """All that is to be minded, a sentence each."""
+    failed = [f"draw failed, {one['count']} times: {one['reason']}" for one in study["failed"]["reasons"]]
+    left_out = [f"not drawn: {text}" for text in study["left_out"]]
+    again = []
+    if study["rejected"]:
+        again.append(f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew")
+    return [*study["notes"], *failed, *again, *left_out]

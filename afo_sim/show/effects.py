@@ -1,0 +1,216 @@
+"""What to change first, as it is shown: a few lines, a table with bars that print in black and white."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from afo_sim.metrics.words import UNITS, number
+from afo_sim.show.run_view import RunView
+from afo_sim.simulation.recording import Recording
+from afo_sim.study.effect import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect
+from afo_sim.study.effects import Effects
+from afo_sim.study.told import EFFECTS, LEFT_OUT
+
+TOP = 5
+APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
+WHY = {
+    "lift": "the toe clears too little: by the gain in its lowest clearance",
+    "heel": "the foot does not land on its heel: by the gain in its pitch at contact",
+    "push_off": "push-off is hindered: by the relief, while the toe stays clear",
+    "air": "a bottle lasts too short: by the air saved, while the toe stays clear",
+    "spare": "nothing is lacking: by what still spares push-off, then air, while the toe stays clear",
+}
+SHORT = {
+    CLEARANCE: "toe",
+    FIRST: "first stride",
+    TORQUE: "against push-off",
+    WORK: "work",
+    PITCH: "pitch",
+    AIR: "air",
+}
+HEADS = {
+    CLEARANCE: "toe",
+    FIRST: "toe, first stride",
+    TORQUE: "against push-off",
+    WORK: "work against push-off",
+    PITCH: "pitch at contact",
+    AIR: "air per stride",
+}
+BARS = (CLEARANCE, TORQUE)  # columns that are drawn, too
+MEASURE = "assumed: measure it first"
+NONE = "no single step helps: it takes a larger step, several together, or another design"
+
+
+@dataclass(frozen=True)
+class EffectCell:
+    """A difference as a number, and as a bar of `share` percent of the longest; `up` fills it."""
+
+    text: str
+    share: float
+    up: bool
+    drawn: bool
+
+
+@dataclass(frozen=True)
+class EffectRow:
+    """One step: `name` and `steps` (rows that it heads) only at a parameter's first."""
+
+    name: str
+    steps: int
+    change: str
+    helps: bool
+    cells: tuple[EffectCell, ...]
+    note: str
+
+
+@dataclass(frozen=True)
+class EffectsTable:
+    """The effects of a run's parameters, those of which a step helps first; or why they are left out."""
+
+    run: RunView
+    why: str
+    heads: tuple[tuple[str, str], ...] = ()
+    base: tuple[str, ...] = ()
+    drawn: tuple[bool, ...] = ()
+    first: tuple[EffectRow, ...] = ()
+    others: tuple[EffectRow, ...] = ()
+    none: str = ""
+    idle: str = ""
+    not_run: tuple[str, ...] = ()
+    left_out: str = ""
+
+
+def effects_of(recording: Recording) -> Effects | None:
+    """The effects that a recording was told with; None without."""
+    table = recording.studies.get(EFFECTS)
+    return None if table is None or LEFT_OUT in table else Effects.from_json(table)
+
+
+def lines(recording: Recording) -> list[str]:
+    """For the terminal, at most seven; none where there is nothing to tell."""
+    found, left_out = effects_of(recording), _left_out(recording)
+    if found is None:
+        return [f"What to change first is left out: {left_out}"] if left_out else []
+    told = [f"What to change first, since {WHY[found.aim]} (each alone, from a run of its own)"]
+    told += [f"  {change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:TOP]]
+    return told if found.helping else [*told, f"  {NONE}"]
+
+
+def markdown(recording: Recording) -> str:
+    """For the viewer; "" where there is nothing to tell."""
+    found, left_out = effects_of(recording), _left_out(recording)
+    if found is None:
+        return f"*Left out: {left_out}.*" if left_out else ""
+    told = [f"Since {WHY[found.aim]}. Each step alone, from a run of its own.", ""]
+    if not found.helping:
+        return "\n".join([*told, f"**{NONE[0].upper()}{NONE[1:]}.**"])
+    names = [name for name in SHORT if name in found.base]
+    told.append("| step | " + " | ".join(f"{SHORT[n]} [{_unit(found, n)}]" for n in names) + " |")
+    told.append("|---|" + "---:|" * len(names))
+    for effect in found.helping[:TOP]:
+        numbers = (_number(effect, found, name) for name in names)
+        told.append(f"| {change(effect)} | {' | '.join(numbers)} |")
+    return "\n".join(told)
+
+
+def of_report(runs: Sequence[RunView]) -> list[EffectsTable]:
+    """What the report's part effects.html.j2 draws; empty where there is nothing to tell."""
+    tables = []
+    for run in runs:
+        found, left_out = effects_of(run.recording), _left_out(run.recording)
+        if found is not None:
+            tables.append(_table(run, found))
+        elif left_out:
+            tables.append(EffectsTable(run, "", left_out=left_out))
+    return tables
+
+
+def change(effect: Effect) -> str:
+    """A step in words, as "dorsiflexor link_length 11.2 → 10.7 cm"."""
+    return f"{effect.name} {_values(effect)}" + (f" ({MEASURE})" if effect.assumed else "")
+
+
+def _values(effect: Effect) -> str:
+    before, _, unit = effect.before.partition(" ")
+    after = effect.after.removesuffix(f" {unit}") if unit else effect.after
+    return f"{before} → {after} {_spelled(unit)}".rstrip().replace("-", "−")
+
+
+def _spelled(unit: str) -> str:
+    return unit.replace("^3", "³").replace("*", "·")
+
+
+def _in_short(effect: Effect, found: Effects) -> str:
+    """The differences that count, in a line."""
+    apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= APART
+    names = [CLEARANCE, *([FIRST] if apart else []), *([PITCH] if found.aim == "heel" else []), TORQUE]
+    names += [*([WORK] if found.aim == "push_off" else []), AIR]
+    told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
+    text = ", ".join(f"{SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
+    return f"{text} ({'; '.join(effect.notes)})" if effect.notes else text
+
+
+def _number(effect: Effect, found: Effects, name: str) -> str:
+    if name not in effect.differences:
+        return ""
+    return number(effect.differences[name], found.base[name].unit, signed=True)
+
+
+def _unit(found: Effects, name: str) -> str:
+    unit = found.base[name].unit
+    return UNITS.get(unit, unit)
+
+
+def _left_out(recording: Recording) -> str:
+    return str(recording.studies.get(EFFECTS, {}).get(LEFT_OUT, ""))
+
+
+def _table(run: RunView, found: Effects) -> EffectsTable:
+    names = [name for name in HEADS if name in found.base]
+    shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
+    best = {effect.name for effect in found.helping[:TOP]}
+    longest = {n: max((abs(e.by(n)) for e in shown), default=0.0) or 1.0 for n in names}
+    return EffectsTable(
+        run,
+        WHY[found.aim],
+        heads=tuple((HEADS[n], _unit(found, n)) for n in names),
+        base=tuple(number(found.base[n].value, found.base[n].unit) for n in names),
+        drawn=tuple(n in BARS for n in names),
+        first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
+        others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
+        none="" if found.helping else NONE,
+        idle="; ".join(found.idle),
+        not_run=tuple(_not_run(found)),
+    )
+
+
+def _rows(
+    found: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
+) -> Iterator[EffectRow]:
+    """Both steps of a parameter together, in the order of the better one."""
+    for parameter in dict.fromkeys(effect.name for effect in shown):
+        steps = [effect for effect in shown if effect.name == parameter]
+        for k, effect in enumerate(steps):
+            cells = tuple(
+                EffectCell(
+                    _number(effect, found, n),
+                    100.0 * abs(effect.by(n)) / longest[n],
+                    effect.by(n) > 0.0,
+                    n in BARS,
+                )
+                for n in names
+            )
+            told = MEASURE if effect.assumed and k == 0 else ""
+            note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
+            yield EffectRow(
+                parameter if k == 0 else "", len(steps), _values(effect), effect.helps, cells, note
+            )
+
+
+def _not_run(found: Effects) -> Iterator[str]:
+    """Steps that were not run, by their reason; parameters without air are told among the idle ones."""
+    reasons: dict[str, list[str]] = {}
+    for effect in found.ranked:
+        if effect.status not in ("run", "no air"):
+            reasons.setdefault(effect.reason, []).append(change(effect))
+    for reason, steps in reasons.items():
+        yield f"{'; '.join(steps)}: {reason}"

@@ -1,0 +1,190 @@
+"""Figure of a torque fit: measured over fitted torque by pressure, what is left over, what goes with what."""
+
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from afo_sim.fitting.identifiability import refused
+from afo_sim.fitting.torque_data import Readings
+from afo_sim.fitting.torque_fit import TorqueFit
+from afo_sim.fitting.torque_problem import Group, predict
+from afo_sim.fitting.torque_profile import Profile, profile
+from afo_sim.fitting.torque_search import levels
+from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_figure
+
+MOST_GROUPS = 6  # panels of measured torque
+GRID = 61  # angles of a line
+RIGID = 2.5  # times the largest measured torque: as far as a panel goes
+
+
+def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write fit_torque.png and fit_torque.pdf, and return the files.
+
+    Parameters
+    ----------
+    found : from `fit_torque`
+    folder : made if need be
+    """
+    profiled = profile(found.solution)
+    shown = min(len(found.problem.groups), MOST_GROUPS)
+    count = shown + 1 + (profiled is not None)
+    columns = min(count, 4)
+    rows = -(-count // columns)
+    written = []
+    for suffix in ("png", "pdf"):
+        written.append(folder / f"fit_torque.{suffix}")
+        write_figure(
+            written[-1], (3.5 * columns, 3.1 * rows + 0.3), lambda f: _fill(f, found, profiled, columns, rows)
+        )
+    return written
+
+
+def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
+    axes = list(np.ravel(figure.subplots(rows, columns)))
+    groups = found.problem.groups[:MOST_GROUPS]
+    level, of_group = levels(found.problem), found.problem.of_group
+    for k, group in enumerate(groups):
+        _draw_torque(axes[k], found, group, level[of_group == k])
+    _draw_residuals(axes[len(groups)], found, level)
+    used = len(groups) + 1
+    if profiled is not None:
+        _draw_profile(axes[used], found, profiled)
+        used += 1
+    for axis in axes[used:]:
+        axis.set_axis_off()
+    lacking = sorted(refused(found.verdict))
+    told = f"; not told by these readings: {', '.join(lacking)}" if lacking else ""
+    values = ", ".join(f"{p.name} {p.text(found.parameters[p.name])}" for p in found.problem.free)
+    figure.suptitle(plain(f"{values}{told}", None))
+
+
+def _colour(pressure: float, found: TorqueFit) -> Any:
+    from matplotlib import colormaps
+
+    every = found.problem.column("pressure")
+    share = (pressure - every.min()) / max(float(np.ptp(every)), 1e4)
+    return colormaps[SCALE](SCALE_END * min(max(share, 0.0), 1.0))
+
+
+def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -> None:
+    """Readings, the fit through them, and the same muscles on rigid anchors."""
+    readings = group.readings
+    reach = (readings.angle.min(), readings.angle.max())
+    grid = np.linspace(*reach, GRID) if reach[1] > reach[0] else np.array(reach)
+    axis.axhline(0.0, color=ZERO, lw=0.8)
+    for k in np.unique(level):
+        own = readings.take(level == k)
+        pressure = float(own.pressure.mean())
+        colour = _colour(pressure, found)
+        line = Group.of(_at(readings, grid, pressure), group.orthosis)
+        fitted = predict(found.problem, found.parameters, [line])["torque"]
+        rigid = {
+            "series_stiffness": np.inf,
+            "offset": 0.0,
+            "cuff_stiffness": np.inf,
+            "plate_stiffness": np.inf,
+        }
+        stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
+        axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
+        axis.plot(np.degrees(grid), fitted, color=colour)
+        axis.plot(
+            np.degrees(own.angle), own.torque, "o", ms=3, color=colour, label=f"{pressure * 1e-5:.3g} bar"
+        )
+    axis.plot([], [], color="0.3", label="fitted")
+    axis.plot([], [], ":", color="0.3", label="nothing gives way")
+    axis.margins(x=0.03)
+    most = RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
+    low, high = axis.get_ylim()
+    axis.set_ylim(max(low, -most), min(high, most))
+    axis.set_xlabel("angle [deg], dorsiflexion positive")
+    axis.set_ylabel("torque [N·m]")
+    name = readings.group if len(found.problem.groups) > 1 else readings.file.stem
+    axis.set_title(plain(name))
+    axis.legend(frameon=True, framealpha=0.8, edgecolor="none")
+
+
+def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
+    """Readings to predict a line at."""
+    blank = np.full(len(angle), np.nan)
+    return Readings(
+        readings.file,
+        readings.group,
+        angle,
+        np.full(len(angle), pressure),
+        blank,
+        blank,
+        np.ones(len(angle)),
+        np.zeros(len(angle)),
+    )
+
+
+def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
+    """Errors over angle: seen by the fit, and when left out."""
+    angle, pressure = np.degrees(found.problem.column("angle")), found.problem.column("pressure")
+    axis.axhline(0.0, color=ZERO, lw=0.8)
+    colours = [_colour(float(pressure[level == k].mean()), found) for k in level]
+    axis.scatter(angle, found.residuals, s=9, color=colours, label="fitted")
+    kind = found.judged_by or next((k for k in found.held_out if k != "file"), "")
+    if kind:
+        missed = found.held_out[kind]
+        for k, name in enumerate(missed.errors):
+            mask = found.parts(kind)[name]
+            axis.plot(
+                angle[mask],
+                missed.errors[name],
+                "x",
+                ms=4,
+                color=COLOURS[0],
+                label="left out" if k == 0 else None,
+            )
+    axis.margins(x=0.03)
+    axis.set_xlabel("angle [deg]")
+    axis.set_ylabel("predicted − measured [N·m]")
+    left = f", {found.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
+    axis.set_title(f"{found.rms:.3g} N·m RMS{left}")
+    axis.legend()
+
+
+def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
+    """Which pairs of two parameters fit as well, and what each group alone says."""
+    from matplotlib.ticker import LogFormatter
+
+    first, second = profiled.parameters
+    x = np.array([first.number(v) for v in profiled.first])
+    y = np.array([second.number(v) for v in profiled.second])
+    worse = profiled.rms / profiled.rms.min() - 1.0
+    bands = axis.contourf(
+        x, y, 100.0 * worse.T, [0, 1, 2, 5, 10, 20, 50, 100], cmap="Greys", extend="max", alpha=0.7
+    )
+    axis.figure.colorbar(bands, ax=axis, label="torque RMS above the least [%]")
+    for parameter, scale, side in (
+        (first, axis.set_xscale, axis.xaxis),
+        (second, axis.set_yscale, axis.yaxis),
+    ):
+        if parameter.logarithmic:
+            scale("log")
+            for format_ in (side.set_major_formatter, side.set_minor_formatter):
+                format_(LogFormatter(minor_thresholds=(1.2, 0.5)))
+    at = found.parameters
+    axis.plot(
+        first.number(at[first.name]), second.number(at[second.name]), "o", color=COLOURS[0], label="fitted"
+    )
+    others = {
+        group: (first.number(values[first.name]), second.number(values[second.name]))
+        for group, values in (found.apart.values if found.apart else {}).items()
+    }
+    within = {
+        g: at for g, at in others.items() if x.min() <= at[0] <= x.max() and y.min() <= at[1] <= y.max()
+    }
+    for group, place in within.items():
+        axis.annotate(plain(group), place, xytext=(4, 3), textcoords="offset points", fontsize=7)
+    if others:
+        beyond = ", ".join(group for group in others if group not in within)
+        label = "each group alone" + (f" (beyond: {plain(beyond)})" if beyond else "")
+        axis.plot(*np.reshape([*within.values()], (-1, 2)).T, "+", ms=7, color=COLOURS[1], label=label)
+    axis.set_xlim(x.min(), x.max())
+    axis.set_ylim(y.min(), y.max())
+    axis.set_xlabel(f"{first.name} [{first.shown}]")
+    axis.set_ylabel(f"{second.name} [{second.shown}]" if second.shown else second.name)
+    axis.legend(loc="upper right", frameon=True, framealpha=0.8, edgecolor="none")

@@ -1,0 +1,80 @@
+"""The verdict of a walk as it is shown: a mark, a word and a colour for each answer.
+
+The mark and the word tell what the colour tells: on paper, and to who cannot tell red from green.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from afo_sim.metrics.verdict import AIR, HEEL, LIFT, PUSH_OFF, Answer
+from afo_sim.show.run_view import RunView
+from afo_sim.simulation.judged import limits_of
+from afo_sim.simulation.recording import Recording
+
+MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
+INDENT = 12  # columns of a terminal before an answer
+HELD = {  # {answer: the limits that it is held against}
+    LIFT: ("toe_clearance",),
+    HEEL: ("contact_pitch",),
+    PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
+    AIR: ("strides_per_bottle", "bottle_volume", "bottle_pressure"),
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A run's answer to a question; `limit` says of what kind it is, too."""
+
+    run: RunView
+    answer: Answer
+    badge: str
+    limit: str
+
+
+@dataclass(frozen=True)
+class VerdictRow:
+    """One question, and its answer for each run; `limit` is "" where the runs have different limits."""
+
+    question: str
+    limit: str
+    cells: tuple[Cell, ...]
+
+
+def badge(answer: Answer) -> str:
+    """The status as mark and word."""
+    return f"{MARKS[answer.status]} {answer.status.upper()}"
+
+
+def lines(recording: Recording) -> list[str]:
+    """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to tell."""
+    return [
+        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({answer.limit})"
+        for answer in recording.verdict
+    ]
+
+
+def markdown(recording: Recording) -> str:
+    """For the viewer, as a list; "" where there is nothing to tell."""
+    told = (
+        f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} *Limit: {answer.limit}.*"
+        for answer in recording.verdict
+    )
+    return "\n".join(told)
+
+
+def of_report(runs: Sequence[RunView]) -> list[VerdictRow]:
+    """What the report's part report_verdict.html.j2 draws; empty where there is nothing to tell."""
+    judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
+    columns = [[Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
+    rows = []
+    for cells in zip(*columns, strict=True):
+        limits = {cell.limit for cell in cells}
+        rows.append(VerdictRow(cells[0].answer.question, limits.pop() if len(limits) == 1 else "", cells))
+    return rows
+
+
+def limit(recording: Recording, answer: Answer) -> str:
+    """An answer's limit and of what kind it is: none is shown as published that is not."""
+    told = limits_of(recording).provenance
+    kinds = dict.fromkeys(told[name].kind if name in told else "user" for name in HELD[answer.name])
+    return f"{answer.limit} ({', '.join(kinds)})"

@@ -1,0 +1,122 @@
+"""Bands on the terminal, in the viewer and in the report: what they say, and that it is what was found."""
+
+import dataclasses
+import pathlib
+import re
+from typing import Any
+
+import pytest
+
+import afo_sim
+from afo_sim.show import bands
+from afo_sim.show.report import write_report
+from afo_sim.show.unknown_band import LABEL
+from afo_sim.simulation import judged
+from afo_sim.simulation.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def walk() -> Recording:
+    return afo_sim.uncertainty("walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"}, draws=120)
+
+
+def changed(walk: Recording, **facts: Any) -> Recording:
+    study = walk.studies["uncertainty"] | facts
+    return dataclasses.replace(walk, studies={"uncertainty": study})
+
+
+def numbers(line: str) -> list[float]:
+    return [float(x.replace("−", "-")) for x in re.findall(r"−?\d+\.?\d*", line)]
+
+
+def test_the_terminal_has_clearance_trips_and_what_to_measure(walk: Recording) -> None:
+    study = walk.studies["uncertainty"]
+    lines = bands.lines(walk)
+    assert len(lines) <= 6 and "120 draws" in lines[0]
+    clearance = next(line for line in lines if "toe clearance" in line)
+    own, low, _, high = (
+        study["metrics"]["toe_clearance"]["own"],
+        *study["metrics"]["toe_clearance"]["quantiles"],
+    )
+    told = numbers(clearance)
+    assert told[0] == pytest.approx(own, abs=0.05)
+    assert (told[-2], told[-1]) == pytest.approx((low, high), abs=0.5)
+    trips = next(line for line in lines if "trip" in line)
+    assert numbers(trips)[0] == pytest.approx(100.0 * study["trips"]["touch"]["share"], abs=0.5)
+    measure = next(line for line in lines if "measure next" in line)
+    assert [name.replace("_", " ") in measure for name in study["measure_next"]] == [True] * 3
+
+
+def test_no_trip_among_few_draws_is_not_told_as_none_at_all(walk: Recording) -> None:
+    trips = walk.studies["uncertainty"]["trips"]
+    dry = trips | {"touch": trips["touch"] | {"share": 0.0}}
+    for draws, at_most in ((20, 0.139), (500, 0.006)):  # 1 - 0.05^(1/n), where chance hides it once in 20
+        [told] = [x for x in bands.lines(changed(walk, trips=dry, draws=draws)) if "trip" in x]
+        assert numbers(told)[0] == pytest.approx(100.0 * at_most, rel=0.1)
+        assert "fewer than" in told
+
+
+def test_nothing_is_told_where_nothing_was_drawn(walk: Recording) -> None:
+    plain = dataclasses.replace(walk, studies={})
+    assert bands.lines(plain) == [] and bands.markdown(plain) == "" and bands.of_report([]) == []
+
+
+def test_bands_of_which_many_draws_failed_say_so_first(walk: Recording) -> None:
+    failed = {"count": 30, "draws": [], "reasons": [{"reason": "unstable: it fell", "count": 30}]}
+    lines = bands.lines(changed(walk, failed=failed))
+    assert "30 of 120 draws failed" in lines[0] and "it fell" in lines[0] and len(lines) <= 6
+    few = failed | {"count": 2}
+    lines = bands.lines(changed(walk, failed=few))
+    assert "failed" not in lines[0] and any("2 of 120 draws failed" in line for line in lines)
+    assert "30 of 120" in bands.markdown(changed(walk, failed=failed))
+
+
+def test_all_draws_failed_is_told(walk: Recording) -> None:
+    failed = {"count": 120, "draws": [], "reasons": [{"reason": "unstable: it fell", "count": 120}]}
+    empty: dict[str, Any] = {"metrics": {}, "curves": {}, "trips": {}, "groups": [], "measure_next": []}
+    lines = bands.lines(changed(walk, failed=failed, **empty))
+    assert "120 of 120 draws failed" in lines[0]
+
+
+def test_the_viewer_has_a_row_for_each_number(walk: Recording) -> None:
+    text = bands.markdown(walk)
+    rows = [line for line in text.splitlines() if line.startswith("| ")]
+    assert len(rows) == len(walk.studies["uncertainty"]["metrics"]) + 1
+
+
+def test_the_report_has_table_bars_and_bands_of_curves(tmp_path: pathlib.Path, walk: Recording) -> None:
+    walk.save(tmp_path / "walk", rrd=False)
+    plain = dataclasses.replace(walk, studies={})
+    plain.save(tmp_path / "plain", rrd=False)
+    with_bands = write_report([tmp_path / "walk"]).read_text(encoding="utf-8")
+    without = write_report([tmp_path / "plain"]).read_text(encoding="utf-8")
+    assert "What is not known" in with_bands and "What is not known" not in without
+    assert LABEL in with_bands and LABEL not in without
+    assert "no calf cuff was measured" in with_bands  # the source of a spread
+    for bar in bands.of_report([_view(walk)])[0].bars:
+        assert bar.name in with_bands
+    both = write_report([tmp_path / "walk", tmp_path / "plain"], tmp_path / "both.html")
+    assert both.read_text(encoding="utf-8").count("What the bands come from") == 1
+
+
+def _view(recording: Recording) -> Any:
+    from afo_sim.show.run_view import alone
+
+    return alone(recording)
+
+
+def test_a_name_from_a_file_cannot_break_the_page(tmp_path: pathlib.Path, walk: Recording) -> None:
+    study = walk.studies["uncertainty"]
+    groups = [study["groups"][0] | {"measure": "<script>alert(1)</script>"}, *study["groups"][1:]]
+    changed(walk, groups=groups).save(tmp_path / "walk", rrd=False)
+    page = write_report([tmp_path / "walk"]).read_text(encoding="utf-8")
+    assert "<script>" not in page
+
+
+@pytest.mark.parametrize(("share", "told"), [(1.0, "100 %"), (0.38, "38 %"), (0.085, "8.5 %")])
+def test_answer_and_band_tell_the_same_share_of_trips(walk: Recording, share: float, told: str) -> None:
+    touch = {"height": 0.0, "share": share, "of_one": [0.0, 0.0, 1.0]}
+    run = changed(walk, trips={"touch": touch, "within_10mm": touch | {"height": 0.01}})
+    answer = judged.verdict_of(run)[0].text
+    assert f"not known, {told} touch the floor" in answer
+    assert any(f"{told} of the drawn strides trip" in line for line in bands.lines(run))

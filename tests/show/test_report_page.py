@@ -1,0 +1,168 @@
+"""The report as a page: read on a telephone, on paper, by ear, and without colours."""
+
+import html
+import html.parser
+import itertools
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+from colour_vision import contrast
+
+import afo_sim
+from afo_sim.show.report import page, read_runs
+from afo_sim.show.report_figures import WIDTH
+from afo_sim.show.report_words import headed
+from afo_sim.show.style import STYLE
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+POINT = 96.0 / 72.0  # [CSS pixel]
+NARROW = 400  # width of a telephone's page [CSS pixel]
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    base = tmp_path_factory.mktemp("page")
+    runs = {
+        "bare": afo_sim.run("walk-dropfoot", {"duration": "3 s"}),
+        "worn": afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"}),
+        "sitting": afo_sim.run("seated", {"duration": "2 s", "record_rate": "100 Hz"}),
+    }
+    return page(read_runs([run.save(base / name, rrd=False) for name, run in runs.items()]))
+
+
+class Outline(html.parser.HTMLParser):
+    """Tags of a page with their attributes, and the open ones about each."""
+
+    VOID = ("meta", "col", "br", "use", "path", "rect")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[tuple[str, dict[str, str]]] = []
+        self.seen: list[tuple[str, dict[str, str], list[tuple[str, dict[str, str]]]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attrs}
+        self.seen.append((tag, found, list(self.open)))
+        if tag not in self.VOID:
+            self.open.append((tag, found))
+
+    def handle_endtag(self, tag: str) -> None:
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def all(self, tag: str) -> list[tuple[dict[str, str], list[tuple[str, dict[str, str]]]]]:
+        return [(found, about) for name, found, about in self.seen if name == tag]
+
+
+def test_every_table_scrolls_in_a_named_box_and_has_heads(text: str) -> None:
+    outline = Outline(text)
+    tables = outline.all("table")
+    assert len(tables) >= 4
+    for _, about in tables:
+        box = next(found for tag, found in reversed(about) if tag == "div")
+        assert "scroll" in box["class"].split()
+        assert (box["role"], box["tabindex"]) == ("region", "0")
+        assert box["aria-label"]
+    assert text.count("<thead>") == len(tables)
+    for found, _ in outline.all("th"):
+        assert found.get("scope") in ("col", "row", "rowgroup"), found
+
+
+def test_headings_go_down_one_step_at_a_time(text: str) -> None:
+    levels = [int(tag[1]) for tag, _, _ in Outline(text).seen if re.fullmatch(r"h[1-6]", tag)]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in itertools.pairwise(levels))
+
+
+def test_every_figure_tells_what_it_shows(text: str) -> None:
+    panels = re.findall(r"<svg role.*?</svg>", text, flags=re.DOTALL)
+    assert len(panels) == 2 + 2 + 1 + 1 + 2 + 2 + 2 + 1 + 1
+    for panel in panels:
+        names = re.search(r'aria-labelledby="(\S+) (\S+)"', panel)
+        assert names
+        assert re.search(rf'<title id="{names[1]}">[^<]+</title>', panel)
+        assert re.search(rf'<desc id="{names[2]}">', panel)
+    angle = next(panel for panel in panels if "ankle angle" in panel)
+    assert re.search(r"bare −\d.* to \d", html.unescape(angle))
+    assert '<html lang="en">' in text
+
+
+def test_letters_of_figures_are_large_enough_on_a_telephone() -> None:
+    """A panel takes the page's whole width, less the margins of 12 pixels."""
+    scale = (NARROW - 24) / (72.0 * WIDTH)  # CSS pixels for a point of the figure
+    smallest = min(size for name, size in STYLE.items() if name.endswith("size"))
+    assert scale >= POINT, "a panel is not drawn smaller than it is"
+    assert smallest * scale >= 11.0
+
+
+def test_all_text_has_contrast_enough(text: str) -> None:
+    """Each colour of text in the style sheets, on white and on the grounds that the page has."""
+    sheets = " ".join(re.findall(r"<style>(.*?)</style>", text, flags=re.DOTALL))
+    inks = set(re.findall(r"[{;]\s*color:\s*(#[0-9a-f]{3,6})", sheets))
+    grounds = set(re.findall(r"background:\s*(#[0-9a-f]{3,6})", sheets))
+    assert {"#222", "#444", "#555"} <= inks and {"#f3f3f3", "#fff6df"} <= grounds
+    for ink in inks:
+        assert contrast(ink) >= 4.5, ink
+    for ground in grounds:
+        assert contrast("#222", ground) >= 4.5, ground
+    assert contrast("#555", "#f3f3f3") >= 4.5
+
+
+def test_letters_in_figures_have_contrast_enough(text: str) -> None:
+    """Matplotlib draws letters as paths in groups named text_…; their fill is black where none is told."""
+    fills = re.findall(r'<g id="[^"]*text_\d+">\s*<g (?:style="fill: (#[0-9a-f]{6}))?', text)
+    assert len(fills) > 50
+    for colour in {fill for fill in fills if fill}:
+        assert contrast(colour) >= 4.5 or contrast(colour, "#f3dede") >= 4.5, colour
+
+
+def test_paper_repeats_heads_and_parts_no_row(text: str) -> None:
+    for rule in (
+        "@page { size: A4",
+        "thead { display: table-header-group; }",
+        "tr { break-inside: avoid; }",
+        "details:not([open]) { display: none; }",
+    ):
+        assert rule in text
+    assert "A table that is closed on the page is not printed" in text
+
+
+def test_a_note_keeps_every_word_behind_its_head() -> None:
+    for note in (
+        "the cuff gives: run half and double",
+        "no clause",
+        "a (b, c) d, e",
+        f"{'long ' * 30}(x) y",
+        f"short ({'long ' * 30}), y",
+    ):
+        head, rest = headed(note)
+        assert (head + rest).lower() == note.lower()
+    assert headed("a (b, c) d, e") == ("A (b, c) d", ", e")
+    assert headed(f"short ({'long ' * 30}), y")[0] == "Short"
+    assert headed(f"{'long ' * 30}, y")[0] == ""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to lay the page out")
+@pytest.mark.parametrize("width", [NARROW, 1280])
+def test_the_page_does_not_scroll_sideways(text: str, width: int, tmp_path: pathlib.Path) -> None:
+    """Laid out by a browser in a frame: nothing but the tables' boxes is wider than it."""
+    shown = html.escape(re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text))
+    measure = "document.body.innerHTML = '<p>wide ' + f.contentDocument.documentElement.scrollWidth + '</p>'"
+    look = f"width: {width}px; height: 900px; border: 0"
+    frame = tmp_path / "frame.html"
+    frame.write_text(
+        f'<body><iframe id="f" style="{look}" srcdoc="{shown}"></iframe>'
+        f"<script>const f = document.getElementById('f'); f.onload = () => {{ {measure} }}</script>",
+        encoding="utf-8",
+    )
+    options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
+    command = [str(CHROMIUM), *options, "--virtual-time-budget=5000", "--dump-dom", frame.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    found = re.search(r"<p>wide (\d+)</p>", done.stdout)
+    assert found, done.stderr[-500:]
+    assert int(found[1]) <= width

@@ -1,0 +1,179 @@
+"""The verdict in report, notebook, viewer and terminal: the same answers, told by more than a colour."""
+
+import dataclasses
+import html
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+from command import call
+
+import afo_sim
+from afo_sim.show import verdict
+from afo_sim.show.notebook import recording_html
+from afo_sim.show.report import page
+from afo_sim.show.run_view import RunView
+from afo_sim.show.style import RUNS
+from afo_sim.simulation.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def shipped() -> Recording:
+    return afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"})
+
+
+@pytest.fixture(scope="module")
+def short_links() -> Recording:
+    return afo_sim.run(
+        "walk-dropfoot-afo-short", {"duration": "4 s", "limits.contact_pitch": ["5 deg", "0 deg"]}
+    )
+
+
+@pytest.fixture(scope="module")
+def sitting() -> Recording:
+    return afo_sim.run("seated", {"duration": "1 s"})
+
+
+def text_of(found: str) -> str:
+    """The words of a page, without its tags and styles."""
+    bare = re.sub(r"<style>.*?</style>|<svg.*?</svg>|<[^>]+>", " ", found, flags=re.S)
+    return " ".join(html.unescape(bare).split())
+
+
+def views(*runs: Recording) -> list[RunView]:
+    return [RunView(run.scenario["name"], colour, run) for run, colour in zip(runs, RUNS, strict=False)]
+
+
+def test_each_place_opens_with_the_four_answers(shipped: Recording) -> None:
+    text = text_of(page(views(shipped)))
+    assert text.index("Does it work?") < text.index("In short")
+    for place in (
+        text,
+        recording_html(shipped),
+        verdict.markdown(shipped),
+        "\n".join(verdict.lines(shipped)),
+    ):
+        places = [place.index(answer.question) for answer in shipped.verdict]
+        assert places == sorted(places) and len(places) == 4
+        for answer in shipped.verdict:
+            assert answer.status.upper() in place and answer.text in place and answer.limit in place
+
+
+def test_a_mark_and_a_word_tell_what_a_colour_tells() -> None:
+    badges = {status: verdict.MARKS[status] for status in ("good", "doubtful", "bad", "unknown")}
+    assert len(set(badges.values())) == 4 and all(len(mark) == 1 for mark in badges.values())
+
+
+def test_the_report_says_of_what_kind_each_limit_is(shipped: Recording) -> None:
+    text = text_of(page(views(shipped)))
+    assert "trips below 0 mm (assumed)" in text and "bad beyond 0.14 or 0.032 (derived)" in text
+    assert "mm (published)" not in text
+
+
+def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short_links: Recording) -> None:
+    rows = verdict.of_report(views(shipped, short_links))
+    assert [len(row.cells) for row in rows] == [2, 2, 2, 2]
+    assert [bool(row.limit) for row in rows] == [True, False, True, True]  # another pitch is wanted
+    found = page(views(shipped, short_links))
+    table = found.partition('<table class="verdict-table">')[2].partition("</table>")[0]
+    assert table.count('scope="row"') == 4 and table.count('scope="col"') == 3
+    assert table.count("heel from 8°") == table.count("heel from 5°") == 1
+    assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 8
+
+
+def test_what_does_not_walk_and_what_failed_has_none(shipped: Recording, sitting: Recording) -> None:
+    failed = dataclasses.replace(shipped, status="failed: it fell")
+    for run in (sitting, failed):
+        assert (
+            verdict.lines(run) == [] and verdict.markdown(run) == "" and verdict.of_report(views(run)) == []
+        )
+    assert len(verdict.of_report(views(shipped, sitting))[0].cells) == 1
+    assert "verdict" not in sitting.summary() and "Does it work?" not in page(views(sitting))
+
+
+def contrast(one: str, other: str) -> float:
+    """WCAG 2: of two colours #rrggbb."""
+
+    def luminance(colour: str) -> float:
+        parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_the_colours_have_contrast_enough() -> None:
+    """AA: text 4.5, edges 3, each upon its own ground."""
+    style = (pathlib.Path(verdict.__file__).parent / "report_verdict.html.j2").read_text(encoding="utf-8")
+    for status in verdict.MARKS:
+        rule = re.search(rf"\.verdict-{status} {{ background: (#\w+); border-color: (#\w+);", style)
+        badge = re.search(rf"\.verdict-{status} \.verdict-badge {{ color: (#\w+)", style)
+        assert rule and badge
+        ground, edge = (c if len(c) == 7 else "#" + "".join(2 * x for x in c[1:]) for c in rule.groups())
+        word = badge[1] if len(badge[1]) == 7 else "#" + "".join(2 * x for x in badge[1][1:])
+        assert contrast(word, ground) > 4.5 and contrast("#4a4a4a", ground) > 4.5
+        assert contrast(edge, "#ffffff") > 3.0
+
+
+# --- the terminal
+
+
+def ran(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    folder: pathlib.Path,
+    width: str,
+    *more: str,
+) -> list[str]:
+    monkeypatch.setenv("COLUMNS", width)
+    code, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-rrd", "--force", "--out", folder, *more)
+    assert code == 0
+    return said.splitlines()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "most"), [("100", 24), ("80", 40)])
+def test_a_walk_is_told_on_one_screen(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: pathlib.Path,
+    width: str,
+    most: int,
+) -> None:
+    folder = pathlib.Path("run")
+    monkeypatch.chdir(tmp_path)
+    lines = ran(capsys, monkeypatch, folder, width)
+    assert len(lines) <= most and max(map(len, lines)) <= int(width)
+    assert lines[0].startswith("walk-dropfoot-afo")
+    assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "!", "!"]
+    assert "air_per_stride" not in "\n".join(lines) and lines[-1].startswith("written to run")
+
+
+@pytest.mark.slow
+def test_every_number_is_printed_when_asked_for(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
+) -> None:
+    lines = ran(capsys, monkeypatch, tmp_path / "run", "200", "--numbers")
+    run = afo_sim.read_recording(tmp_path / "run")
+    printed = {line.split()[0] for line in lines if line}
+    assert set(run.metrics) <= printed
+
+
+@pytest.mark.slow
+def test_a_terminal_without_the_marks_gets_others(tmp_path: pathlib.Path) -> None:
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "afo_sim", "run", "walk-dropfoot-afo-short", "--no-change", "--no-rrd"),
+            *("--set", "duration=4 s", "--out", str(tmp_path / "run")),
+        ],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "+ GOOD      Does it lift the toe?" in done.stdout and "x BAD       Does it hinder" in done.stdout
+    assert "N*m/kg" in done.stdout and done.stdout.isascii()
