@@ -13,6 +13,7 @@
 """
 
 import importlib
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.simulation.shown import show_with
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from afo_sim.description.scenario import Scenario as Scenario
     from afo_sim.fitting.law_result import fit as fit
     from afo_sim.fitting.run_fit import fit_run as fit_run
+    from afo_sim.fitting.torque_fit import fit_torque as fit_torque
     from afo_sim.metrics.metric import Metric as Metric
     from afo_sim.model.described import build as build
     from afo_sim.show.library import figure as figure
@@ -36,9 +38,11 @@ if TYPE_CHECKING:
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
+    from afo_sim.study.effects import effects as effects
     from afo_sim.study.library import optimise as optimise
     from afo_sim.study.library import sweep as sweep
     from afo_sim.study.parameter import span as span
+    from afo_sim.study.uncertainty.library import uncertainty as uncertainty
     from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
@@ -53,9 +57,12 @@ _PUBLIC = {
     "stand": "bench.stand",
     "fit": "fitting.law_result",
     "fit_run": "fitting.run_fit",
+    "fit_torque": "fitting.torque_fit",
     "sweep": "study.library",
     "span": "study.parameter",
+    "uncertainty": "study.uncertainty.library",
     "optimise": "study.library",
+    "effects": "study.effects",
     "validate": "validation.table",
     "view": "show.library",
     "report": "show.library",
@@ -82,7 +89,7 @@ def __dir__() -> list[str]:
 
 
 class _Show:
-    """Shows recordings; what it takes is imported when the first is to be shown."""
+    """Shows and exports recordings; what it takes is imported when it is first asked for."""
 
     def write(self, recording: Any, path: Any, rate: float | None = None) -> None:
         importlib.import_module("afo_sim.show.rerun").write_rrd(recording, path, rate=rate)
@@ -92,6 +99,14 @@ class _Show:
 
     def html(self, recording: Any) -> str:
         return str(importlib.import_module("afo_sim.show.notebook").html(recording))
+
+    def export(self, recording: Any, out: Any, to: Any, rate: Any, columns: Any, force: bool) -> Any:
+        exported = importlib.import_module("afo_sim.export.exported").export(
+            recording, out, to, rate=rate, columns=columns, force=force
+        )
+        for note in exported.notes:
+            warnings.warn(note, stacklevel=3)
+        return exported.files
 
 
 show_with(_Show())

@@ -10,8 +10,10 @@ import numpy as np
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.leaves import fields_of
+from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.quantity import Described, amount
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.shoe import Shoe
@@ -24,6 +26,8 @@ from afo_sim.model.build import build
 from afo_sim.model.mounting import muscle_names, own_contraction, sweep_ankle
 from afo_sim.simulation.checks_file import read_checks
 from afo_sim.simulation.reference import reference_of
+
+SKIN = {"shank": "cuff", "foot": "plate's strap"}
 
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -76,8 +80,8 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
         return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
     if "objective" in table:
         return _check_search(path)
-    if "parameters" in table:
-        return _check_sweep(path)
+    if "parameters" in table or table.get("design") == "uncertainty":
+        return _check_spreads(path) if _spreads(table) else _check_sweep(path)
     kind = _kind_of(path, table)
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]
@@ -102,8 +106,9 @@ def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file), patient (dorsiflexor_strength), shoe (heel_stack), a list of checks "
-            "([[check]]), a sweep ([parameters.NAME]) or a search (with [objective])",
+            "(conductance), leg (file), patient (dorsiflexor_strength), shoe (heel_stack), limits "
+            "(toe_clearance), a list of checks ([[check]]), a sweep (scenario, [parameters.NAME]), a search "
+            "(with [objective]) or what is not known ([parameters.NAME] without a scenario)",
         )
     return kind
 
@@ -121,10 +126,22 @@ def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
     ]
     if plan.constraints:
         findings.append(("left out by the constraints", str(cases.dropped)))
+    findings += [("note", note) for note in plan.notes]
     return findings + [
         (parameter.name, f"{', '.join(parameter.keys)}{f' [{parameter.unit}]' if parameter.unit else ''}")
         for parameter in plan.parameters
     ]
+
+
+def _spreads(table: Mapping[str, Any]) -> bool:
+    """Whether [parameters.NAME] tables tell what is not known, and not the cases of a sweep."""
+    return not table.keys() & {"scenario", "design"}
+
+
+def _check_spreads(path: pathlib.Path) -> list[tuple[str, str]]:
+    from afo_sim.study.uncertainty.spreads import in_words, read
+
+    return [("kind", "uncertainty"), *in_words(read(path))]
 
 
 def _check_search(path: pathlib.Path) -> list[tuple[str, str]]:
@@ -176,7 +193,21 @@ def _orthosis(orthosis: Orthosis) -> list[tuple[str, str]]:
     return [
         ("muscles", ", ".join(f"{g.count} × {n} ({g.type.name})" for n, g in orthosis.muscle.items())),
         ("chambers", ", ".join(orthosis.chamber)),
+        *(
+            (
+                f"skin under the {SKIN[segment]}",
+                f"{1e4 * lies.area:g} cm² ({_kind(lies, 'area')}), "
+                f"friction {lies.friction:g} ({_kind(lies, 'friction')})",
+            )
+            for segment, lies in orthosis.interface.items()
+        ),
     ]
+
+
+def _kind(described: Described, key: str) -> str:
+    """Kind of a number's source."""
+    origin = described.provenance.get(key)
+    return "no source told" if origin is None else origin.kind
 
 
 def _muscle(muscle: Muscle) -> list[tuple[str, str]]:
@@ -184,7 +215,27 @@ def _muscle(muscle: Muscle) -> list[tuple[str, str]]:
         ("law", muscle.law),
         ("braid", f"{100 * muscle.nominal_length:.2f} cm of {100 * muscle.total_length:.2f} cm"),
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
+        ("covariance of the fit", _covariance(muscle)),
     ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
+
+
+def _covariance(muscle: Muscle) -> str:
+    """Standard errors, the strongest correlation, freedom; or why there is none."""
+    told = muscle.covariance
+    if told is None:
+        return "none"
+    names = [key.rpartition(".")[2] for key in told.parameters]
+    errors = [
+        f"{name} ± {amount(error, unit, 3)}"
+        for name, error, unit in zip(names, told.standard_errors, told.units, strict=True)
+    ]
+    line = f"{', '.join(errors)} (standard errors)"
+    pairs = [(told.correlation[i][j], names[j], names[i]) for i in range(len(names)) for j in range(i)]
+    if pairs:
+        strongest, first, second = max(pairs, key=lambda pair: abs(pair[0]))
+        line += f"; strongest correlation {strongest:.3f}, {first} with {second}"
+    line += f"; {told.freedom} degrees of freedom"
+    return line + (f"; not in use: {muscle.without_draws}" if muscle.without_draws else "")
 
 
 def _valve(valve: Valve) -> list[tuple[str, str]]:
@@ -210,6 +261,16 @@ def _shoe(shoe: Shoe) -> list[tuple[str, str]]:
     ]
 
 
+def _limits(limits: Limits) -> list[tuple[str, str]]:
+    wanted, trips = (1e3 * height for height in limits.toe_clearance)
+    return [
+        ("toe clearance", f"{wanted:g} mm wanted, below {trips:g} mm the toe trips"),
+        ("bottle", f"{1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"),
+        ("pressure on the skin", " and ".join(f"{1e-3 * p:g} kPa" for p in limits.skin_pressure)),
+        ("life of a muscle", f"{limits.muscle_life:g} cycles"),
+    ]
+
+
 def _leg(leg: Leg) -> list[tuple[str, str]]:
     return _check_model(leg.file)
 
@@ -222,6 +283,7 @@ _FINDINGS: dict[type, Any] = {
     Leg: _leg,
     Patient: _patient,
     Shoe: _shoe,
+    Limits: _limits,
 }
 
 

@@ -23,7 +23,7 @@ from afo_sim.simulation.recording import Recording
 METHODS = {
     "Muscle": ("force", "contraction", "pressure", "volume", "using"),
     "Scenario": ("set",),
-    "Recording": ("to_pandas", "to_xarray", "save", "view"),
+    "Recording": ("to_pandas", "to_xarray", "save", "export", "view"),
 }
 
 
@@ -172,7 +172,9 @@ def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, 
         pictures = [base64.b64decode(data) for data in re.findall(r'base64,([^"]+)"', page)]
         assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
         assert len(page) < 400_000 and "http" not in page
-    assert "In swing the toe" in walked._repr_html_()
+    for answer in walked.verdict:
+        assert answer.question in walked._repr_html_() and answer.question not in short._repr_html_()
+    assert len(walked.verdict) == 4 and short.verdict == ()
     assert "<details open>" in short._repr_html_() and "<details>" in walked._repr_html_()
 
 
@@ -202,7 +204,7 @@ def test_a_report_takes_recordings_folders_lists_and_names(
         text = path.read_text(encoding="utf-8")
         title = re.search("<title>(.*?)</title>", text)
         assert title is not None
-        assert re.split(" compared with |, ", title[1]) == names
+        assert re.split(" compared with |, ", title[1].removesuffix(" – simulation report")) == names
     assert {path.name for path in tmp_path.iterdir()} == {"kept", "report.html"}
 
 

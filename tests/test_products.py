@@ -25,7 +25,9 @@ def test_every_description_loads_and_says_what_it_is(kind: str) -> None:
 def test_every_scenario_runs_a_second(name: str) -> None:
     run = afo_sim.run(name, {"duration": "1 s"})
     assert run.ok
-    told = ("extrapolated", "no whole stride")  # a second of walking is less than a stride
+    # a second of walking is less than a stride, and sees little of how a timer drifts against the gait; the
+    # shipped cuff presses beyond discomfort in it
+    told = ("extrapolated", "no whole stride", "the timer drifts", "cuff: it must press with")
     assert [w for w in run.warnings if not any(known in w for known in told)] == []
 
 
@@ -43,6 +45,7 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
         "frictions",
         "damper",
         "grade",
+        "covariance",
     }
     assert numbers == set(muscle.provenance)
     for told in (*muscle.laws.values(), *muscle.frictions.values()):

@@ -22,13 +22,14 @@ ROOMS = {
     "metrics": GROUND | {"gait"},
     "model": PLANT,
     "simulation": RUNS - {"simulation"},
+    "export": RUNS,
     "bench": RUNS,
     "study": RUNS,
     "fitting": RUNS | {"bench"},
     "validation": RUNS | {"bench", "fitting"},
     "show": RUNS | {"bench", "study", "fitting", "validation"},
     "doctor": RUNS | {"bench", "study", "fitting", "validation"},
-    "cli": RUNS | {"bench", "study", "fitting", "validation", "show", "doctor"},
+    "cli": RUNS | {"export", "bench", "study", "fitting", "validation", "show", "doctor"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes"}  # to call machine code

@@ -9,6 +9,7 @@ from afo_sim.cli.apps import app, gait_app
 # ruff: isort: off
 from afo_sim.cli import run as _run  # noqa: F401
 from afo_sim.cli import look as _look  # noqa: F401
+from afo_sim.cli import export as _export  # noqa: F401
 from afo_sim.cli import stand as _stand  # noqa: F401
 from afo_sim.cli import fits as _fits  # noqa: F401
 from afo_sim.cli import gait as _gait  # noqa: F401

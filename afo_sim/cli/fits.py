@@ -1,9 +1,9 @@
-"""Commands that compare with measurement: fit, fit-run, validate."""
+"""Commands that compare with measurement: fit, fit-run, fit-torque, validate."""
 
 import json
 import pathlib
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -116,6 +116,68 @@ def fit(
     for line in law_report.remarks(found):
         print(line)
     print(f"written to {out}")
+
+
+@app.command("fit-torque")
+def fit_torque_command(
+    files: Annotated[
+        list[pathlib.Path], typer.Argument(help="CSV of static torque: angle, pressure, torque …")
+    ],
+    orthosis: Annotated[
+        list[str], typer.Option(help="a shipped orthosis or a file; GROUP=ORTHOSIS where groups differ")
+    ],
+    fit: Annotated[
+        str, typer.Option(help="series_stiffness, offset, cuff_stiffness, plate_stiffness, the law's own")
+    ] = "series_stiffness,offset",
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(help="left out in turn: all|none|group|angle|pressure; or a CSV that is predicted"),
+    ] = None,
+    chamber: Annotated[str, typer.Option(help="that was filled, where the file does not say")] = "",
+    torque: Annotated[
+        str, typer.Option(help="device: of the muscles alone; difference: less the readings without air")
+    ] = "device",
+    rate: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help='of a log\'s still samples, for example angle="2 deg/s"'),
+    ] = None,
+    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit-torque"),
+) -> None:
+    """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
+    with progress("reading") as report:
+        from afo_sim.common.writing import check_writable, together
+        from afo_sim.fitting import torque_report
+        from afo_sim.fitting.torque_fit import fit_torque
+        from afo_sim.show.torque_bench import write_torque_figure
+
+        check_folder(out, "fit to static torques")
+        check_writable(out)
+        found = fit_torque(
+            files,
+            _orthoses(orthosis),
+            [name.strip() for name in fit.split(",") if name.strip()],
+            hold_out=hold_out or "all",
+            chamber=chamber,
+            torque=torque,
+            rates=read_sets(rate, "--rate", 'angle="2 deg/s"'),
+            report=lambda text: report(0, 0, text),
+        )
+        with together(out, torque_report.FILES) as folder:
+            torque_report.write(found, folder, out)
+            write_torque_figure(found, folder)
+    for title, header, rows in torque_report.tables(found):
+        print_table(title, header, rows)
+    for line in torque_report.remarks(found):
+        print(line)
+    place = out / next(iter(torque_report.folders(found).values()))
+    print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
+
+
+def _orthoses(texts: list[str]) -> Any:
+    """One orthosis, or one for each group."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    return read_sets(texts, "--orthosis", "GROUP=ORTHOSIS, once for each group")
 
 
 @app.command("validate")

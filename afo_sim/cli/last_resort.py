@@ -25,6 +25,7 @@ BUG, INTERRUPTED, TERMINATED = 70, 130, 143  # exit codes; those of input are Af
 PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
 # Arguments of the library whose options have another name.
 OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
+OPTIONS |= {"draws": "uncertainty"}
 ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
 
 

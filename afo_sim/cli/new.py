@@ -10,7 +10,7 @@ from afo_sim.cli.apps import app
 from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
 from afo_sim.common.errors import InputError, nearest_name, unknown
 
-KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "shoe", "sweep", "search")
+KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "shoe", "limits", "sweep", "search")
 Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
 
 
@@ -26,6 +26,7 @@ def new(
     leg: Used = None,
     patient: Used = None,
     shoe: Used = None,
+    limits: Used = None,
     scenario: Used = None,
 ) -> None:
     """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
@@ -38,6 +39,7 @@ def new(
         "leg": leg,
         "patient": patient,
         "shoe": shoe,
+        "limits": limits,
         "scenario": scenario,
     }
     uses = {used: where for used, where in given.items() if where}
@@ -92,6 +94,6 @@ def _next(kind: str, name: str, file: pathlib.Path) -> str:
         return f"afo-sim new scenario NAME --orthosis {file.parent}"
     if kind == "leg":
         return f"afo-sim new scenario NAME --leg {file.parent}"
-    if kind in ("patient", "shoe"):
+    if kind in ("patient", "shoe", "limits"):
         return f"afo-sim new scenario NAME --like walk-dropfoot-afo --{kind} {file.parent}"
     return f"afo-sim new orthosis NAME --{kind} {file.parent}"

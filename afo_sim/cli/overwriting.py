@@ -13,6 +13,7 @@ KINDS = {
     "search.json": "search",
     "differences.csv": "comparison of laws",
     "fit_run.json": "fit to a log",
+    "fit_torque.json": "fit to static torques",
     "fit.json": "fit of a muscle's law",
     "recording.parquet": "run",
 }

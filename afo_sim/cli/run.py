@@ -22,6 +22,7 @@ from afo_sim.cli.common import (
     watching,
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder
+from afo_sim.cli.printed_run import print_run
 from afo_sim.common.errors import InputError
 
 
@@ -35,6 +36,16 @@ def run(
     rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
     rate: Rate = None,
     plain: Plain = False,
+    change: Annotated[
+        bool, typer.Option("--change/--no-change", help="find out what to change first (walking)")
+    ] = True,
+    uncertainty: Annotated[
+        int, typer.Option(help="draws of what is not known, for bands (walking); 0 for none")
+    ] = 0,
+    spreads: Annotated[
+        str, typer.Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
+    ] = "usual",
+    numbers: Annotated[bool, typer.Option("--numbers", help="print every number of a walk")] = False,
     live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
     force: Annotated[bool, typer.Option("--force", help="replace the run of another description")] = False,
 ) -> None:
@@ -50,15 +61,20 @@ def run(
         from afo_sim.description.reader import load
         from afo_sim.model.person import with_person
         from afo_sim.simulation.run import run_scenario
+        from afo_sim.study.told import check_studies, with_studies
 
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
+        check_studies(description, draws=uncertainty, spreads=spreads)
         folder = out or pathlib.Path("runs") / description.name
         check_run_folder(folder, with_person(description).resolved(), force=force)
         check_writable(folder)
         recording = run_scenario(description, progress=report, watch=watch)
+        recording = with_studies(
+            recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
+        )
         recording.save(folder, rrd=rrd, rate=hertz)
-        _print_run(recording, folder)
+    print_run(recording, folder, numbers=numbers)
     if not recording.ok:
         print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
         sys.exit(3)
@@ -154,28 +170,6 @@ def torque_map_command(
     _print_torque_maps(maps, answers, supply, out)
     for warning in warnings:
         print(f"warning: {warning}")
-
-
-def _print_run(recording: Any, folder: pathlib.Path) -> None:
-    from afo_sim.show.numbers import cautions, of_walker, undefined
-
-    metrics = recording.metrics
-    left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in metrics.items() if name not in left_out]
-    print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
-    for why in dict.fromkeys(left_out.values()):
-        print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
-    for warning in recording.warnings:
-        print(f"warning: {warning}")
-    notes = cautions(recording.scenario, metrics, recording.strides)
-    for caution in [*notes, *of_walker(recording.scenario)]:
-        print(f"note: {caution}")
-    timing = recording.timing
-    print(
-        f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
-        f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
-    )
-    print(f"written to {folder}; look at it with: afo-sim view {folder}")
 
 
 def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:

@@ -84,6 +84,8 @@ def sweep(
         threads = threads or pool.processors()
         workload = runner.estimate(store, workers or (1 if scheduler else threads), which)
         print(_workload_text(workload, scheduler))
+        for note in plan.notes:
+            print(f"note: {note}")
         if dry_run:
             return
         begun = time.monotonic()

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -11,6 +12,8 @@ import pytest
 from command import call
 
 from afo_sim.model import controls as schedule
+
+ROOT = pathlib.Path(__file__).parents[2]
 
 
 def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProcess[str]:
@@ -114,6 +117,38 @@ def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.Ca
         assert expected in complaint
     scenario.write_bytes(b"\xff\xfe")
     assert call(capsys, "run", str(scenario))[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('["0 mm", "10 mm"]', "toe_clearance = ['0 mm', '10 mm']: the second value is on the wrong side"),
+        ('["10 deg", "0 mm"]', "toe_clearance.0 = '10 deg': is in degree"),
+        ('"10 mm"', "toe_clearance = '10 mm': is not a list"),
+        ("", "toe_clearance: is missing; allowed: two of"),
+        ("", "drawn_trips: is missing; allowed: two of"),  # its meaning stands on two lines
+    ],
+)
+def test_limits_of_your_own_are_refused_with_their_file(
+    text: str, said: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a scenario's limits, and as those that `--set` names."""
+    shipped = (ROOT / "models" / "limits" / "usual" / "limits.toml").read_text(encoding="utf-8")
+    file, scenario = tmp_path / "limits.toml", tmp_path / "scenario.toml"
+    name = said.split(" ", 1)[0].split(".")[0].rstrip(":")
+    line = f"{name} = {text}" if text else ""
+    file.write_text(re.sub(rf"(?m)^{name} = .*$", line, shipped), encoding="utf-8")
+    walk = (ROOT / "models" / "scenarios" / "walk-dropfoot.toml").read_text(encoding="utf-8")
+    scenario.write_text(walk.replace('limits = "usual"', 'limits = "limits.toml"'), encoding="utf-8")
+    out = tmp_path / "run"
+    for words in (("walk-dropfoot", "--set", f"limits={file}"), (scenario,)):
+        code, _, complaint = call(capsys, "run", *words, "--out", out)
+        assert code == 2 and complaint.startswith(f"afo-sim: {file}: {said}")
+        assert len(complaint.strip().splitlines()) == 1 and not out.exists()
+    code, _, complaint = call(
+        capsys, "run", "walk-dropfoot", "--set", f"limits={tmp_path / 'no'}", "--out", out
+    )
+    assert code == 2 and "there are no such limits" in complaint
 
 
 def test_inlet_and_outlet_open_together_warns(
@@ -293,6 +328,8 @@ def test_failing_check_is_exit_1_and_says_where(
         ('column = "ankle/angle"\nbelow = "1 bar"', "does not convert to rad"),
         ('column = "ankle/angle"\nbelow = 10', "has no unit"),
         ('column = "ankle/angle"\nbelwo = "1 deg"', "did you mean 'below'"),
+        ('metric = "strides_per_bottle"\nabove = 1000', "the run does not hold it"),
+        ('metric = "strides_per_botle"\nabove = 1000', "the run has no such metric"),
     ):
         checks.write_text(f"[[check]]\n{broken}\n")
         code, _, complaint = call(capsys, "check-run", str(runs[0]), str(checks))
@@ -365,10 +402,21 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
     short = ["--set", "duration=3.4 s", "--no-rrd", "--out"]
     empty = ["--set", "start.dorsiflexor.fill_time=0 s"]
     heavier = ["--set", "patient.body_mass=75 kg"]
-    _, said, _ = call(capsys, "run", "walk-dropfoot-afo", *short, str(tmp_path / "a"))
-    assert "note: the numbers are those of the settled stride, which was solved for" in said
+    _, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-change", *short, str(tmp_path / "a"))
+    assert "when settled" in said and "note: the numbers are" not in said
+    call(capsys, "report", tmp_path / "a")
+    text = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
+    assert "The numbers are those of the settled stride" in text
     _, said, _ = call(
-        capsys, "run", "walk-dropfoot-afo", "--plain", *empty, *heavier, *short, str(tmp_path / "b")
+        capsys,
+        "run",
+        "walk-dropfoot-afo",
+        "--plain",
+        "--no-change",
+        *empty,
+        *heavier,
+        *short,
+        str(tmp_path / "b"),
     )
     assert "note: the numbers are of stride 2 alone, which does not tell whether it repeats" in said
     assert "note: how far the cuff gives is assumed (orthosis.anchor.shank)" in said

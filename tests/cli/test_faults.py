@@ -26,6 +26,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 MUSCLE = ROOT / "models" / "muscles" / "dmsp_20"
 SHORT = ("--set", "duration=0.05 s")
 FIT = ("--law", "sarosi_2012", "--hold-out", "none")
+TORQUE = ("--orthosis", "arm", "--chamber", "flexor", "--fit", "offset", "--hold-out", "none")
 TRIAL = ("GIVEN/ik.mot", "GIVEN/grf.mot", "GIVEN/walk.trc", "--mass", "67.2 kg")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "run": ("run", *SHORT, "--force", "--out", "OUT/new"),
@@ -34,10 +35,12 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "torque-map": ("torque-map", "--out", "OUT/new"),
     "figure": ("figure", "GIVEN/run", "--out", "OUT/new"),
     "report": ("report", "GIVEN/run", "--out", "OUT/new/report.html"),
+    "export": ("export", "GIVEN/run", "--to", "csv", "--force", "--out", "OUT/new/run.csv"),
     "stand": ("stand", "isobaric", "dmsp_20", "--pressure", "3 bar", "--time", "1 s", "--out", "OUT/new"),
     "stand, one table": ("stand", "isobaric", "dmsp_20", "--static", "--out", "OUT/new/table.csv"),
     "fit": ("fit", str(MUSCLE / "characteristic.csv"), *FIT, "--out", "OUT/new"),
     "fit-run": ("fit-run", "GIVEN/log.csv", "--scenario", "seated", "--out", "OUT/new"),
+    "fit-torque": ("fit-torque", "GIVEN/torque.csv", *TORQUE, "--out", "OUT/new"),
     "gait import": ("gait", "import", *TRIAL, "--out", "OUT/new/gait.csv"),
     "gait show": ("gait", "show", "gatk_stride1", "--out", "OUT/new/gait.png"),
     "validate": ("validate", "--figures", "OUT/new"),
@@ -94,6 +97,8 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     rows = np.column_stack([run["time"], np.degrees(run["ankle/angle"])])[::10]
     lines = ["time [s],angle [deg]", *(f"{time:.4f},{angle:.6f}" for time, angle in rows)]
     (folder / "log.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    arm = ["angle [deg],pressure [bar],torque [N*m]", "-10,3,18", "0,3,14", "10,3,11"]
+    (folder / "torque.csv").write_text("\n".join(arm) + "\n", encoding="utf-8")
     (folder / "sweep.toml").write_text(SWEEP, encoding="utf-8")
     (folder / "search.toml").write_text(SEARCH, encoding="utf-8")
     over = {"supply.pressure": ["2 bar", "3 bar", "4 bar"]}

@@ -58,6 +58,8 @@ def test_damaged_summary_is_no_reason_to_replace(
         ("search.json", ("stand", "isobaric", "dmsp_20")),
         ("recording.parquet", ("fit", "x.csv", "--law", "all")),
         ("fit.json", ("fit-run", "x.csv", "--scenario", "seated")),
+        ("fit_torque.json", ("run", *SHORT)),
+        ("fit.json", ("fit-torque", "x.csv", "--orthosis", "s1")),
         ("differences.csv", ("torque-map",)),
     ],
 )

@@ -68,8 +68,10 @@ NOT_PHYSICAL = (
     "shoe",
     "start",
     "reference",
-    "leg.toes*",  # test_walking_liveness.py moves these and the next
+    "leg.toes*",  # test_walking_liveness.py moves these and the next four
     "orthosis.outsole*",
+    "orthosis.interface.*",
+    "limits.*",
     "leg.body_mass",
     "leg.body_height",
     "*.friction",
@@ -89,6 +91,7 @@ NOT_PHYSICAL = (
     "shank.pose",
     "*.segment",
     "*.limits.*",
+    "*.covariance*",  # of draws, not of a run
     "*.range_of_motion",
 )
 

@@ -84,6 +84,28 @@ REFUSED = {
     "timer": {"period": "1.1 s", "dorsiflexor.inlet": [["0 s", "1 s"]]},
     "start.dorsiflexor.pressure": "2 bar",
 }
+# What only metrics are made of: key, place in a list, changed value, metric that must move.
+HELD: tuple[tuple[str, int | None, str, str], ...] = (
+    ("orthosis.interface.shank.area", None, "160 cm^2", "cuff_skin_pressure"),
+    ("orthosis.interface.shank.friction", None, "0.6", "cuff_holding_force"),
+    ("orthosis.interface.foot.area", None, "70 cm^2", "plate_skin_pressure"),
+    ("orthosis.interface.foot.friction", None, "0.12", "plate_holding_force"),
+    ("limits.bottle_volume", None, "0.6 l", "strides_per_bottle"),
+    ("limits.bottle_pressure", None, "200 bar", "strides_per_bottle"),
+    ("limits.skin_pressure", 0, "15 kPa", "cuff_share_of_discomfort"),
+    ("limits.skin_pressure", 1, "50 kPa", "cuff_share_of_pain"),
+    ("limits.blood_flow_pressure", None, "5 kPa", "cuff_share_of_blood_flow"),
+    ("limits.muscle_life", None, "2e6", "strides_until_muscle_life"),
+    ("limits.strides_per_bottle", 0, "3000", "days_until_muscle_life"),
+)
+# Pairs that the verdict is held against: one that everything keeps, and one that nothing does.
+JUDGED: dict[str, tuple[str, list[str], list[str]]] = {
+    "limits.toe_clearance": ("lift", ["-100 mm", "-100 mm"], ["200 mm", "200 mm"]),
+    "limits.contact_pitch": ("heel", ["-45 deg", "-45 deg"], ["45 deg", "45 deg"]),
+    "limits.torque_against_push_off": ("push_off", ["10 N*m/kg", "10 N*m/kg"], ["0 N*m/kg", "0 N*m/kg"]),
+    "limits.work_against_push_off": ("push_off", ["10 J/kg", "10 J/kg"], ["0 J/kg", "0 J/kg"]),
+    "limits.strides_per_bottle": ("air", ["0", "0"], ["1e8", "1e8"]),
+}
 SITTING = ("orthosis.muscle.*", "orthosis.chamber.*", "orthosis.anchor.*")
 # Not physical: what runs, how finely, and what is only said.
 NOT_PHYSICAL = (
@@ -118,7 +140,8 @@ def parameters() -> dict[str, Any]:
     for sets in RUNS.values():
         told = leaves(load("scenario", SCENARIO, sets).resolved())
         found |= {k: v for k, v in told.items() if found.get(k) is None}
-    left_out = (*NOT_PHYSICAL, *SITTING, *REFUSED, *CHOICES)
+    held = (key for key, *_ in HELD)
+    left_out = (*NOT_PHYSICAL, *SITTING, *REFUSED, *CHOICES, *held, *JUDGED, "limits.drawn_trips")
     return {k: v for k, v in found.items() if not is_one_of(k, left_out) and k != "orthosis.outsole"}
 
 
@@ -175,6 +198,40 @@ def test_choice_moves_its_output(key: str) -> None:
         assert np.abs(after[name] - before[name]).max() > 1e-3 * np.abs(before[name]).max()
     else:
         assert abs(after.metrics[name].value - before.metrics[name].value) > 0.01
+
+
+SLIPPERY = {"duration": "3 s", "orthosis.interface.foot.friction": 0.1}  # so that the plate needs its strap
+
+
+@pytest.fixture(scope="module")
+def slippery() -> Recording:
+    return afo_sim.run(SCENARIO, SLIPPERY)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "place", "changed", "metric"), HELD)
+def test_what_metrics_are_held_against_moves_them(
+    key: str, place: int | None, changed: str, metric: str, slippery: Recording
+) -> None:
+    value: Any = changed if " " in changed else float(changed)
+    at = key if place is None else f"{key}[{place}]"
+    after = afo_sim.run(SCENARIO, SLIPPERY | {at: value})
+    before = slippery.metrics[metric].value
+    assert before > 0.0
+    assert abs(after.metrics[metric].value - before) > 0.01 * before, f"{at} does not move {metric}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", JUDGED)
+def test_a_limit_decides_the_verdict(key: str) -> None:
+    name, kept, missed = JUDGED[key]
+    others = {k: pair[1] for k, pair in JUDGED.items() if pair[0] == name}
+    told = []
+    for pair in (kept, missed):
+        sets = {k: [v if " " in v else float(v) for v in p] for k, p in (others | {key: pair}).items()}
+        run = afo_sim.run(SCENARIO, {"duration": "3 s"} | sets)
+        told += [answer.status for answer in run.verdict if answer.name == name]
+    assert told == ["good", "bad"]
 
 
 @pytest.mark.parametrize("key", REFUSED)

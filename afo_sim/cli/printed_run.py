@@ -1,0 +1,140 @@
+"""A run on the terminal: of walking the verdict and what may change it, of others every number."""
+
+import os
+import pathlib
+import re
+import shutil
+import sys
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from afo_sim.cli.common import print_table
+
+QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
+STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
+FEW = 2  # changes that are told on a screen
+SPELLED = str.maketrans(  # for a terminal that does not know them
+    {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
+)
+
+
+def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
+    """Print a run.
+
+    Parameters
+    ----------
+    recording : the run
+    folder : that it was written to
+    numbers : every number of a walk, too
+    """
+    told = bool(recording.verdict)
+    if told:
+        _print_verdict(recording)
+    if numbers or not told:
+        _print_numbers(recording)
+    _print_warnings(recording, told)
+    if numbers or not told:
+        timing = recording.timing
+        _print(
+            f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
+            f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
+        )
+    more = "" if numbers or not told else "; every number: --numbers"
+    _print(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
+
+
+def _print_verdict(recording: Any) -> None:
+    """The answers, what to change first, and bands."""
+    from afo_sim.show import bands, effects, verdict
+
+    name, what = recording.scenario["name"], recording.scenario.get("description") or ""
+    title = f"{name}: {what}" if what else name
+    _print(
+        title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …"), style="bold"
+    )
+    for line in verdict.lines(recording):
+        _print(line, hang=verdict.INDENT, badge=verdict.INDENT)
+    for line in (*_first(effects.lines(recording)), *bands.lines(recording)):
+        _print(line, hang=len(line) - len(line.lstrip()) + 2)
+
+
+def _first(lines: list[str]) -> list[str]:
+    """The title of a list and its first lines, for one screen; the report has all."""
+    return lines if _width() is None else lines[: 1 + FEW]
+
+
+def _print_numbers(recording: Any) -> None:
+    """The table of metrics, and those that say nothing."""
+    from afo_sim.show.numbers import undefined
+
+    metrics = recording.metrics
+    left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
+    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in metrics.items() if name not in left_out]
+    print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    for why in dict.fromkeys(left_out.values()):
+        _print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
+
+
+def _print_warnings(recording: Any, judged: bool) -> None:
+    """Warnings, and notes of what is not to be believed."""
+    from afo_sim.show.numbers import cautions, decisive, of_walker
+
+    for warning in recording.warnings:
+        _print(f"warning: {warning}", hang=9)
+    told = recording.scenario, recording.metrics, recording.strides
+    notes = decisive(*told) if judged else [*cautions(*told), *of_walker(recording.scenario)]
+    for note in notes:
+        _print(f"note: {note}", hang=6)
+
+
+def _print(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
+    """A text in the terminal's width, further lines indented; whole where a file or program reads it.
+
+    Parameters
+    ----------
+    text : one line
+    hang : columns that further lines are indented by
+    badge : columns at its beginning that have the colour of the mark there
+    style : of the whole
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    shown = Text("\n".join(_wrapped(text, hang)), style=style)
+    if badge:
+        shown.stylize(STYLES.get(text[0], ""), 0, badge)
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    try:
+        shown.plain.encode(encoding)
+    except UnicodeEncodeError:
+        plain = shown.plain.replace(" °", "°").translate(SPELLED).encode(encoding, "replace").decode(encoding)
+        print(plain)
+        return
+    if sys.stdout.isatty():
+        Console(highlight=False).print(shown, soft_wrap=True)
+    else:
+        print(shown.plain)
+
+
+def _wrapped(text: str, hang: int) -> Iterator[str]:
+    width = _width()
+    if width is None or len(text) <= width:
+        yield text
+        return
+    kept = QUANTITY.sub("\N{NO-BREAK SPACE}", text)
+    for line in textwrap.wrap(
+        kept,
+        max(width, hang + 20),
+        subsequent_indent=" " * hang,
+        break_long_words=False,
+        break_on_hyphens=False,
+    ):
+        yield line.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def _width() -> int | None:
+    """Columns of the terminal; None where there is none, and COLUMNS does not say how many."""
+    if sys.stdout.isatty() or os.environ.get("COLUMNS"):
+        return shutil.get_terminal_size().columns
+    return None

@@ -1,0 +1,75 @@
+"""`afo-sim export`: what it prints, and what it refuses."""
+
+import pathlib
+
+import pytest
+from command import call
+
+import afo_sim
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    run = afo_sim.run("seated", {"duration": "0.5 s"})
+    return run.save(tmp_path_factory.mktemp("runs") / "seated", rrd=False)
+
+
+@pytest.mark.parametrize("to", ["sto", "mot", "csv", "mat", "mjb"])
+def test_every_format_is_written_beside_the_run(
+    folder: pathlib.Path, to: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = call(capsys, "export", folder, "--to", to, "--force")
+    assert code == 0
+    file = folder / f"recording.{to}"
+    assert file.stat().st_size > 100 and f"written to {file}" in out and "open it with" in out
+    assert ("native.installed()" in out, "toes up" in out, err) == (to == "mjb", to == "mot", "")
+    assert call(capsys, "export", folder, "--to", to)[0] == 2
+
+
+def test_rate_columns_and_the_parquet_file_alone(
+    folder: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chosen = ("--column", "ankle/angle", "--column", "valve/*/coil")
+    options = ("--out", tmp_path / "a.csv", "--rate", "50 Hz", *chosen)
+    code, _, err = call(capsys, "export", folder / "recording.parquet", *options)
+    assert (code, err) == (0, "")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    assert len(lines) == 26
+    assert lines[0].startswith("time [s],ankle/angle [rad],valve/dorsiflexor_inlet/coil [-]")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--to", "stp"), "did you mean 'sto'"),
+        ((), "--to: is needed"),
+        (("--out", "OUT/a.csv", "--rate", "9 kHz"), "--rate = '9000 Hz': is out of range"),
+        (("--out", "OUT/a.csv", "--column", "ankle/angel"), "--column = 'ankle/angel': fits no column"),
+        (("--to", "csv", "--out", "OUT/a.sto"), "--out"),
+    ],
+)
+def test_wrong_options_are_told(
+    folder: pathlib.Path,
+    arguments: tuple[str, ...],
+    words: str,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    given = [each.replace("OUT", str(tmp_path)) for each in arguments]
+    code, out, err = call(capsys, "export", folder, *given)
+    assert (code, out) == (2, "") and words in err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [("sweep.json", "afo-sim replay"), ("search.json", "best.toml"), ("", "there is no run here")],
+)
+def test_folder_of_something_else_is_refused(
+    file: str, words: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if file:
+        (tmp_path / file).write_text("{}")
+    code, _, err = call(capsys, "export", tmp_path, "--to", "csv")
+    assert code == 2 and words in err
+    assert {path.name for path in tmp_path.iterdir()} <= {file}
