@@ -92,6 +92,17 @@ def verdict(metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits) ->
     )
 
 
+def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
+    """The answers of a walk that has none: each is unknown, for the same reason."""
+    found = (
+        _lift({}, {}, limits.toe_clearance),
+        _heel({}, {}, limits.contact_pitch),
+        _push_off({}, True, limits),
+        _air({}, True, limits),
+    )
+    return tuple(dataclasses.replace(answer, text=f"Not known: {why}.") for answer in found)
+
+
 def with_draws(
     answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
 ) -> tuple[Answer, ...]:

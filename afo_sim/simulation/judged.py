@@ -5,7 +5,7 @@ from typing import Any, Protocol
 from afo_sim.description.limits import Limits
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.verdict import Answer, verdict, with_draws
+from afo_sim.metrics.verdict import Answer, undecided, verdict, with_draws
 
 
 class Judged(Protocol):
@@ -29,10 +29,12 @@ def limits_of(recording: Judged) -> Limits:
 
 
 def verdict_of(recording: Judged) -> tuple[Answer, ...]:
-    """The answers of a walking run, with what bands tell; none of other runs, and of one that failed."""
-    if not recording.ok or not recording.scenario.get("gait"):
+    """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
+    if not recording.scenario.get("gait"):
         return ()
     limits = limits_of(recording)
+    if not recording.ok:
+        return undecided(limits, "the simulation stopped early")
     found = verdict(recording.metrics, recording.strides, limits)
     study = recording.studies.get("uncertainty", {})
     if "trips" not in study:

@@ -84,14 +84,18 @@ def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short
     assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 8
 
 
-def test_what_does_not_walk_and_what_failed_has_none(shipped: Recording, sitting: Recording) -> None:
-    failed = dataclasses.replace(shipped, status="failed: it fell")
-    for run in (sitting, failed):
-        assert (
-            verdict.lines(run) == [] and verdict.markdown(run) == "" and verdict.of_report(views(run)) == []
-        )
+def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> None:
+    assert verdict.lines(sitting) == [] and verdict.markdown(sitting) == ""
+    assert verdict.of_report(views(sitting)) == []
     assert len(verdict.of_report(views(shipped, sitting))[0].cells) == 1
     assert "verdict" not in sitting.summary() and "Does it work?" not in page(views(sitting))
+
+
+def test_a_run_that_failed_stands_beside_the_others(shipped: Recording) -> None:
+    failed = dataclasses.replace(shipped, status="failed: it fell")
+    assert all(line.startswith("? UNKNOWN") and "stopped early" in line for line in verdict.lines(failed))
+    row = verdict.of_report(views(shipped, failed))[0]
+    assert [cell.answer.status for cell in row.cells] == ["good", "unknown"]
 
 
 def contrast(one: str, other: str) -> float:

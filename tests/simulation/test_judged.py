@@ -33,5 +33,8 @@ def test_a_recording_without_limits_is_held_against_the_usual_ones(walk: Recordi
     assert dataclasses.replace(walk, scenario=older).verdict == walk.verdict
 
 
-def test_what_failed_has_no_verdict(walk: Recording) -> None:
-    assert dataclasses.replace(walk, status="failed: unstable").verdict == ()
+def test_of_what_failed_nothing_is_known(walk: Recording) -> None:
+    answers = dataclasses.replace(walk, status="failed: unstable").verdict
+    assert [answer.status for answer in answers] == 4 * ["unknown"]
+    assert [answer.question for answer in answers] == [answer.question for answer in walk.verdict]
+    assert all("stopped early" in answer.text and answer.limit for answer in answers)

@@ -12,7 +12,8 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import format_quantity
 from afo_sim.description.field import field_at
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.uncertainty.spreads import Fit, Held, SpreadTable, Unknown, fitted
+from afo_sim.study.uncertainty.held import Fit, Held, Unknown, fitted
+from afo_sim.study.uncertainty.spreads import SpreadTable
 
 MOST_TRIES = 200  # times that a draw which is no muscle is drawn anew
 

@@ -8,7 +8,8 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.study.parameter import Joint, Parameter
 from afo_sim.study.parameter_table import is_free
 from afo_sim.study.uncertainty.draw import Draws, draw
-from afo_sim.study.uncertainty.spreads import held, read
+from afo_sim.study.uncertainty.held import held
+from afo_sim.study.uncertainty.spreads import read
 
 FEWEST = 2  # draws of a Latin hypercube
 

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.simulation.recording import Recording
@@ -53,6 +54,8 @@ def uncertainty(
     else:
         description = load("scenario", scenario, sets)
     running.check_asked(description, draws, spreads)
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError("is no seed", field="seed", value=seed, allowed="0, 1, 2, …")
     recording = run(description)
     found = running.uncertainty(description, recording, draws, spreads, seed=seed, threads=threads)
     return dataclasses.replace(recording, studies=recording.studies | {UNCERTAINTY: found})

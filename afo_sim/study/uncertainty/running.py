@@ -20,7 +20,8 @@ from afo_sim.study.engine import CYCLE, OK, Outcome, outcomes
 from afo_sim.study.pool import processors
 from afo_sim.study.uncertainty import bands
 from afo_sim.study.uncertainty.draw import Column, Draws, draw
-from afo_sim.study.uncertainty.spreads import Held, held, read
+from afo_sim.study.uncertainty.held import Held, held
+from afo_sim.study.uncertainty.spreads import read
 
 FEWEST, MOST = 20, 100_000  # draws
 EVERY = 2  # of CYCLE's phases, that are kept
@@ -96,7 +97,7 @@ def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
     if not scenario.walking:
         problem = "bands are told of walking, and here nobody walks"
         raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
-    if not FEWEST <= count <= MOST:
+    if not isinstance(count, int) or not FEWEST <= count <= MOST:
         problem = "is no number of draws that tells a band from 5 to 95 %"
         raise InputError(problem, field="draws", value=count, allowed=f"{FEWEST} to {MOST}")
     found = held(read(spreads), scenario)

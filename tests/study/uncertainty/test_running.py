@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import pathlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -207,8 +208,8 @@ def test_who_wears_nothing_has_bands_of_tissue_and_strides() -> None:
     assert high - low > 10.0 and found["left_out"]
 
 
-@pytest.mark.parametrize("count", [-3, 1, 19, 10**7])
-def test_a_number_of_draws_that_tells_nothing_is_refused(walk: Scenario, count: int) -> None:
+@pytest.mark.parametrize("count", [-3, 1, 19, 10**7, "20", 20.5])
+def test_a_number_of_draws_that_tells_nothing_is_refused(walk: Scenario, count: Any) -> None:
     with pytest.raises(InputError, match="20 to 100000"):
         check_asked(walk, count, "usual")
 

@@ -12,7 +12,8 @@ from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.engine import outcomes
-from afo_sim.study.uncertainty.spreads import Held, held, read
+from afo_sim.study.uncertainty.held import Held, held
+from afo_sim.study.uncertainty.spreads import read
 
 CUFF = """
 [parameters.cuff]
