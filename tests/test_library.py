@@ -174,6 +174,7 @@ def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, 
         assert len(page) < 400_000 and "http" not in page
     for answer in walked.verdict:
         assert answer.question in walked._repr_html_() and answer.question not in short._repr_html_()
+    assert "a clearance is good to some 8 mm" in walked._repr_html_()  # what the answers hang on
     assert len(walked.verdict) == 4 and short.verdict == ()
     assert "<details open>" in short._repr_html_() and "<details>" in walked._repr_html_()
 

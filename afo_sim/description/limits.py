@@ -59,6 +59,8 @@ class Limits(Described):
     """Pressure on the skin under cuff or strap: discomfort from the first on, pain beyond the second."""
     blood_flow_pressure: SkinPressure
     """Pressure that a wide cuff may keep up all the time without hindering the flow of blood."""
+    strides_per_day: Annotated[float, Quantity("", above=0.0, at_most=1e6)]
+    """Strides of one leg on a day, by which a life in strides is told in days."""
     muscle_life: Life
     """Cycles of filling and venting that a muscle is to last."""
 

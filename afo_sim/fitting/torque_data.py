@@ -34,7 +34,7 @@ HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], a
 FARTHEST = 0.5  # displacement of a cuff [m]
 
 WITHOUT_AIR = 5e3  # gauge pressure up to which a reading is one without air [Pa]
-SAME_ANGLE, SAME_PRESSURE = np.radians(0.05), 500.0  # readings nearer than this are of one setting
+SAME_ANGLE, SAME_PRESSURE = np.radians(0.05), 500.0  # settings are rounded to such steps
 ANGLE_RATE, PRESSURE_RATE = np.radians(2.0), 5e3  # up to which a sample of a log is still [rad/s], [Pa/s]
 WINDOW = 0.5  # over which the rates of a log are taken [s]
 CELL_ANGLE, CELL_PRESSURE = np.radians(1.0), 5e3  # a still stretch is cut into cells of this size
@@ -296,7 +296,7 @@ def _less_without_air(file: pathlib.Path, columns: Columns) -> tuple[Columns, st
     """Torques less those read without air at the same angle, between which a straight line is drawn."""
     empty = columns["pressure"] <= WITHOUT_AIR
     if not empty.any():
-        return columns, ""
+        return columns, "no reading without air: taken as differences already"
     if empty.all():
         raise InputError("holds readings without air only", file=file, field="pressure")
     angles, where = np.unique(columns["angle"][empty], return_inverse=True)

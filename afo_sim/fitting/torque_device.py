@@ -17,7 +17,7 @@ import numpy as np
 
 from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
-from afo_sim.physics.in_series import row, tensions
+from afo_sim.physics.in_series import on_anchors, row, tensions
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.series import anchor_displacement
 
@@ -183,8 +183,7 @@ class _Muscle:
 
     def tension(self, anchors: Sequence[Anchor], given: np.ndarray | float = 0.0) -> np.ndarray:
         """Of each muscle [N], alone on anchors, or on ones that have given a length [m]."""
-        u = self.row.copy()
-        u[10 : 10 + 3 * len(anchors)] = np.ravel(anchors)
+        u = on_anchors(self.row, anchors)
         return tensions(self.room + given / self.nominal_length, self.pressure, u)
 
 

@@ -181,7 +181,7 @@ def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | N
     Cochran's test: Σ (x − x̄)²/h² over the groups against χ², with h the standard error of each and x̄ the mean
     weighted by 1/h².
     """
-    from scipy.stats import chi2
+    from scipy.stats import chi2, t
 
     problem, values, x, h = solution.problem, {}, [], []
     if len(problem.groups) < 2:
@@ -194,7 +194,7 @@ def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | N
         fitted = solve(own)
         values[group.readings.group] = fitted.values
         x.append(fitted.x)
-        h.append(np.where(np.isfinite(fitted.half), fitted.half / 1.96, 1e3))
+        h.append(np.where(np.isfinite(fitted.half), fitted.half / t.ppf(0.975, fitted.freedom), 1e3))
     at, error = np.array(x), np.maximum(np.array(h), 1e-12)
     weight = 1.0 / error**2
     mean = np.sum(weight * at, axis=0) / weight.sum(axis=0)

@@ -14,7 +14,6 @@ from afo_sim.fitting.torque_parameter import TorqueParameter
 CHANNELS = ("torque", "cuff")
 USUAL_CHAMBER = "dorsiflexor"
 BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiffness can be the reason
-TOLD = 0.02  # of the largest measured torque: more than this is a pull
 
 
 @dataclass(frozen=True, eq=False)

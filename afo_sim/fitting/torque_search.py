@@ -24,7 +24,9 @@ AT_BOUND = 1e-4  # share of a parameter's range that counts as being at its boun
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Where a search ended. `x` are coordinates, `half` half their 95 % intervals, `size` what these are held
-    against; `spread` is the size of an error by channel; `independent` how many errors there seem to be.
+    against; `spread` is the size of an error by channel; `memory` the correlation of neighbouring errors [-];
+    `independent` how many errors there seem to be, `freedom` these less parameters; `settled` says whether
+    the search came to its end.
     """
 
     problem: TorqueProblem
@@ -34,6 +36,7 @@ class Solution:
     spread: dict[str, float]
     memory: float
     independent: float
+    freedom: float
     settled: bool
 
     @property
@@ -134,7 +137,7 @@ def _believed(problem: TorqueProblem, best: OptimizeResult, spread: dict[str, fl
     if inner.any() and n > k:
         variance = float(np.sum(best.fun**2)) / freedom
         half[inner], correlation[np.ix_(inner, inner)] = intervals(best.jac[:, inner], variance, freedom)
-    return Solution(problem, best.x, half, correlation, spread, rho, independent, best.status > 0)
+    return Solution(problem, best.x, half, correlation, spread, rho, independent, freedom, best.status > 0)
 
 
 def memory(problem: TorqueProblem, x: np.ndarray) -> float:

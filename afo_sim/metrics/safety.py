@@ -88,11 +88,7 @@ def cuff_metrics(
         "cuff_skin_pressure": 1e-3 * peak,
         "cuff_skin_pressure_sustained": 1e-3 * sustained,
     }
-    if skin_pressure is not None:
-        values["cuff_share_of_discomfort"] = 100.0 * peak / skin_pressure[0]
-        values["cuff_share_of_pain"] = 100.0 * peak / skin_pressure[1]
-    if blood_flow is not None:
-        values["cuff_share_of_blood_flow"] = 100.0 * sustained / blood_flow
+    values |= _shares("cuff", peak, sustained, skin_pressure, blood_flow)
     return {name: measured(name, value) for name, value in values.items()}
 
 
@@ -165,12 +161,25 @@ def plate_metrics(
         "plate_holding_force": holding,
         "plate_skin_pressure": 1e-3 * pressure,
     }
-    if skin_pressure is not None:
-        values["plate_share_of_discomfort"] = 100.0 * pressure / skin_pressure[0]
-        values["plate_share_of_pain"] = 100.0 * pressure / skin_pressure[1]
-    if blood_flow is not None:
-        values["plate_share_of_blood_flow"] = 100.0 * pressure / blood_flow
+    values |= _shares("plate", pressure, pressure, skin_pressure, blood_flow)
     return {name: measured(name, value) for name, value in values.items()}
+
+
+def _shares(
+    part: str,
+    peak: float,
+    sustained: float,
+    skin_pressure: tuple[float, float] | None,
+    blood_flow: float | None,
+) -> dict[str, float]:
+    """Pressures [Pa] by their limits [percent]; without a limit there is no share."""
+    found = {}
+    if skin_pressure is not None:
+        found[f"{part}_share_of_discomfort"] = 100.0 * peak / skin_pressure[0]
+        found[f"{part}_share_of_pain"] = 100.0 * peak / skin_pressure[1]
+    if blood_flow is not None:
+        found[f"{part}_share_of_blood_flow"] = 100.0 * sustained / blood_flow
+    return found
 
 
 @tells(
@@ -209,7 +218,7 @@ def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
         "days_until_muscle_life",
         "d",
         "Days until the muscles' stated life",
-        "at as many strides a day as one bottle is wanted to last",
+        "at as many strides a day as the limits say",
     ),
 )
 def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:

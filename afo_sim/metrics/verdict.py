@@ -166,7 +166,7 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     A stride whose clearance is undefined, or less than wanted with the toes less extended, is no good one.
     """
     wanted, trips = (_clean(1e3 * each) for each in pair)
-    limit = f"wanted {_number(wanted)} mm, trips below {_number(trips)} mm"
+    limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
     if not _has(metrics, "toe_clearance"):
         return _unknown(LIFT, "the toe clearance is undefined", limit)
     told = {k: s["toe_clearance"].value for k, s in strides.items() if _has(s, "toe_clearance")}

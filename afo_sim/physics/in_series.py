@@ -42,7 +42,8 @@ def row(
 
     Returns
     -------
-    array
+    (COEFFICIENTS + MAX_COEFFICIENTS,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
+    braids of the muscle; nominal length, k, n; three numbers of each anchor; the law's coefficients
     """
     found = np.zeros(COEFFICIENTS + MAX_COEFFICIENTS)
     found[:7] = (
@@ -57,6 +58,13 @@ def row(
     found[7:10] = bare.braid.nominal_length, cable, count
     found[10:16] = np.ravel([*anchors, RIGID, RIGID][:2])
     found[COEFFICIENTS : COEFFICIENTS + len(bare.coefficients)] = bare.coefficients
+    return found
+
+
+def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarray:
+    """A copy of a row whose muscle pulls on other anchors, as `row` takes them."""
+    found = u.copy()
+    found[10:16] = np.ravel([*anchors, RIGID, RIGID][:2])
     return found
 
 

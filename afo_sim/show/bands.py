@@ -76,7 +76,7 @@ def markdown(recording: Recording) -> str:
 
 
 def of_report(runs: Sequence[RunView]) -> list[Part]:
-    """What the report's part bands.html.j2 draws; empty where there is nothing to tell."""
+    """What the report's part report_bands.html.j2 draws; empty where there is nothing to tell."""
     return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
 
 
@@ -195,7 +195,7 @@ def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
 
 def _short_notes(study: Mapping[str, Any]) -> list[str]:
     """For the terminal: what failed or was left out, on one line."""
-    found = list(study["notes"])
+    found = [*study["notes"], *_undefined(study)]
     if 0 < study["failed"]["count"] <= MANY_FAILED * study["draws"]:
         found.append(f"{study['failed']['count']} of {study['draws']} draws failed and are in no band")
     if study["left_out"]:
@@ -211,4 +211,13 @@ def _notes(study: Mapping[str, Any]) -> list[str]:
     again = []
     if study["rejected"]:
         again.append(f"{study['rejected']} draws of a muscle's fit were no muscle, and were drawn anew")
-    return [*study["notes"], *failed, *again, *left_out]
+    return [*study["notes"], *_undefined(study), *failed, *again, *left_out]
+
+
+def _undefined(study: Mapping[str, Any]) -> list[str]:
+    """Numbers that some draws do not have: these are in no band of theirs."""
+    return [
+        f"{words(name).label} is undefined in {facts['undefined']} draws, which are not in its band"
+        for name, facts in study["metrics"].items()
+        if facts["undefined"]
+    ]

@@ -1,5 +1,6 @@
 """What to change first, as it is shown: a few lines, a table with bars that print in black and white."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -11,9 +12,10 @@ from afo_sim.study.effects import Effects
 from afo_sim.study.told import EFFECTS, LEFT_OUT
 
 TOP = 5
+LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
 APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
 WHY = {
-    "lift": "the toe clears too little: by the gain in its lowest clearance",
+    "lift": "the toe is to clear more: by the gain in its lowest clearance",
     "heel": "the foot does not land on its heel: by the gain in its pitch at contact",
     "push_off": "push-off is hindered: by the relief, while the toe stays clear",
     "air": "a bottle lasts too short: by the air saved, while the toe stays clear",
@@ -86,7 +88,7 @@ def effects_of(recording: Recording) -> Effects | None:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal, at most seven; none where there is nothing to tell."""
+    """For the terminal, at most six; none where there is nothing to tell."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
@@ -113,7 +115,7 @@ def markdown(recording: Recording) -> str:
 
 
 def of_report(runs: Sequence[RunView]) -> list[EffectsTable]:
-    """What the report's part effects.html.j2 draws; empty where there is nothing to tell."""
+    """What the report's part report_effects.html.j2 draws; empty where there is nothing to tell."""
     tables = []
     for run in runs:
         found, left_out = effects_of(run.recording), _left_out(run.recording)
@@ -142,9 +144,12 @@ def _spelled(unit: str) -> str:
 def _in_short(effect: Effect, found: Effects) -> str:
     """The differences that count, in a line."""
     apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= APART
-    names = [CLEARANCE, *([FIRST] if apart else []), *([PITCH] if found.aim == "heel" else []), TORQUE]
+    names = [CLEARANCE, *([FIRST] if apart else []), TORQUE]
     names += [*([WORK] if found.aim == "push_off" else []), AIR]
     told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
+    told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -LANDING else []
+    lost = [n for n, value in effect.differences.items() if n in SHORT and math.isnan(value)]
+    told += [n for n in lost if n not in told]
     text = ", ".join(f"{SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
     return f"{text} ({'; '.join(effect.notes)})" if effect.notes else text
 

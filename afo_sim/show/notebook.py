@@ -13,7 +13,8 @@ from afo_sim.fitting.run_fit import FitRun
 from afo_sim.fitting.torque_fit import TorqueFit
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
-from afo_sim.show import sweep_tables, verdict
+from afo_sim.show import bands, effects, sweep_tables, verdict
+from afo_sim.show.numbers import decisive
 from afo_sim.show.run_figure import draw_angle, draw_torque
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.findings import findings
@@ -49,11 +50,15 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueF
 
 
 def recording_html(recording: Recording) -> str:
-    """Status, verdict, warnings, numbers and two figures of a run; without rows there are no figures."""
+    """Status, verdict, warnings, notes, numbers and two figures of a run; without rows no figures."""
     rows = len(recording["time"]) if "time" in recording.columns else 0
     parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
     parts += [_verdict(recording)] if recording.verdict else []
     parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
+    told = [*bands.lines(recording), *effects.lines(recording)]
+    if recording.verdict:
+        told += decisive(recording.scenario, recording.metrics, recording.strides)
+    parts += [f"<div>{escape(line)}</div>" for line in told]
     parts += [
         f"<div>{escape(sentence)}</div>"
         for sentence in in_short(recording.metrics, reference(recording.scenario))

@@ -48,7 +48,7 @@ def badge(answer: Answer) -> str:
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to tell."""
     return [
-        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({answer.limit})"
+        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
         for answer in recording.verdict
     ]
 
@@ -56,7 +56,8 @@ def lines(recording: Recording) -> list[str]:
 def markdown(recording: Recording) -> str:
     """For the viewer, as a list; "" where there is nothing to tell."""
     told = (
-        f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} *Limit: {answer.limit}.*"
+        f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} "
+        f"*Limit: {limit(recording, answer)}.*"
         for answer in recording.verdict
     )
     return "\n".join(told)
@@ -77,4 +78,4 @@ def limit(recording: Recording, answer: Answer) -> str:
     """An answer's limit and of what kind it is: none is shown as published that is not."""
     told = limits_of(recording).provenance
     kinds = dict.fromkeys(told[name].kind if name in told else "user" for name in HELD[answer.name])
-    return f"{answer.limit} ({', '.join(kinds)})"
+    return f"{answer.limit}; {', '.join(kinds)}"

@@ -101,10 +101,16 @@ class References:
         """The reference of a scenario."""
         reference = reference_of(scenario)
         without_air = set() if reference.orthosis.chamber else {"supply"}
-        key = reference.model_dump_json(exclude={"name", "description"} | without_air)
+        key = reference.model_dump_json(exclude={"name", "description", "limits"} | without_air)
         if key not in self.known:
             self.known[key] = walk_reference(scenario)
         return self.known[key]
+
+
+def not_compared(scenario: Scenario, reference: Reference) -> tuple[str, ...]:
+    """A warning where a scenario's reference could not be walked."""
+    who = in_words({"reference": scenario.reference, "shoe": {"name": scenario.shoe and scenario.shoe.name}})
+    return (f"not compared with {who}: {reference.failure}",) if reference.failure else ()
 
 
 def compared(recording: Recording, scenario: Scenario) -> Recording:
@@ -113,6 +119,5 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         return recording
     reference = walk_reference(scenario)
     found = reference_metrics(recording.metrics, reference.metrics)
-    who = in_words({"reference": scenario.reference, "shoe": {"name": scenario.shoe and scenario.shoe.name}})
-    warned = (f"not compared with {who}: {reference.failure}",) if reference.failure else ()
+    warned = not_compared(scenario, reference)
     return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))

@@ -66,7 +66,7 @@ def safety_metrics(
     limits = scenario.limits
     if number and limits is not None and _asks(life_metrics, wanted):
         most = max(cycles(part[f"chamber/{name}/pressure"], number) for name in scenario.orthosis.chamber)
-        found |= life_metrics(most, limits.muscle_life, limits.strides_per_bottle[0])
+        found |= life_metrics(most, limits.muscle_life, limits.strides_per_day)
     return found
 
 

@@ -46,7 +46,7 @@ class Effect:
     reason : of that, in words
     differences : {metric: with the step less without, in the metric's unit}; only of what was run
     assumed : whether nobody has measured the value before: then it wants measuring first
-    beyond : limits that the step leaves, and the walk as it is does not
+    beyond : limits that the step leaves, where the walk as it is keeps them or leaves them by less
     notes : warnings that the walk as it is does not have
     helps : whether the ranking counts it as a help
     """

@@ -20,7 +20,7 @@ from afo_sim.simulation.run import run_scenario
 from afo_sim.study.effect import METRICS, SHARES, Effect, Run
 from afo_sim.study.effects_parameters import Step, steps
 from afo_sim.study.effects_ranking import Aim, aim_of, rank, wanted_of
-from afo_sim.study.engine import INFEASIBLE, OK, Outcome, outcomes
+from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 Report = Callable[[int, int, str], None]
 DOING = "trying what to change first"
 PULLS = 1.0  # [N]
+WORSE = 1.0  # by which a share of a limit that is left already must grow to be told [percent]
 BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
@@ -178,13 +179,13 @@ def _run(
     scenario: Scenario, cases: Sequence[Mapping[str, Any]], report: Report | None, threads: int
 ) -> list[Outcome]:
     """Outcomes of cases, in order."""
-    found: dict[int, Outcome] = {}
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
-    for number, outcome in outcomes(scenario.resolved(), enumerate(cases), threads, BATCH, asked):
-        found[number] = outcome
+
+    def told(done: int, count: int) -> None:
         if report is not None:
-            report(len(found), len(cases), DOING)
-    return [found[number] for number in range(len(cases))]
+            report(done, count, DOING)
+
+    return in_order(scenario, cases, asked, threads, BATCH, told)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:
@@ -201,7 +202,7 @@ def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], 
     beyond = tuple(
         f"{outcome.metrics[name].value:.0f} % of {limit}"
         for name, limit in SHARES.items()
-        if name in outcome.metrics and outcome.metrics[name] > 100.0 >= walk.metrics[name].value
+        if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + WORSE)
     )
     notes = tuple(warning for warning in outcome.warnings if warning not in walk.warnings)
     return dataclasses.replace(effect, differences=differences, beyond=beyond, notes=notes)

@@ -7,7 +7,7 @@ with its reason. With two threads or more, cases are built while others are roll
 
 import math
 import pathlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -26,7 +26,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
 from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
-from afo_sim.simulation.reference import References
+from afo_sim.simulation.reference import References, not_compared
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
@@ -133,6 +133,25 @@ def outcomes(
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
     with native.installed():
         yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
+
+
+def in_order(
+    scenario: Scenario,
+    cases: Sequence[Mapping[str, Any]],
+    asked: Asked,
+    threads: int,
+    chunk: int,
+    report: Callable[[int, int], None],
+) -> list[Outcome]:
+    """The outcomes of a few cases, in their order; parameters as of `outcomes`.
+
+    report : called with (done, in all)
+    """
+    found: dict[int, Outcome] = {}
+    for number, outcome in outcomes(scenario.resolved(), enumerate(cases), threads, chunk, asked):
+        found[number] = outcome
+        report(len(found), len(cases))
+    return [found[number] for number in range(len(cases))]
 
 
 def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
@@ -276,7 +295,9 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
     try:
         totals, warnings, curves = _told(case, rolled, asked)
         if asked.reference and case.built.scenario.reference is not None:
-            totals = totals | reference_metrics(totals, references.of(case.built.scenario).metrics)
+            other = references.of(case.built.scenario)
+            totals = totals | reference_metrics(totals, other.metrics)
+            warnings = (*warnings, *not_compared(case.built.scenario, other))
     except Exception as error:
         return _failed(error)
     totals = _undefined(case, totals, asked) | totals

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from knee import knee_data, knee_orthosis
-from scipy.stats import binomtest
+from scipy.stats import binomtest, chi2
+from scipy.stats import t as student
 
 import afo_sim
 from afo_sim.common.errors import InputError
@@ -241,6 +242,28 @@ def test_the_knees_law_is_not_told_at_its_one_pressure(knee: dict[str, TorqueFit
 
 
 # --- files and refusals
+
+
+def test_the_chance_that_small_groups_agree_is_that_of_their_standard_errors() -> None:
+    """Cochran's test by hand, from fits of each group alone: few readings have wide t quantiles."""
+    groups = {}
+    for name, seed in (("a", 1), ("b", 2), ("c", 3)):
+        data = planted(0.3, seed, Change(20e3, 0.0))
+        groups[name] = {title: values[::5] for title, values in data.items()}
+    joint = {title: np.concatenate([part[title] for part in groups.values()]) for title in groups["a"]}
+    count = len(groups["a"]["torque [N*m]"])
+    assert 3 <= count <= 12
+    joint["group"] = np.repeat([*groups], count)
+    options: dict[str, Any] = {"chamber": "flexor", "hold_out": "none"}
+    alone = [
+        fit_torque(part, "arm_s1", ("series_stiffness",), **options).solution for part in groups.values()
+    ]
+    at = np.array([solution.x[0] for solution in alone])
+    error = np.array([solution.half[0] / student.ppf(0.975, solution.freedom) for solution in alone])
+    mean = np.sum(at / error**2) / np.sum(1.0 / error**2)
+    chance = chi2.sf(np.sum(((at - mean) / error) ** 2), len(at) - 1)
+    found = fit_torque(joint, "arm_s1", ("series_stiffness",), **options).apart
+    assert found is not None and found.chance["series_stiffness"] == pytest.approx(chance, rel=1e-2)
 
 
 def test_a_groups_contradiction_widens_the_interval() -> None:

@@ -96,7 +96,7 @@ HELD: tuple[tuple[str, int | None, str, str], ...] = (
     ("limits.skin_pressure", 1, "50 kPa", "cuff_share_of_pain"),
     ("limits.blood_flow_pressure", None, "5 kPa", "cuff_share_of_blood_flow"),
     ("limits.muscle_life", None, "2e6", "strides_until_muscle_life"),
-    ("limits.strides_per_bottle", 0, "3000", "days_until_muscle_life"),
+    ("limits.strides_per_day", None, "3000", "days_until_muscle_life"),
 )
 # Pairs that the verdict is held against: one that everything keeps, and one that nothing does.
 JUDGED: dict[str, tuple[str, list[str], list[str]]] = {

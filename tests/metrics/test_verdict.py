@@ -212,7 +212,7 @@ def test_a_walk_too_short_to_count_is_unknown_in_every_answer() -> None:
 
 def test_limits_are_told_as_they_are_and_minus_signs_are_true_ones() -> None:
     found = judge({"toe_clearance": -3.0, "foot_pitch_at_contact": -5.0})
-    assert found["lift"].limit == "wanted 10 mm, trips below 0 mm"
+    assert found["lift"].limit == "wanted 10, trips below 0 mm"
     assert found["heel"].limit == "heel from 8° on, forefoot below −1.6°"
     assert "0.07 N·m/kg and 0.016 J/kg" in found["push_off"].limit
     assert found["air"].limit == "wanted 2000 strides, too few below 1000"
@@ -300,7 +300,7 @@ def test_the_limits_of_the_scenario_decide(designs: dict[str, Recording]) -> Non
     assert run.metrics["toe_clearance"] == usual.metrics["toe_clearance"]
     told = {answer.name: answer for answer in run.verdict}
     assert [told[name].status for name in ("lift", "push_off", "air")] == ["bad", "good", "good"]
-    assert "wanted 30 mm, trips below 20 mm" in told["lift"].limit and "2 l at 300 bar" in told["air"].text
+    assert "wanted 30, trips below 20 mm" in told["lift"].limit and "2 l at 300 bar" in told["air"].text
     four = run.metrics["strides_per_bottle"].value / usual.metrics["strides_per_bottle"].value
     assert four == pytest.approx(4.0, rel=1e-9)
 

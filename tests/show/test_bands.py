@@ -71,6 +71,14 @@ def test_bands_of_which_many_draws_failed_say_so_first(walk: Recording) -> None:
     assert "30 of 120" in bands.markdown(changed(walk, failed=failed))
 
 
+def test_numbers_that_some_draws_do_not_have_are_told(walk: Recording) -> None:
+    metrics = walk.studies["uncertainty"]["metrics"]
+    short = metrics | {"toe_clearance": metrics["toe_clearance"] | {"undefined": 12}}
+    told = "Toe clearance is undefined in 12 draws"
+    assert any(told in line for line in bands.lines(changed(walk, metrics=short)))
+    assert not any("is undefined in" in line for line in bands.lines(changed(walk, metrics=metrics)))
+
+
 def test_all_draws_failed_is_told(walk: Recording) -> None:
     failed = {"count": 120, "draws": [], "reasons": [{"reason": "unstable: it fell", "count": 120}]}
     empty: dict[str, Any] = {"metrics": {}, "curves": {}, "trips": {}, "groups": [], "measure_next": []}

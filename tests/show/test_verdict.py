@@ -69,7 +69,7 @@ def test_a_mark_and_a_word_tell_what_a_colour_tells() -> None:
 
 def test_the_report_says_of_what_kind_each_limit_is(shipped: Recording) -> None:
     text = text_of(page(views(shipped)))
-    assert "trips below 0 mm (assumed)" in text and "bad beyond 0.14 or 0.032 (derived)" in text
+    assert "trips below 0 mm; assumed" in text and "bad beyond 0.14 or 0.032; derived" in text
     assert "mm (published)" not in text
 
 
@@ -88,6 +88,8 @@ def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> 
     assert verdict.lines(sitting) == [] and verdict.markdown(sitting) == ""
     assert verdict.of_report(views(sitting)) == []
     assert len(verdict.of_report(views(shipped, sitting))[0].cells) == 1
+    both = page(views(shipped, sitting)).partition('<section class="verdict"')[2].partition("</section>")[0]
+    assert "walk-dropfoot-afo" in both  # whose answers these are, beside a run that has none
     assert "verdict" not in sitting.summary() and "Does it work?" not in page(views(sitting))
 
 

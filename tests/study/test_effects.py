@@ -152,6 +152,15 @@ def test_a_limit_that_only_the_step_leaves_is_told() -> None:
     assert not softer.beyond
 
 
+def test_a_limit_that_is_left_already_and_left_further_is_told() -> None:
+    limit = "orthosis.muscle.dorsiflexor.type.limits.force"
+    held = 5.0 * afo.run(WALK, FAST).metrics["muscle_share_of_force"].value
+    found = afo.effects(WALK, FAST | {limit: f"{0.9 * held:.4f} N"})
+    stiffer, softer = (step(found, "cuff stiffness", k) for k in ("8 kN/m", "2 kN/m"))
+    assert any("force" in text for text in stiffer.beyond) and not stiffer.helps
+    assert not softer.beyond
+
+
 def test_json_gives_back_all_of_it(found: Effects) -> None:
     text = json.dumps(found.to_json(), allow_nan=False)
     again = Effects.from_json(json.loads(text))

@@ -78,7 +78,7 @@ def told(lines: Iterable[tuple[str, list[int]]]) -> str:
         word = WORDS.get(tuple(colour), "")
         of, _, part = name.rpartition(", ")
         if of in found:
-            found[of] += f" ({part} {word})"
+            found[of] += f" ({part} {word})" if word else ""
         else:
             found.setdefault(name, f"{name} {word}".strip())
     return ", ".join(found.values())

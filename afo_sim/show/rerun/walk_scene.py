@@ -20,11 +20,12 @@ from afo_sim.model.foot import TOE_POINTS, foot_of
 from afo_sim.model.mounting import ANKLE
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.rerun.clock import GAIT, send, strides
+from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.scene import Stage, log_body, replay
 from afo_sim.show.rerun.source import Columns, Source
 
 CARRIAGE = "world/carriage"
-TRAILS = {"toe": [250, 200, 70], "ball": [90, 190, 250]}  # points of the sole, and their colours
+TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
 SUNK = [255, 40, 40]  # where a point is below the floor in swing
 ARROW = 0.5  # length of a force of one body weight [m]
 ARROW_COLOUR = [110, 235, 120]

@@ -16,7 +16,7 @@ from afo_sim.metrics.words import words
 from afo_sim.model.person import person_of
 from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.engine import CYCLE, OK, Outcome, outcomes
+from afo_sim.study.engine import CYCLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors
 from afo_sim.study.uncertainty import bands
 from afo_sim.study.uncertainty.draw import Column, Draws, draw
@@ -150,13 +150,13 @@ def _run(
     kept = frozenset(name for name in METRICS if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
     asked = Asked(kept, doubts=False, curves=(*CURVES, *pressures))
-    cases = ((k, draws.sets(k)) for k in range(draws.count))
-    found: dict[int, Outcome] = {}
-    for number, outcome in outcomes(scenario.resolved(), cases, threads, CHUNK, asked):
-        found[number] = outcome
+
+    def told(done: int, count: int) -> None:
         if report is not None:
-            report(len(found), draws.count, "drawing what is not known")
-    return [found[k] for k in range(draws.count)]
+            report(done, count, "drawing what is not known")
+
+    cases = [draws.sets(k) for k in range(draws.count)]
+    return in_order(scenario, cases, asked, threads, CHUNK, told)
 
 
 def told_of(found: Found, recording: Recording) -> dict[str, Any]:
