@@ -27,6 +27,13 @@ def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
     found = {}
     for key, value in table.items():
         if value is not None and key != "provenance":
-            value = _plain(value) if isinstance(value, Mapping) else value
+            value = _value(value)
             found[key] = {"value": value, **sources[key]} if key in sources else value
     return found
+
+
+def _value(value: Any) -> Any:
+    """A value; a table, or tables in a list, as `_plain` has them."""
+    if isinstance(value, Mapping):
+        return _plain(value)
+    return [_value(item) for item in value] if isinstance(value, list | tuple) else value

@@ -8,6 +8,7 @@ from typing import Any
 from afo_sim.common.unit_factors import factor
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
+LEAST_NUMBER = 1e3  # of a gauge pressure told as a bare number [Pa]: a smaller one was meant in bar
 AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
 AMBIENT_TEMPERATURE = 293.15  # [K]
 GAS_CONSTANT = 287.05  # of dry air [J/(kg·K)]

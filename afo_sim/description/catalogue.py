@@ -9,7 +9,8 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.phase_table import read_header
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
-from afo_sim.description.reader import SPECS
+from afo_sim.description.reader import SPECS, split_key
+from afo_sim.description.tree import value_at
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 
@@ -82,10 +83,8 @@ def _described(kind: str, name: str) -> TableOf:
 
 def _is_own(key: str, kind: str, name: str) -> bool:
     """Whether a key with a default stands in the product itself, not in one that it refers to."""
-    table: Any = assets.read_toml(assets.find(kind, name))
-    for part in key.split(".")[:-1]:
-        table = table.get(part, {}) if isinstance(table, Mapping) else None
-    return isinstance(table, Mapping)
+    table = assets.read_toml(assets.find(kind, name))
+    return isinstance(value_at(table, split_key(key)[0][:-1]), Mapping)
 
 
 def _plain(kind: str, name: str) -> TableOf:

@@ -17,6 +17,7 @@ from afo_sim.description.leaves import (
     SETS,
     core,
     fields_of,
+    is_list_of_tables,
     is_table,
     marked,
     parameter_leaf,
@@ -25,6 +26,7 @@ from afo_sim.description.leaves import (
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import SPECS, load, split_key
 from afo_sim.description.scenario import Scenario
+from afo_sim.description.tree import dotted_key
 from afo_sim.physics.law import LawParameter
 
 
@@ -135,7 +137,10 @@ def field_at(key: str, scenario: Scenario) -> Field:
     annotation: Any = Scenario
     value: Any = scenario
     for depth, name in enumerate(path):
-        annotation, value = _below(annotation, value, name, ".".join(path[:depth]), scenario)
+        if is_list_of_tables(core(annotation)[0]) and name.isdigit():
+            annotation, value = _item(annotation, value, int(name), key)
+        else:
+            annotation, value = _below(annotation, value, name, dotted_key(path[:depth]), scenario)
     for item in items:
         annotation, value = _item(annotation, value, item, key)
     kind, marks = core(annotation)

@@ -13,7 +13,7 @@ from afo_sim.description.leaves import Leaf, Path, core, leaves
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.ranges import allowed, shown, unit_of
 from afo_sim.description.reader import SPECS, Reading, read
-from afo_sim.description.tree import value_at
+from afo_sim.description.tree import child_of, value_at
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def holder(description: BaseModel, path: Path) -> Any:
     """The table that a field stands in; None where it is not there."""
     node: Any = description
     for name in path[:-1]:
-        node = node.get(name) if isinstance(node, Mapping) else getattr(node, name, None)
+        node = getattr(node, name, None) if isinstance(node, BaseModel) else child_of(node, name)
     return node
 
 

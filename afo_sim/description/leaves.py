@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.quantity import Quantity
+from afo_sim.description.tree import dotted_key
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.law import LawParameter
 from afo_sim.physics.laws import LAWS
@@ -40,7 +41,7 @@ class Leaf:
     @property
     def key(self) -> str:
         """Its dotted key."""
-        return ".".join(self.path)
+        return dotted_key(self.path)
 
 
 def core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -60,6 +61,11 @@ def core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
 def is_table(kind: Any) -> bool:
     """Whether a type is a description of its own, with fields."""
     return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def is_list_of_tables(kind: Any) -> bool:
+    """Whether a type is a list of any length of descriptions with fields."""
+    return get_origin(kind) is tuple and is_table(get_args(kind)[0])
 
 
 def table_names(kind: Any, written: Iterable[str]) -> list[str]:
@@ -125,6 +131,9 @@ def _below(kind: Any, name: str, value: Any, path: Path, chambers: Iterable[str]
         written = value if isinstance(value, Mapping) else {}
         for key in table_names(inner, written):
             yield from leaves(get_args(inner)[1], written.get(key), (*here, key))
+    elif is_list_of_tables(inner) and value:
+        for number, item in enumerate(value if isinstance(value, list | tuple) else ()):
+            yield from leaves(get_args(inner)[0], item, (*here, str(number)))
     elif is_table(inner):
         if "name" in inner.model_fields:
             yield leaf
@@ -139,6 +148,8 @@ def table_at(kind: Any, path: Path) -> Any:
         inner = core(kind)[0]
         if get_origin(inner) is dict:
             kind = get_args(inner)[1]
+        elif is_list_of_tables(inner) and name.isdigit():
+            kind = get_args(inner)[0]
         elif is_table(inner) and name in inner.model_fields:
             kind = inner.model_fields[name].annotation
         elif is_table(inner) and inner.model_config.get("extra") == "allow":

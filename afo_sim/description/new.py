@@ -39,14 +39,36 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         }
     },
     "orthosis": {
-        "muscle": {"flexor": {"chamber": "dorsiflexor"}},
+        "muscle": {
+            "flexor": {
+                "chamber": "dorsiflexor",
+                "path": [
+                    {
+                        "segment": "shank",
+                        "from_ankle": ["6.5 cm", "0 cm", "5 cm"],
+                        "surface": {"shape": "cylinder", "radius": "1.5 cm", "axis": [0.0, 1.0, 0.0]},
+                    }
+                ],
+            }
+        },
         "anchor": {
             "shank": {"stiffness": "4 kN/m", "stiffening": {"force": "33 N", "length": "17 mm"}},
         },
     },
-    "leg": {"body_mass": "75 kg", "body_height": "1.75 m"},
+    "leg": {
+        "body_mass": "75 kg",
+        "body_height": "1.75 m",
+        "shank_length": "43 cm",
+        "foot_length": "26 cm",
+        "subtalar": {"stiffness": "10 N*m/rad", "damping": "0.2 N*m*s/rad"},
+    },
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
-    "scenario": {"gait": {"stride_time": "1.2 s"}, "load_moment": "1 N*m", "record_rate": "500 Hz"},
+    "scenario": {
+        "gait": {"stride_time": "1.2 s"},
+        "load_moment": "1 N*m",
+        "record_rate": "500 Hz",
+        "side": "left",
+    },
 }
 # Keys under which a file names other descriptions.
 PLACES: dict[str, dict[str, tuple[str, ...]]] = {
@@ -90,12 +112,24 @@ def new(
         values.pop(key, None)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
+    files = _beside(kind, values, base)
     values["description"] = f"{name}, begun from {like or LIKE[kind]}"
     template = Template(_chambers(kind, values, target))
     text = template.text(SPECS[kind], values, examples, f"{name}: {kind}.")
     check_writable(target.parent)
-    _write(target, text, kind, values, base)
+    _write(target, text, kind, files)
     return target
+
+
+def _beside(kind: str, values: dict[str, Any], base: pathlib.Path) -> dict[str, pathlib.Path]:
+    """Files that a product names, by their name beside it; a product may name another product's."""
+    files = {}
+    for key in FILES.get(kind, ()):
+        if key in values:
+            source = base.parent / str(values[key])
+            values[key] = source.name
+            files[source.name] = source
+    return files
 
 
 def base_of(kind: str, like: str) -> pathlib.Path:
@@ -177,9 +211,9 @@ def _chambers(kind: str, values: dict[str, Any], target: pathlib.Path) -> tuple[
     return found
 
 
-def _write(target: pathlib.Path, text: str, kind: str, values: Mapping[str, Any], base: pathlib.Path) -> None:
+def _write(target: pathlib.Path, text: str, kind: str, files: Mapping[str, pathlib.Path]) -> None:
     """Write a description and the files that it names; nothing stays of one that does not load."""
-    named = [target.parent / str(values[key]) for key in FILES.get(kind, ()) if key in values]
+    named = [target.parent / name for name in files]
     for path in named:
         if path.exists():
             raise InputError("is there already, and is not overwritten", file=path)
@@ -187,7 +221,7 @@ def _write(target: pathlib.Path, text: str, kind: str, values: Mapping[str, Any]
     try:
         for path in named:
             with replacing(path) as temporary:
-                shutil.copyfile(base.parent / path.name, temporary)
+                shutil.copyfile(files[path.name], temporary)
         with replacing(target) as temporary:
             temporary.write_text(text, encoding="utf-8")
         load(kind, target)

@@ -3,6 +3,7 @@
 Angles are dorsiflexion positive, positions in metres from the ankle joint: x forward, y left, z up.
 """
 
+import itertools
 import math
 import pathlib
 import re
@@ -10,20 +11,19 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 from afo_sim.common.errors import nearest_name
 from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
+from afo_sim.description.places import ALIKE, Anchor, Coordinates, PathPoint, Segment, Side, difference
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.shoe import Outsole
 
-Segment = Literal["shank", "foot"]
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
-Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 Stiffness = Annotated[float, Quantity("N/m", above=0.0, at_most=1e9)]
-Coordinates = tuple[Length, Length, Length]
 
-ALIKE = 1e-12  # sideways distances that are equal but for rounding [m]
+MOST_PLACES = 12  # on a muscle's path between its ends
 
 
 class Valve(Described):
@@ -51,17 +51,6 @@ class Valve(Described):
             "opening_delay": self.opening_delay,
             "closing_delay": self.closing_delay,
         }
-
-
-class Anchor(Described):
-    """One end of a muscle group: where on which segment, and how far apart its muscles are."""
-
-    segment: Segment
-    """Segment that it is fixed to."""
-    from_ankle: Coordinates
-    """Position in the segment at an ankle angle of zero, from the ankle joint: forward, left, up."""
-    spacing: Distance = 0.0
-    """Distance between parallel muscles, to the side."""
 
 
 class Pulley(Described):
@@ -157,6 +146,11 @@ class MuscleGroup(Described):
     """Anchor of the upper end; with insertion and link_length, or else a pulley."""
     insertion: Anchor | None = None
     """Anchor of the lower end."""
+    path: tuple[PathPoint, ...] = Field(default=(), max_length=MOST_PLACES)
+    """Points and surfaces between origin and insertion, in this order; a straight path by default."""
+    wrap_friction: Annotated[float, Quantity("", at_least=0.0, at_most=1.0)] = 0.0
+    """Coefficient of friction (capstan) at the path's points and surfaces on the origin's segment; none by
+    default."""
     link_length: Distance | None = None
     """Length of cable and hardware in series with the muscle."""
     slack: Distance = 0.0
@@ -193,7 +187,49 @@ class MuscleGroup(Described):
         return self
 
     @model_validator(mode="after")
+    def _has_a_path(self) -> Self:
+        if self.path and self.pulley is not None:
+            problem = "does not go with a pulley: its cable runs over the pulley alone"
+            raise refusal(problem, "either a pulley, or origin, path and insertion", "path")
+        for number in range(1, len(self.path)):
+            if self.path[number].surface and self.path[number - 1].surface:
+                raise refusal(
+                    "is a surface next to a surface: nothing tells where the path runs between them",
+                    "a point without surface before it",
+                    f"path.{number}.surface",
+                )
+        for number, k in itertools.product(range(len(self.path)), range(self.count)):
+            if complaint := self._inside(number, k):
+                raise complaint
+        return self
+
+    @model_validator(mode="after")
+    def _rubs_where_it_slides(self) -> Self:
+        if self.wrap_friction == 0.0:
+            return self
+        if not self.path:
+            problem = "has no effect: the path is straight, and touches nothing"
+            raise refusal(problem, "0, or a path with points or surfaces", "wrap_friction")
+        segments = [place.segment for place in self.places]
+        if sum(a != b for a, b in itertools.pairwise(segments)) > 1:
+            raise refusal(
+                "is known only where the path goes from segment to segment once",
+                "0, or a path whose points on the origin's segment come first",
+                "wrap_friction",
+            )
+        if self.path[0].segment != segments[0]:
+            raise refusal(
+                "has no effect: the cable slides on the segment of its origin, where the muscle is, and "
+                "nothing guides it there",
+                f"0, or a point or surface of the path on the {segments[0]}",
+                "wrap_friction",
+            )
+        return self
+
+    @model_validator(mode="after")
     def _has_a_cable_within_its_path(self) -> Self:
+        if self.guided_by_surfaces:  # only the compiled model knows how long it is
+            return self
         path = min(self.path_lengths, default=math.inf)
         if self.cable.offset >= path:
             raise refusal(
@@ -216,34 +252,105 @@ class MuscleGroup(Described):
 
     @property
     def path_lengths(self) -> tuple[float, ...]:
-        """Distance between the anchors of each parallel muscle at an angle of zero [m]; none of a pulley."""
+        """Length of each parallel muscle's path at an angle of zero [m]; none of a pulley.
+
+        It runs straight from point to point. Where it bends around surfaces it is longer: then this is a
+        lower bound, and the compiled model tells the length (`model.paths`).
+        """
         if self.origin is None or self.insertion is None:
             return ()
-        forward, _, up = _difference(self.origin.from_ankle, self.insertion.from_ankle)
+        if self.path:
+            points = [place for place in self.places if place.surface is None]
+            return tuple(
+                sum(math.dist(a, b) for a, b in itertools.pairwise(self.beside(p, k) for p in points))
+                for k in range(self.count)
+            )
+        forward, _, up = difference(self.origin.from_ankle, self.insertion.from_ankle)
         return tuple(math.hypot(forward, aside, up) for aside in self._asides)
+
+    @property
+    def places(self) -> tuple[PathPoint, ...]:
+        """Origin, path and insertion, in this order; none of a pulley."""
+        if self.origin is None or self.insertion is None:
+            return ()
+        ends = (
+            PathPoint.model_construct(
+                segment=end.segment, from_ankle=end.from_ankle, spacing=end.spacing, surface=None
+            )
+            for end in (self.origin, self.insertion)
+        )
+        first, last = ends
+        return (first, *self.path, last)
+
+    @property
+    def guided_by_surfaces(self) -> bool:
+        """Whether a surface stands on its path."""
+        return any(place.surface is not None for place in self.path)
+
+    def beside(self, place: PathPoint, number: int) -> Coordinates:
+        """A place of its path as the parallel muscle `number` has it, from 0 [m]."""
+        x, y, z = place.from_ankle
+        return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
+
+    def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
+        """A complaint where a neighbouring point lies inside the surface number `number`: it would not act.
+
+        Points of the other segment move against it; they are looked at in the compiled model.
+        """
+        centre, surface = self.path[number], self.path[number].surface
+        for point in (self.places[number], self.places[number + 2]) if surface else ():
+            if point.segment != centre.segment:
+                continue
+            assert surface is not None
+            clear = surface.clearance(self.beside(centre, muscle), self.beside(point, muscle))
+            if clear <= 0.0:
+                apart = f"{100.0 * (clear + surface.radius):.3g} cm"
+                return refusal(
+                    f"encloses the neighbouring point of the path, {apart} from its "
+                    f"{'axis' if surface.shape == 'cylinder' else 'centre'}: the path would run straight "
+                    "through it",
+                    f"less than {apart}, or a point further off",
+                    f"path.{number}.surface.radius",
+                )
+        return None
 
     @property
     def alike(self) -> bool:
         """Whether its parallel muscles have the same path length at every angle.
 
-        Over a pulley they have. Between two anchors they have where they stand equally far aside.
+        Over a pulley they have. Between two points of the path they have where they stand equally far
+        aside, and a cylinder along the ankle's axis changes nothing in that: its path, unrolled, is as long
+        aside. Over other surfaces they are alike where one is the other moved aside as a whole, or where
+        two are mirror images.
         """
-        asides = [abs(aside) for aside in self._asides]
-        return max(asides, default=0.0) - min(asides, default=0.0) <= ALIKE
+        if not self.path:
+            asides = [abs(aside) for aside in self._asides]
+            return max(asides, default=0.0) - min(asides, default=0.0) <= ALIKE
+        if self.count == 1:
+            return True
+        spacings = [place.spacing for place in self.places]
+        if max(spacings) - min(spacings) <= ALIKE:  # each has its own surfaces, moved aside with it
+            return True
+        bending = [place for place in self.places if place.surface is None or not place.surface.lateral]
+        if all(place.surface is None for place in bending):
+            return all(self._equally_far_aside(a, b) for a, b in itertools.pairwise(bending))
+        middles = [place.from_ankle[1] for place in bending]
+        mirrored = all(place.surface is None or place.surface.is_its_mirror_image for place in bending)
+        return self.count == 2 and mirrored and max(middles) - min(middles) <= ALIKE
+
+    def _equally_far_aside(self, above: PathPoint, below: PathPoint) -> bool:
+        """Whether each parallel muscle runs equally far aside, to the left or right, between two places."""
+        asides = [abs(self.beside(below, k)[1] - self.beside(above, k)[1]) for k in range(self.count)]
+        return max(asides) - min(asides) <= ALIKE
 
     @property
     def _asides(self) -> tuple[float, ...]:
         """How far each parallel muscle's lower end is to the left of its upper end [m]; none of a pulley."""
         if self.origin is None or self.insertion is None:
             return ()
-        middle = _difference(self.origin.from_ankle, self.insertion.from_ankle)[1]
+        middle = difference(self.origin.from_ankle, self.insertion.from_ankle)[1]
         spread = self.insertion.spacing - self.origin.spacing
         return tuple(middle + (k - 0.5 * (self.count - 1)) * spread for k in range(self.count))
-
-
-def _difference(origin: Coordinates, insertion: Coordinates) -> Coordinates:
-    """From the upper to the lower end, in the axes that shank and foot share at an angle of zero [m]."""
-    return insertion[0] - origin[0], insertion[1] - origin[1], insertion[2] - origin[2]
 
 
 class Chamber(Described):
@@ -269,6 +376,8 @@ class Orthosis(Described):
     """Name; the folder's by default."""
     description: str = ""
     """One line that says what it is."""
+    side: Side = "right"
+    """Leg that its coordinates are for; on the other leg it is mirrored."""
     cuff: pathlib.Path | None = None
     """MJCF file of the cuff, which is fixed to the shank."""
     plate: pathlib.Path | None = None

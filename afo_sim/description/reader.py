@@ -19,7 +19,7 @@ from afo_sim.description.quantity import Described
 from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.shoe import Shoe
-from afo_sim.description.tree import Path, Tree, read_table, value_at
+from afo_sim.description.tree import Path, Tree, child_of, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
 from afo_sim.description.walking import Patient
 
@@ -56,6 +56,8 @@ PROBLEMS = {
 }
 FORMS = {
     "from_ankle": '["6 cm", "0 cm", "30 cm"]',
+    "axis": "[0.0, 1.0, 0.0]",
+    "path": '[{ segment = "shank", from_ankle = ["6 cm", "0 cm", "5 cm"] }]',
     "range_of_motion": '["-20 deg", "20 deg"]',
     "inlet": '[["0 s", "4 s"]]',
     "outlet": '[["4 s", "8 s"]]',
@@ -288,7 +290,7 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
 def _say_who_set(table: Any, *path: str) -> None:
     """Name the user as the source of a number that is about to be set, if it names one."""
     for name in path[:-1]:
-        table = table.get(name) if isinstance(table, dict) else None
+        table = child_of(table, name)
     sources = table.get("provenance") if isinstance(table, dict) else None
     if sources and path[-1] in sources:
         sources[path[-1]] = {"kind": "user", "source": "set for this run"}

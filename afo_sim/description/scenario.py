@@ -16,8 +16,10 @@ from afo_sim.common.errors import nearest_name
 from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.shoe import Shoe
+from afo_sim.description.subtalar import Subtalar
 from afo_sim.description.toes import Toes
 from afo_sim.description.walking import Gait, Ground, Patient, Phases, Start
 
@@ -61,6 +63,12 @@ class Leg(Described):
     """Name of the foot's body in the file."""
     ankle: str = "ankle"
     """Name of the ankle's hinge in the file."""
+    side: Side = "right"
+    """Leg that the file is; on the other side it is mirrored."""
+    shank_length: Annotated[float, Quantity("m", above=0.0, at_most=1.0)] | None = None
+    """Length from knee to ankle; 0.246 of the body's height by default (Winter)."""
+    foot_length: Annotated[float, Quantity("m", above=0.0, at_most=0.6)] | None = None
+    """Length from heel to toe; 0.152 of the body's height by default (Winter)."""
     directions: tuple[Word, Word] = ("dorsiflexion", "plantarflexion")
     """Names of turning the joint to positive and to negative angles."""
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
@@ -77,6 +85,8 @@ class Leg(Described):
     """Moment of the relaxed ankle's tissue."""
     toes: Toes | None = None
     """Hinge of the toes; a rigid foot without it."""
+    subtalar: Subtalar | None = None
+    """Hinge for inversion and eversion under the ankle; none without it."""
 
 
 class Supply(Described):
@@ -162,6 +172,9 @@ class Scenario(Described):
     """Leg: a shipped name, or the path of a leg's TOML file or folder."""
     orthosis: Orthosis
     """Orthosis: a shipped name, or the path of an orthosis' TOML file or folder."""
+    side: Side | None = None
+    """Leg that is simulated; the leg's own side by default. Leg and orthosis of the other side are
+    mirrored."""
     timestep: Annotated[float, Quantity("s", at_least=1e-6, at_most=0.01)] = 0.001
     """Step of the integration."""
     record_rate: Annotated[float, Quantity("Hz", above=0.0, at_most=1e6)] | None = None
@@ -229,6 +242,11 @@ class Scenario(Described):
     def walking(self) -> bool:
         """Whether recorded walking drives the shank."""
         return self.shank.pose == "driven"
+
+    @property
+    def simulated_side(self) -> Side:
+        """Leg that is simulated: as the scenario says, else the leg's own."""
+        return self.side or self.leg.side
 
     @property
     def contact(self) -> bool:

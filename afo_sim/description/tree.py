@@ -88,15 +88,26 @@ class Tree:
         """Put a value at a dotted key, following references on the way down."""
         path, items = split_key(dotted)
         self.set_keys.add((*path, *map(str, items)))
-        node = self.root
+        node: Any = self.root
         for depth, key in enumerate(path[:-1], start=1):
             self.follow(path[:depth])
-            child = node.setdefault(key, {})
-            if not isinstance(child, dict):
+            if isinstance(node, list):
+                child = _table_in(node, key, dotted, value)
+            elif key.isdigit() and node:
+                allowed = ", ".join(f"{dotted_key(path[: depth - 1])}.{name}" for name in node)
+                raise InputError("is a table of names, not a list", field=dotted, allowed=allowed)
+            else:
+                child = node.setdefault(key, [] if path[depth].isdigit() else {})
+            if isinstance(child, list) and not path[depth].isdigit():
+                allowed = f"as in {dotted_key(path[:depth])}[0].{dotted_key(path[depth:])}"
+                raise InputError("is a list here: name one of its items", field=dotted, allowed=allowed)
+            if not isinstance(child, dict | list):
                 raise InputError(
-                    f"{'.'.join(path[:depth])} is a value, not a table", field=dotted, value=value
+                    f"{dotted_key(path[:depth])} is a value, not a table", field=dotted, value=value
                 )
             node = child
+        if isinstance(node, list):
+            raise InputError("is an item of a list: name one of its fields", field=dotted, value=value)
         if items:
             value = _with_item(node.get(path[-1]), items, value, dotted)
         if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
@@ -107,7 +118,7 @@ class Tree:
     def _holder(self, path: Path) -> dict[str, Any] | None:
         node: Any = self.root
         for key in path[:-1]:
-            node = node.get(key) if isinstance(node, dict) else None
+            node = child_of(node, key)
         return node if isinstance(node, dict) else None
 
 
@@ -133,16 +144,46 @@ def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
     """The names of a dotted key, and the item of a list at its end.
 
     "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
-    (("phases", "dorsiflexor", "inlet"), (0, 1)).
+    (("phases", "dorsiflexor", "inlet"), (0, 1)). A table in a list is a name that is a number:
+    "path[1].surface.radius" → (("path", "1", "surface", "radius"), ()).
     """
-    names, bracket, rest = dotted.partition("[")
-    if bracket and not re.fullmatch(r"[0-9]{1,6}\](?:\[[0-9]{1,6}\])*", rest):
-        raise InputError(
-            "is no key: an item of a list is its number in brackets, at the end",
-            field=dotted,
-            allowed="as in insertion.from_ankle[0] or phases.dorsiflexor.inlet[0][1]",
-        )
-    return tuple(names.split(".")), tuple(int(item) for item in re.findall("[0-9]+", rest))
+    path: list[str] = []
+    items: tuple[int, ...] = ()
+    for part in dotted.split("."):
+        found = re.fullmatch(r"([^\[\]]*)((?:\[[0-9]{1,6}\])*)", part)
+        if found is None:
+            raise InputError(
+                "is no key: an item of a list is its number in brackets, behind the list's name",
+                field=dotted,
+                allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
+                "phases.dorsiflexor.inlet[0][1]",
+            )
+        path += [*map(str, items), found[1]]
+        items = tuple(int(item) for item in re.findall("[0-9]+", found[2]))
+    return tuple(path), items
+
+
+def dotted_key(path: Path) -> str:
+    """The dotted key of a path, as `split_key` reads it: a number is an item of a list."""
+    return "".join(f"[{part}]" if part.isdigit() else f".{part}" for part in path).removeprefix(".")
+
+
+def child_of(node: Any, name: str) -> Any:
+    """What stands below a name in a table, or a number in a list; None where nothing does."""
+    if isinstance(node, Mapping):
+        return node.get(name)
+    if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):
+        return node[int(name)]
+    return None
+
+
+def _table_in(items: list[Any], number: str, dotted: str, value: Any) -> Any:
+    """The item of a list of tables."""
+    if not number.isdigit() or int(number) >= len(items):
+        allowed = f"[0] to [{len(items) - 1}]" if items else "none: the list is empty"
+        problem = f"there is no item [{number}]" if number.isdigit() else "is a list: name one of its items"
+        raise InputError(problem, field=dotted, value=value, allowed=allowed)
+    return items[int(number)]
 
 
 def _with_item(old: Any, items: tuple[int, ...], value: Any, dotted: str) -> Any:
@@ -179,10 +220,5 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
 def value_at(node: Any, path: Path) -> Any:
     """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
     for key in path:
-        if isinstance(node, Mapping):
-            node = node.get(key)
-        elif isinstance(node, list | tuple) and key.isdigit() and int(key) < len(node):
-            node = node[int(key)]
-        else:
-            return None
+        node = child_of(node, key)
     return node["value"] if isinstance(node, Mapping) and "value" in node else node

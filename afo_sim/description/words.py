@@ -104,9 +104,25 @@ def _device(scenario: Scenario) -> Iterator[tuple[str, str]]:
     yield "orthosis", str(orthosis.get("description") or orthosis["name"])
     for name, group in orthosis["muscle"].items():
         muscle = group["type"]
-        yield f"muscles, {name}", f"{group['count']} × {muscle.get('description') or muscle['name']}"
+        words = f"{group['count']} × {muscle.get('description') or muscle['name']}"
+        yield f"muscles, {name}", words + _guides(group)
     yield "supply", f"{_in(scenario['supply']['pressure'], 'bar'):g} bar (gauge)"
     yield from _valves(scenario)
+
+
+def _guides(group: Scenario) -> str:
+    """What a path runs through and around, as a part of a sentence."""
+    path = group.get("path") or ()
+    surfaces = sum(1 for place in path if place.get("surface"))
+    points = len(path) - surfaces
+    parts = [
+        f"{number} {word}{'s' if number > 1 else ''}"
+        for number, word in ((points, "point"), (surfaces, "surface"))
+        if number
+    ]
+    friction = float(group.get("wrap_friction") or 0.0)
+    words = f"; path over {' and '.join(parts)}" if parts else ""
+    return words + (f", friction {friction:g}" if friction else "")
 
 
 def _valves(scenario: Scenario) -> Iterator[tuple[str, str]]:

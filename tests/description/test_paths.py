@@ -1,0 +1,266 @@
+"""A muscle's path as files, `--set`, sweeps, `keys` and `new` have it; and what is refused of it."""
+
+import pathlib
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+from command import call
+
+import afo_sim
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.toml_text import toml_text
+from afo_sim.description.catalogue import product
+from afo_sim.description.field import field_at
+from afo_sim.description.keys import keys
+from afo_sim.description.new import new
+from afo_sim.description.portable import portable
+from afo_sim.description.reader import load
+from afo_sim.description.tree import dotted_key, split_key
+from afo_sim.description.words import facts
+
+PATH = "orthosis.muscle.dorsiflexor.path"
+FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"
+ROLLER: dict[str, Any] = {
+    "segment": "shank",
+    "from_ankle": ["4.5 cm", "0 cm", "5 cm"],
+    "surface": {"shape": "cylinder", "radius": "2 cm", "axis": [0, 1, 0]},
+}
+EYE: dict[str, Any] = {"segment": "shank", "from_ankle": ["7 cm", "0 cm", "2 cm"], "spacing": "2 cm"}
+FILE = """
+[muscle.dorsiflexor]
+count = 1
+type = "s1_215mm"
+origin = { segment = "shank", from_ankle = ["6 cm", "0 cm", "30 cm"] }
+insertion = { segment = "foot", from_ankle = ["6.5 cm", "0 cm", "-1 cm"] }
+link_length = "11.2 cm"
+wrap_friction = { value = 0.2, kind = "assumed", source = "nobody measured it" }
+
+[[muscle.dorsiflexor.path]]
+segment = "shank"
+from_ankle = { value = ["4.5 cm", "0 cm", "5 cm"], kind = "assumed", source = "drawn" }
+surface = { shape = "cylinder", radius = "2 cm", axis = [0, 1, 0] }
+
+[[muscle.dorsiflexor.path]]
+segment = "shank"
+from_ankle = ["7 cm", "0 cm", "2 cm"]
+
+[muscle.plantarflexor]
+count = 1
+type = "s1_215mm"
+origin = { segment = "shank", from_ankle = ["-6 cm", "0 cm", "30 cm"] }
+insertion = { segment = "foot", from_ankle = ["-6 cm", "0 cm", "-3 cm"] }
+link_length = "11.5 cm"
+slack = "27 mm"
+
+[chamber.dorsiflexor]
+inlet = "mh1"
+outlet = "mh1"
+tube_volume = "4 ml"
+wall_conductance = "0.5 W/K"
+
+[chamber.plantarflexor]
+inlet = "mh1"
+outlet = "mh1"
+tube_volume = "4 ml"
+wall_conductance = "0.5 W/K"
+"""
+
+
+@pytest.fixture
+def own(tmp_path: pathlib.Path) -> pathlib.Path:
+    file = tmp_path / "brace" / "orthosis.toml"
+    file.parent.mkdir()
+    file.write_text('range_of_motion = ["-20 deg", "20 deg"]\n' + FILE)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("key", "path", "items"),
+    [
+        ("gait.seed", ("gait", "seed"), ()),
+        ("timer.a.inlet[0][1]", ("timer", "a", "inlet"), (0, 1)),
+        ("a.path[1].surface.radius", ("a", "path", "1", "surface", "radius"), ()),
+        ("a.path[0].from_ankle[2]", ("a", "path", "0", "from_ankle"), (2,)),
+        ("a.path[10]", ("a", "path"), (10,)),
+    ],
+)
+def test_a_key_goes_through_lists_of_tables(key: str, path: tuple[str, ...], items: tuple[int, ...]) -> None:
+    assert split_key(key) == (path, items)
+    assert dotted_key((*path, *map(str, items))) == key
+
+
+@pytest.mark.parametrize("key", ["a[", "a]b", "a[x].b", "a[0]b.c", "a[0", "a[1234567].b"])
+def test_no_key_is_refused(key: str) -> None:
+    with pytest.raises(InputError, match="is no key"):
+        split_key(key)
+
+
+def test_a_file_holds_a_path(own: pathlib.Path) -> None:
+    group = load("orthosis", own).muscle["dorsiflexor"]
+    assert [place.surface is not None for place in group.path] == [True, False]
+    assert group.path[0].surface is not None and group.path[0].surface.radius == 0.02
+    assert group.path[0].provenance["from_ankle"].kind == "assumed"
+    assert (group.wrap_friction, group.provenance["wrap_friction"].kind) == (0.2, "assumed")
+
+
+def test_set_changes_one_number_of_a_path(own: pathlib.Path) -> None:
+    found = load("orthosis", own, {"muscle.dorsiflexor.path[0].from_ankle[0]": "4 cm"}).muscle["dorsiflexor"]
+    assert found.path[0].from_ankle == (0.04, 0.0, 0.05)
+    assert found.path[0].provenance["from_ankle"].kind == "user"
+    assert found.path[1] == load("orthosis", own).muscle["dorsiflexor"].path[1]
+    assert tomllib.loads(own.read_text())  # and the file stays
+    scenario = load("scenario", "seated", {"orthosis": str(own), f"{PATH}[0].surface.radius": "1 cm"})
+    assert scenario.orthosis.muscle["dorsiflexor"].path[0].surface.radius == 0.01  # type: ignore[union-attr]
+    again = scenario.set({f"{PATH}[1].from_ankle[2]": "3 cm"})
+    assert again.orthosis.muscle["dorsiflexor"].path[1].from_ankle[2] == 0.03
+
+
+def test_a_whole_path_comes_before_its_parts() -> None:
+    sets = {f"{PATH}[1].spacing": "1 cm", PATH: [ROLLER, EYE]}
+    assert load("scenario", "seated", sets).orthosis.muscle["dorsiflexor"].path[1].spacing == 0.01
+    assert EYE["spacing"] == "2 cm"
+
+
+def test_every_number_of_a_path_is_a_key_that_can_be_set() -> None:
+    scenario = load("scenario", "seated", {PATH: [ROLLER, EYE]})
+    found = {key.key: key for key in keys("seated", sets={PATH: [ROLLER, EYE]}) if key.key.startswith(PATH)}
+    numbers = [f"{PATH}[0].from_ankle[{k}]" for k in range(3)] + [
+        f"{PATH}[0].surface.axis[{k}]" for k in range(3)
+    ]
+    numbers += [f"{PATH}[0].surface.radius", f"{PATH}[1].spacing", f"{PATH}[1].from_ankle[2]"]
+    assert set(numbers) <= set(found)
+    assert not any(key.startswith(f"{PATH}[1].surface.") for key in found)
+    for name in numbers:
+        assert field_at(name, scenario).unit == found[name].unit == ("" if "axis" in name else "m")
+        value = found[name].value
+        text = float(value) if "axis" in name else value
+        assert load("scenario", "seated", {PATH: [ROLLER, EYE], name: text}) == scenario
+
+
+def test_resolved_and_portable_scenarios_hold_the_path(own: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    scenario = load("scenario", "seated", {"orthosis": str(own)})
+    again = load("scenario", scenario.resolved())
+    assert again.orthosis.muscle == scenario.orthosis.muscle
+    file = tmp_path / "moved" / "mine.toml"
+    file.parent.mkdir()
+    file.write_text(toml_text(portable(scenario.resolved(), file.parent)))
+    assert load("scenario", file).orthosis.muscle == scenario.orthosis.muscle
+
+
+def test_a_sweep_varies_a_radius() -> None:
+    sets = {PATH: [ROLLER], "duration": "1.5 s"}
+    radii = {
+        f"{r} cm": afo_sim.run("seated", sets | {f"{PATH}[0].surface.radius": f"{r} cm"}) for r in (1.5, 2.0)
+    }
+    told = afo_sim.sweep(
+        load("scenario", "seated", sets), {f"{PATH}[0].surface.radius": ["1.5 cm", "2 cm"]}
+    ).to_pandas()
+    for k, run in enumerate(radii.values()):
+        assert told["range_of_motion"].iloc[k] == pytest.approx(
+            run.metrics["range_of_motion"].value, rel=1e-12
+        )
+    assert told["range_of_motion"].nunique() == 2
+
+
+def test_new_begins_from_a_path_and_shows_one(tmp_path: pathlib.Path) -> None:
+    like = load("orthosis", new("orthosis", "mine", tmp_path, like="guided"))
+    shipped = load("orthosis", "guided")
+    assert {name: group.path for name, group in like.muscle.items()} == {
+        name: group.path for name, group in shipped.muscle.items()
+    }
+    text = new("orthosis", "plain", tmp_path).read_text()
+    example = next(line for line in text.splitlines() if line.startswith("# path = "))
+    path = tomllib.loads(example.removeprefix("# "))["path"]
+    assert load("scenario", "seated", {PATH: path}).orthosis.muscle["dorsiflexor"].path[0].surface
+
+
+def test_words_and_lists_tell_the_path(capsys: pytest.CaptureFixture[str]) -> None:
+    told = dict(facts(load("scenario", "seated", {PATH: [ROLLER, EYE], FRICTION: 0.2}).resolved()))
+    assert told["muscles, dorsiflexor"].endswith("; path over 1 point and 1 surface, friction 0.2")
+    assert "path" not in told["muscles, plantarflexor"]
+    ((_, _, rows),) = product("guided")
+    assert any(row[0] == "muscle.dorsiflexor.path[0].surface.radius" and row[2] == "assumed" for row in rows)
+    code, printed, _ = call(capsys, "keys", "seated", "path", "--set", "orthosis=guided")
+    assert code == 0 and "path[0].surface.radius" in printed
+
+
+@pytest.mark.parametrize(
+    ("sets", "field", "problem"),
+    [
+        (
+            {PATH: [ROLLER | {"surface": {"radius": "2 cm", "axis": [0, 0, 0]}}]},
+            f"{PATH}.0.surface.axis",
+            "no length",
+        ),
+        ({PATH: [ROLLER, ROLLER]}, f"{PATH}.1.surface", "next to a surface"),
+        (
+            {PATH: [ROLLER | {"surface": {"radius": "26 cm"}}]},
+            f"{PATH}.0.surface.radius",
+            "25 cm from its axis",
+        ),
+        (
+            {PATH: [ROLLER | {"surface": {"shape": "ball", "radius": "2 cm"}}]},
+            f"{PATH}.0.surface.shape",
+            "no choice",
+        ),
+        ({PATH: [ROLLER | {"surface": {}}]}, f"{PATH}.0.surface.radius", "is missing"),
+        ({PATH: [EYE | {"segment": "thigh"}]}, f"{PATH}.0.segment", "no choice"),
+        ({PATH: [EYE | {"spacin": "2 cm"}]}, f"{PATH}.0.spacin", "unknown key"),
+        ({PATH: [EYE] * 13}, PATH, "too many items"),
+        ({PATH: [3]}, f"{PATH}.0", "is not a table"),
+        ({PATH: "round"}, PATH, "is not a list"),
+        ({f"{PATH}[0].spacing": "2 cm"}, f"{PATH}[0].spacing", "there is no item"),
+        ({PATH: [EYE], f"{PATH}[1].spacing": "2 cm"}, f"{PATH}[1].spacing", "there is no item"),
+        ({PATH: [EYE], f"{PATH}.spacing": "2 cm"}, f"{PATH}.spacing", "name one of its items"),
+        ({FRICTION: 0.2}, FRICTION, "has no effect: the path is straight"),
+        ({PATH: [EYE | {"segment": "foot"}], FRICTION: 0.2}, FRICTION, "has no effect: the cable slides"),
+        ({PATH: [EYE, EYE | {"segment": "foot"}, EYE], FRICTION: 0.2}, FRICTION, "segment to segment once"),
+        ({PATH: [EYE], FRICTION: -0.1}, FRICTION, "out of range"),
+        (
+            {PATH: [EYE], "orthosis.muscle.dorsiflexor.cable.offset": "40 cm"},
+            None,
+            "is not shorter than the path",
+        ),
+        (
+            {PATH: [EYE], "orthosis.muscle.dorsiflexor.insertion.segment": "shank"},
+            None,
+            "on the same segment",
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_field(sets: dict[str, Any], field: str | None, problem: str) -> None:
+    with pytest.raises(InputError, match=problem) as caught:
+        load("scenario", "seated", sets)
+    if field is not None:
+        assert caught.value.field == field
+    assert caught.value.allowed or caught.value.nearest
+
+
+def test_a_path_does_not_go_with_a_pulley() -> None:
+    with pytest.raises(InputError, match="does not go with a pulley") as caught:
+        load("orthosis", "arm_s1", {"muscle.flexor.path": [EYE]})
+    assert caught.value.field == "muscle.flexor.path"
+
+
+def test_a_sphere_needs_no_axis_and_may_have_one() -> None:
+    for axis in ({}, {"axis": [0, 0, 0]}, {"axis": [1, 0, 0]}):
+        surface = {"shape": "sphere", "radius": "2 cm"} | axis
+        assert load("scenario", "seated", {PATH: [ROLLER | {"surface": surface}]})
+
+
+def test_a_straight_path_is_as_long_as_before() -> None:
+    group = load("orthosis", "s1").muscle["dorsiflexor"]
+    assert group.path == () and group.wrap_friction == 0.0
+    assert group.path_lengths == pytest.approx([np.hypot(0.005, 0.31)] * 3, rel=1e-15)
+
+
+def test_no_traceback_for_a_bad_path_at_the_command_line(
+    own: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own.write_text(own.read_text().replace("[[muscle.dorsiflexor.path]]", "[muscle.dorsiflexor.path]", 1))
+    assert assets.find("orthosis", str(own)) == own
+    code, _, complaint = call(capsys, "run", "seated", "--set", f"orthosis={own}", "--no-rrd")
+    assert code == 2 and "Traceback" not in complaint
