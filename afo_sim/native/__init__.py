@@ -1,6 +1,7 @@
 """physics → MuJoCo's actuator callbacks: parameter slots, compiled functions, and their installation."""
 
 from afo_sim.native.circuit import (
+    SIDES,
     Circuit,
     CircuitAnchor,
     CircuitChamber,
@@ -20,7 +21,8 @@ from afo_sim.native.filling import (
     fill_inverse_masses,
     step_back,
 )
-from afo_sim.native.install import KernelFailure, Mode, assert_live, assert_rows, installed
+from afo_sim.native.hold import Hold
+from afo_sim.native.install import KernelFailure, Mode, asks_for_callback, assert_live, assert_rows, installed
 from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
     MUSCLE_CHAMBER,
@@ -55,6 +57,7 @@ __all__ = [
     "MUSCLE_NOMINAL_LENGTH",
     "MUSCLE_SERIES_LENGTH",
     "N_USER",
+    "SIDES",
     "Air",
     "Circuit",
     "CircuitAnchor",
@@ -63,6 +66,7 @@ __all__ = [
     "CircuitMuscle",
     "CircuitValve",
     "Flows",
+    "Hold",
     "KernelFailure",
     "Mode",
     "Own",
@@ -71,6 +75,7 @@ __all__ = [
     "add_circuit",
     "add_muscles",
     "air_at",
+    "asks_for_callback",
     "assert_live",
     "assert_muscles_pull",
     "assert_rows",

@@ -27,7 +27,8 @@ Three numerical matters:
   taken as it is makes a scheme of second order. It is stable because the actuator of a leader carries the
   derivative −α h dT/dx to the integrator `implicitfast`; α = ¼ is Newmark's average acceleration. An affine
   gain of −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's
-  dyn sets that velocity to zero, so that the gain adds no force at all.
+  dyn sets that velocity to zero, so that the gain adds no force at all. Friction at a path's guides is
+  carried by the same gain (`guides.py`): what the joint feels is then not the muscle's tension.
 * Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,
   which takes it at the start: the trapezoidal rule.
 * A pad under the sole, and a reflex, carry their damping by the same gain, a pad its spring's too, as a
@@ -40,6 +41,7 @@ from typing import Any
 
 from afo_sim.native.air import chamber_dyn, valve_dyn
 from afo_sim.native.complaints import FINE, NO_NUMBER
+from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
@@ -53,6 +55,7 @@ from afo_sim.native.slots import (
     KIND_VALVE,
     MUSCLE_LEADER,
     MUSCLE_USERDATA,
+    MUSCLE_WRAP_FRICTION,
     PASSIVE_DAMPING,
     PASSIVE_LOAD,
     PASSIVE_OFFSET,
@@ -74,6 +77,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             tension = d.userdata[int(u[leader + MUSCLE_USERDATA]) + TENSION]
             if tension != tension:
                 fail(NO_NUMBER, i)
+            if u[j + MUSCLE_WRAP_FRICTION] > 0.0:
+                tension, _ = behind_guides(m, d, i, j, tension)
             return 0.0 - tension
         if kind == KIND_PASSIVE:
             scale, offset = u[j + PASSIVE_SCALE], u[j + PASSIVE_OFFSET]

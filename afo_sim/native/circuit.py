@@ -82,6 +82,7 @@ class CircuitMuscle:
     chamber : name of the chamber that fills it
     cable_stiffness : of the cable or bracket of each muscle [N/m]
     anchors : names of the anchors that its pull displaces
+    wrap_friction : coefficient of friction at the tendons' guides [-]
     """
 
     name: str
@@ -91,6 +92,7 @@ class CircuitMuscle:
     chamber: str
     cable_stiffness: float = RIGID
     anchors: tuple[str, ...] = ()
+    wrap_friction: float = 0.0
 
     @property
     def friction_states(self) -> int:
@@ -182,31 +184,51 @@ class CircuitIds:
     anchors: dict[str, tuple[int, int]]
 
 
-def add_circuit(spec: mujoco.MjSpec, circuit: Circuit) -> None:
-    """Add the actuators of a circuit to a model whose tendons are named like the muscles."""
-    add_muscles(spec, circuit)
-    add_chambers(spec, circuit)
+def add_circuit(
+    spec: mujoco.MjSpec,
+    circuit: Circuit,
+    *,
+    prefix: str = "",
+    userdata: int = 0,
+    default: mujoco.MjsDefault | None = None,
+) -> None:
+    """Add the actuators of a circuit to a model whose tendons are named like the muscles.
+
+    Parameters
+    ----------
+    spec : it grows
+    circuit : by its own names
+    prefix : of the names of tendons and actuators in the model
+    userdata : first place in `userdata` that is the circuit's; what stands before is somebody else's
+    default : class of the actuators; the spec's own by default
+    """
+    add_muscles(spec, circuit, prefix=prefix, default=default)
+    add_chambers(spec, circuit, prefix=prefix, userdata=userdata, default=default)
 
 
-def add_muscles(spec: mujoco.MjSpec, circuit: Circuit) -> None:
+def add_muscles(
+    spec: mujoco.MjSpec, circuit: Circuit, *, prefix: str = "", default: mujoco.MjsDefault | None = None
+) -> None:
     """The first half of `add_circuit`, for who has actuators to put between.
 
     The networks come first of all: what their dyn solves is read by the others.
     """
     affine, fixed = mujoco.mjtGain.mjGAIN_AFFINE, mujoco.mjtGain.mjGAIN_FIXED
-    spec.nuser_actuator = N_USER
+    spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for network in circuit.networks():
         leaders = sum(len(circuit.muscles_of(name)) for name in network.chambers)
         count = LEADER_STATES * leaders + ANCHOR_STATES * len(network.anchors)
-        _add_states(spec, network.name, joints[network.chambers[0]], max(count, 2))
+        joint = joints[network.chambers[0]]
+        _add_states(spec, prefix + network.name, joint, max(count, 2), default)
     for muscle in circuit.muscles:
         for tendon in muscle.tendons:
             leads = tendon == muscle.tendons[0]
             spec.add_actuator(
-                name=tendon,
+                default,
+                name=prefix + tendon,
                 trntype=mujoco.mjtTrn.mjTRN_TENDON,
-                target=tendon,
+                target=prefix + tendon,
                 gaintype=affine if leads else fixed,
                 gainprm=[0.0, 0.0, -1.0 if leads else 0.0] + [0.0] * 7,
                 biastype=mujoco.mjtBias.mjBIAS_USER,
@@ -214,29 +236,44 @@ def add_muscles(spec: mujoco.MjSpec, circuit: Circuit) -> None:
             )
 
 
-def add_chambers(spec: mujoco.MjSpec, circuit: Circuit) -> None:
+def add_chambers(
+    spec: mujoco.MjSpec,
+    circuit: Circuit,
+    *,
+    prefix: str = "",
+    userdata: int = 0,
+    default: mujoco.MjsDefault | None = None,
+) -> None:
     """The second half: chambers, valves, and what holds the states of friction."""
-    spec.nuser_actuator = N_USER
-    spec.nuserdata = (
+    spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
+    spec.nuserdata = userdata + circuit_data(circuit)
+    joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
+    for name, joint in joints.items():
+        _add_states(spec, f"{prefix}chamber_{name}", joint, CHAMBER_STATES, default)
+    for name, joint in joints.items():
+        for side in SIDES:
+            _add_states(spec, f"{prefix}valve_{name}_{side}", joint, VALVE_STATES, default)
+    for muscle in circuit.muscles:
+        if muscle.friction_states:
+            joint = joints[muscle.chamber]
+            _add_states(spec, f"{prefix}friction_{muscle.name}", joint, muscle.friction_states, default)
+
+
+def circuit_data(circuit: Circuit) -> int:
+    """Numbers of `userdata` that a circuit needs."""
+    return (
         CHAMBER_DATA * len(circuit.chambers)
         + LEADER_DATA * len(circuit.muscles)
         + ANCHOR_DATA * len(circuit.anchors)
     )
-    joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
-    for name, joint in joints.items():
-        _add_states(spec, f"chamber_{name}", joint, CHAMBER_STATES)
-    for name, joint in joints.items():
-        for side in SIDES:
-            _add_states(spec, f"valve_{name}_{side}", joint, VALVE_STATES)
-    for muscle in circuit.muscles:
-        if muscle.friction_states:
-            joint = joints[muscle.chamber]
-            _add_states(spec, f"friction_{muscle.name}", joint, muscle.friction_states)
 
 
-def _add_states(spec: mujoco.MjSpec, name: str, joint: str, count: int) -> None:
+def _add_states(
+    spec: mujoco.MjSpec, name: str, joint: str, count: int, default: mujoco.MjsDefault | None
+) -> None:
     """An actuator without force that holds states of the callbacks'."""
     spec.add_actuator(
+        default,
         name=name,
         actdim=count,
         userdata=BLANK,
@@ -249,11 +286,11 @@ def _add_states(spec: mujoco.MjSpec, name: str, joint: str, count: int) -> None:
     )
 
 
-def circuit_ids(model: mujoco.MjModel, circuit: Circuit) -> CircuitIds:
-    """The circuit's actuators in a compiled model."""
+def circuit_ids(model: mujoco.MjModel, circuit: Circuit, prefix: str = "") -> CircuitIds:
+    """The circuit's actuators in a compiled model, where their names begin with a prefix."""
 
-    def found(prefix: str, names: list[str]) -> dict[str, int]:
-        return {name: model.actuator(prefix + name).id for name in names}
+    def found(kind: str, names: list[str]) -> dict[str, int]:
+        return {name: model.actuator(prefix + kind + name).id for name in names}
 
     networks = circuit.networks()
     ids = found("", [network.name for network in networks])

@@ -12,7 +12,9 @@ from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_MUSCLE,
     KIND_NETWORK,
+    MARK,
     MUSCLE_INVERSE_MASS,
+    N_USER,
     chamber_row,
     friction_row,
     muscle_row,
@@ -34,12 +36,22 @@ from afo_sim.native.state import (
 LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 
 
-def fill_circuit(model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds | None = None) -> CircuitIds:
-    """Write the exact parameters of a circuit into a compiled model; `ids` where they are known."""
-    ids, user = ids or circuit_ids(model, circuit), model.actuator_user
+def fill_circuit(
+    model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds | None = None, *, userdata: int = 0
+) -> CircuitIds:
+    """Write the exact parameters of a circuit into a compiled model.
+
+    Parameters
+    ----------
+    model : compiled with the circuit's actuators
+    circuit : as they were added from
+    ids : its actuators, where they are known
+    userdata : first place in `userdata` that is the circuit's, as it was added with
+    """
+    ids, user = ids or circuit_ids(model, circuit), _rows(model)
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
     anchors = {anchor.name: anchor for anchor in circuit.anchors}
-    data = 0
+    data = userdata
     for network in circuit.networks():
         actuator = ids.networks[network.name]
         state = int(model.actuator_actadr[actuator])
@@ -91,7 +103,7 @@ def _fill_chamber(
     data: int,
 ) -> None:
     """The rows of a chamber and its valves."""
-    user = model.actuator_user
+    user = _rows(model)
     user[ids.chambers[chamber.name]] = chamber_row(
         first_muscle=first_muscle,
         next_chamber=next_chamber,
@@ -110,7 +122,7 @@ def _fill_muscle(
 ) -> None:
     """The rows of alike muscles; the first of them leads."""
     for tendon in muscle.tendons:
-        model.actuator_user[ids.muscles[tendon]] = muscle_row(
+        _rows(model)[ids.muscles[tendon]] = muscle_row(
             **muscle.row,
             series_length=muscle.series_length,
             cable_stiffness=muscle.cable_stiffness,
@@ -121,6 +133,7 @@ def _fill_muscle(
             state=state,
             userdata=data,
             friction_states=ids.frictions.get(muscle.name, -1),
+            wrap_friction=muscle.wrap_friction,
         )
 
 
@@ -192,6 +205,12 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     assert_live(model, data, list(_of_kind(model, KIND_MUSCLE)))
 
 
+def _rows(model: mujoco.MjModel) -> np.ndarray:
+    """The actuators' parameters, written in place; somebody else's may be wider (nu, N_USER)."""
+    return model.actuator_user[:, :N_USER]
+
+
 def _of_kind(model: mujoco.MjModel, kind: float) -> Iterator[int]:
-    """Ids of the actuators of one kind."""
-    return (i for i in range(model.nu) if model.actuator_user[i, 1] == kind)
+    """Ids of this project's actuators of one kind."""
+    user = model.actuator_user
+    return (i for i in range(model.nu) if user[i, 0] == MARK and user[i, 1] == kind)

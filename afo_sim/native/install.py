@@ -1,8 +1,10 @@
-"""The callbacks, compiled or as plain Python: installed for a block, and shown to act."""
+"""The callbacks, compiled or as plain Python: installed while anybody holds them, and shown to act."""
 
 import functools
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any, Literal
 
@@ -13,6 +15,7 @@ from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import define
 from afo_sim.native.compiled import callbacks
 from afo_sim.native.complaints import COMPLAINTS, FINE
+from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.slots import (
@@ -36,6 +39,7 @@ from afo_sim.native.slots import (
     MUSCLE_LEADER,
     MUSCLE_NEXT,
     MUSCLE_USERDATA,
+    MUSCLE_WRAP_FRICTION,
     NETWORK_FIRST_CHAMBER,
     PAD_FLOOR,
 )
@@ -65,7 +69,7 @@ def _python_callbacks() -> tuple[Any, Any]:
     def total(kernel: Any) -> Any:
         def callback(m: Any, d: Any, i: int) -> float:
             try:
-                return float(kernel(_flat(m), d, i))
+                return float(kernel(_flat(m), _FlatData(d), i))
             except (ArithmeticError, ValueError) as error:  # compiled code gives inf or NaN instead
                 raise KernelFailure(f"{error} in actuator {i}") from None
 
@@ -80,18 +84,139 @@ def _flat(m: Any) -> Any:
         nuser_actuator=m.nuser_actuator,
         actuator_user=m.actuator_user.reshape(-1),
         actuator_actadr=m.actuator_actadr,
+        actuator_trnid=m.actuator_trnid.reshape(-1),
+        tendon_adr=m.tendon_adr,
+        wrap_type=m.wrap_type,
+        wrap_objid=m.wrap_objid,
+        site_bodyid=m.site_bodyid,
+        geom_bodyid=m.geom_bodyid,
         opt=m.opt,
         signature=m.signature,
     )
+
+
+class _FlatData:
+    """An MjData whose points of paths stand end to end, as compiled code sees them; all else is its own."""
+
+    def __init__(self, d: Any):
+        self._data = d
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._data, name)
+        return found.reshape(-1) if name in ("wrap_xpos", "wrap_obj") else found
 
 
 def _current() -> tuple[Any, Any]:
     return mujoco.get_mjcb_act_bias(), mujoco.get_mjcb_act_dyn()
 
 
+def _put(callbacks: tuple[Any, Any]) -> None:
+    mujoco.set_mjcb_act_bias(callbacks[0])
+    mujoco.set_mjcb_act_dyn(callbacks[1])
+
+
+def _silent(text: str) -> None:
+    """A handler that drops warnings: the counters say the same; MuJoCo would also write a log file."""
+
+
+_Outer = tuple[tuple[Any, Any], Mode]  # callbacks of a block around another, and their mode
+
+
+@dataclass
+class _Callbacks:
+    """The two pointers, of which a process has one each, and who wants them to be ours.
+
+    Garbage collection may end a holder in any line here, in the same thread. So a new holder is counted
+    before the pointers are looked at, and the lock lets its own thread through.
+
+    holders : and the thread that each began in
+    """
+
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    holders: dict[object, int] = field(default_factory=dict)
+    ours: tuple[Any, Any] | None = None
+    before: tuple[Any, Any] = (None, None)
+    mode: Mode = "native"
+
+    def take(self, holder: object, mode: Mode, *, block: bool = False) -> _Outer | None:
+        """Count a holder; the first one installs.
+
+        A block of the other mode may lie within what its own thread holds: nothing else is stepped in it.
+        Returned is then what must be put back at its end.
+        """
+        wanted = _native_callbacks() if mode == "native" else _python_callbacks()
+        with self.lock:
+            self.holders[holder] = threading.get_ident()
+            try:
+                if self.ours is None:
+                    self._install(mode, wanted)
+                    return None
+                self.check()
+                if mode == self.mode:
+                    return None
+                if not block or len(set(self.holders.values())) > 1:
+                    raise CallbackError(
+                        f"the muscle callbacks are held in the mode {self.mode!r}; MuJoCo has room for one "
+                        f"pair, and {mode!r} would change the simulations that hold them. Close those first."
+                    )
+                outer = self.ours, self.mode
+                self.ours, self.mode = wanted, mode
+                _put(wanted)
+                return outer
+            except BaseException:
+                self.give(holder)
+                raise
+
+    def give(self, holder: object, outer: _Outer | None = None) -> None:
+        """Count a holder off; the last one restores what was there before the first."""
+        with self.lock:
+            self.holders.pop(holder, None)
+            if outer is not None and self.holders and _current() == self.ours:
+                self.ours, self.mode = outer
+                _put(outer[0])
+            if self.holders or self.ours is None:
+                return
+            ours, self.ours = self.ours, None
+            kept = zip(_current(), ours, self.before, strict=True)
+            # what somebody else has put there meanwhile is not ours to take away
+            _put(tuple(before if now is mine else now for now, mine, before in kept))  # type: ignore[arg-type]
+            if mujoco.get_mju_user_warning() is _silent:
+                mujoco.set_mju_user_warning(None)
+
+    def check(self) -> None:
+        """Raise CallbackError where the pointers are no longer ours."""
+        ours = self.ours
+        if ours is None or any(now is not mine for now, mine in zip(_current(), ours, strict=True)):
+            raise CallbackError(
+                "the muscle callbacks were replaced while they were held: the muscles would be limp. Close "
+                "the simulations that hold them, take the other program's callback away, and begin again."
+            )
+
+    def _install(self, mode: Mode, wanted: tuple[Any, Any]) -> None:
+        before = _current()
+        known = [c for f in (_native_callbacks, _python_callbacks) if f.cache_info().currsize for c in f()]
+        for name, callback in zip(("mjcb_act_bias", "mjcb_act_dyn"), before, strict=True):
+            if callback is not None and not any(callback is mine for mine in known):
+                raise CallbackError(
+                    f"another {name} is installed in this process; MuJoCo has room for one, and "
+                    "replacing it would change that program's simulation. Remove it "
+                    f"(mujoco.set_{name}(None)) and try again."
+                )
+        self.before, self.ours, self.mode = before, wanted, mode
+        _put(wanted)
+        if mujoco.get_mju_user_warning() is None:
+            mujoco.set_mju_user_warning(_silent)
+
+
+CALLBACKS = _Callbacks()
+
+
 @contextmanager
 def installed(mode: Mode = "native") -> Iterator[None]:
     """Install the callbacks for the duration of a block, and restore what was there.
+
+    Blocks may lie within each other, in several threads, and beside a `Hold`: the first to begin installs,
+    the last to end restores. A block of the other mode may lie within what its own thread holds.
 
     Parameters
     ----------
@@ -100,36 +225,32 @@ def installed(mode: Mode = "native") -> Iterator[None]:
     Raises
     ------
     CallbackError
-        Another program's callback is installed, or this MuJoCo's structs cannot be verified.
+        Another program's callback is installed, another thread holds this package's in the other mode, or
+        this MuJoCo's structs cannot be verified; or they were replaced within the block.
     """
-    bias, dyn = _native_callbacks() if mode == "native" else _python_callbacks()
-    before = _current()
-    ours = [c for f in (_native_callbacks, _python_callbacks) if f.cache_info().currsize for c in f()]
-    for name, callback in zip(("mjcb_act_bias", "mjcb_act_dyn"), before, strict=True):
-        if callback is not None and not any(callback is mine for mine in ours):
-            raise CallbackError(
-                f"another {name} is installed in this process; MuJoCo has room for one, and "
-                "replacing it would change that program's simulation. Remove it "
-                f"(mujoco.set_{name}(None)) and try again."
-            )
-    loud = mujoco.get_mju_user_warning()
-    mujoco.set_mjcb_act_bias(bias)
-    mujoco.set_mjcb_act_dyn(dyn)
-    if loud is None:
-        # the counters say the same; MuJoCo would also write a log into the user's folder
-        mujoco.set_mju_user_warning(lambda text: None)
+    holder = object()
+    outer = CALLBACKS.take(holder, mode, block=True)
     try:
         yield
-        if any(now is not mine for now, mine in zip(_current(), (bias, dyn), strict=True)):
-            raise CallbackError("the muscle callbacks were replaced while the simulation ran")
+        CALLBACKS.check()
     finally:
-        mujoco.set_mjcb_act_bias(before[0])
-        mujoco.set_mjcb_act_dyn(before[1])
-        mujoco.set_mju_user_warning(loud)
+        CALLBACKS.give(holder, outer)
+
+
+def asks_for_callback(model: mujoco.MjModel) -> np.ndarray:
+    """Whether MuJoCo calls a callback for each actuator (nu,)."""
+    dyn, gain, bias = model.actuator_dyntype, model.actuator_gaintype, model.actuator_biastype
+    return np.asarray(
+        (dyn == mujoco.mjtDyn.mjDYN_USER)
+        | (gain == mujoco.mjtGain.mjGAIN_USER)
+        | (bias == mujoco.mjtBias.mjBIAS_USER)
+    )
 
 
 def assert_rows(model: mujoco.MjModel) -> None:
-    """Check that every actuator is one of this project's, and names actuators that exist.
+    """Check that this project's actuators, and all that ask for a callback, name actuators that exist.
+
+    An actuator of MuJoCo's own types without a mark is somebody else's and needs nothing of this.
 
     Raises
     ------
@@ -164,7 +285,10 @@ def assert_rows(model: mujoco.MjModel) -> None:
         (KIND_CHAMBER, CHAMBER_FIRST_MUSCLE),
     )
     rows = model.actuator_user
+    asks = asks_for_callback(model)
     for i, row in enumerate(rows):
+        if not asks[i] and row[0] != MARK:
+            continue
         if row[0] != MARK or row[1] not in kinds:
             raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
         for slot, kind in kinds[row[1]].items():
@@ -187,10 +311,11 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     CallbackError
         A muscle is limp or carries another force than its law's.
     """
-    plain, found = _flat(model), data.userdata.copy()
+    plain, flat, found = _flat(model), _FlatData(data), data.userdata.copy()
     data.userdata[:] = 0.0
-    for network in map(int, np.flatnonzero(model.actuator_user[:, 1] == KIND_NETWORK)):
-        complaint, actuator = network_dyn(plain, data, network, model.nuser_actuator * network)
+    ours = model.actuator_user[:, 0] == MARK
+    for network in map(int, np.flatnonzero(ours & (model.actuator_user[:, 1] == KIND_NETWORK))):
+        complaint, actuator = network_dyn(plain, flat, network, model.nuser_actuator * network)
         if complaint != FINE:
             raise CallbackError(f"{COMPLAINTS[complaint]} {actuator}")
     expected = data.userdata.copy()
@@ -198,6 +323,8 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     for i in muscles:
         leader = int(model.actuator_user[i, MUSCLE_LEADER])
         pulls = expected[int(model.actuator_user[leader, MUSCLE_USERDATA]) + TENSION]
+        if model.actuator_user[i, MUSCLE_WRAP_FRICTION] > 0.0:
+            pulls, _ = behind_guides(plain, flat, i, model.nuser_actuator * i, pulls)
         carries = -data.actuator_force[i]
         if not abs(carries - pulls) <= 1e-9 * max(1.0, abs(pulls)):
             raise CallbackError(

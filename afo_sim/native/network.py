@@ -20,6 +20,7 @@ from afo_sim.native.air import chamber_complaint
 from afo_sim.native.balance import SHORTEST, pressure_of, shift, volume_of, within
 from afo_sim.native.bracket import bisect, highest_pressure
 from afo_sim.native.complaints import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
+from afo_sim.native.guides import friction_carried
 from afo_sim.native.muscle import cable, law_force, stretch
 from afo_sim.native.newton import guess, linearise_all, newton
 from afo_sim.native.slots import (
@@ -36,6 +37,7 @@ from afo_sim.native.slots import (
     MUSCLE_NEXT,
     MUSCLE_STATE,
     MUSCLE_USERDATA,
+    MUSCLE_WRAP_FRICTION,
     NETWORK_ANCHORS,
     NETWORK_FIRST_ANCHOR,
     NETWORK_FIRST_CHAMBER,
@@ -119,14 +121,20 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
 
     With K = n dT/dx, S = 1/softness of the anchors and Σ over all leaders on them, the slopes of the
     tensions by the paths are K_i δ_ij − K_i K_j/(S + ΣK). They are bounded by the diagonal
-    K_i (S + 2 (ΣK − K_i))/(S + ΣK), which puts a neighbour's share on either side.
+    K_i (S + 2 (ΣK − K_i))/(S + ΣK), which puts a neighbour's share on either side. Friction at guides scales
+    them, and adds its own damping.
     """
     u, leader = m.actuator_user, int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
     while leader >= 0:
         k = m.nuser_actuator * leader
         stiff = d.userdata[int(u[k + MUSCLE_USERDATA]) + WORK_COEFFICIENT]
         whole = stiff * (1.0 + 2.0 * softness * (total - stiff)) / (1.0 + softness * total)
-        d.ctrl[leader] = derivative(m, k, whole)
+        rubbing = 0.0
+        if u[k + MUSCLE_WRAP_FRICTION] > 0.0:
+            tension = d.userdata[int(u[k + MUSCLE_USERDATA]) + TENSION]
+            ratio, rubbing = friction_carried(m, d, leader, k, tension)
+            whole *= ratio
+        d.ctrl[leader] = derivative(m, k, whole) + rubbing
         d.actuator_velocity[leader] = 0.0
         leader = int(u[k + MUSCLE_NEXT])
 

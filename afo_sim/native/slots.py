@@ -14,7 +14,7 @@ from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2828.0  # tells this project's actuators from anybody else's; another number where the slots move
+MARK = 2829.0  # tells this project's actuators from anybody else's; another number where the slots move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK = 6.0, 7.0, 8.0, 9.0
@@ -45,8 +45,9 @@ MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
     MUSCLE_LOWEST_PRESSURE,
     MUSCLE_FRICTION,
     MUSCLE_FRICTION_STATES,
-) = range(2, 24)
-MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_FRICTION_STATES + 1
+    MUSCLE_WRAP_FRICTION,
+) = range(2, 25)
+MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_WRAP_FRICTION + 1
 MUSCLE_DAMPER = MUSCLE_FRICTION_COEFFICIENTS + MAX_FRICTION_COEFFICIENTS
 MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
 (
@@ -92,6 +93,7 @@ def muscle_row(
     friction: int = 0,
     friction_coefficients: Sequence[float] = (),
     friction_states: int = -1,
+    wrap_friction: float = 0.0,
 ) -> np.ndarray:
     """`actuator_user` of a muscle, but for MUSCLE_INVERSE_MASS, which the compiled model tells.
 
@@ -113,6 +115,7 @@ def muscle_row(
     damper : coefficients of a three-element damper
     friction, friction_coefficients : native id of a friction, 0 for none, and its kernel's coefficients
     friction_states : actuator id of the states of friction; −1 for none
+    wrap_friction : coefficient of friction at the path's guides [-]
 
     Returns
     -------
@@ -142,6 +145,7 @@ def muscle_row(
         lowest_pressure,
         friction,
         friction_states,
+        wrap_friction,
     )
     first = MUSCLE_FRICTION_COEFFICIENTS
     row[first : first + len(friction_coefficients)] = friction_coefficients
