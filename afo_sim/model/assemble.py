@@ -8,6 +8,7 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.flags import unused
 from afo_sim.model.leg import attach_parts
+from afo_sim.model.mirror import mirror_shapes, orthosis_mirrored
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.person import Size
 from afo_sim.model.tendons import add_tendons
@@ -28,6 +29,9 @@ def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, s
     """
     anchors = attach_parts(spec, scenario)
     add_tendons(spec, anchors, scenario.orthosis)
+    if orthosis_mirrored(scenario):
+        for body in anchors.values():
+            mirror_shapes(body)
     native.add_muscles(spec, circuit)
     _add_passive_ankle(spec)
     native.add_chambers(spec, circuit)

@@ -15,11 +15,15 @@ from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.geometry import Geometry, geometry_of
+from afo_sim.model.guide_checks import check_guides
+from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
+from afo_sim.model.path_checks import check_paths
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, person_of
+from afo_sim.model.subtalar import check_stiffness, check_subtalar, free
 from afo_sim.model.tissue import own_tissue
 from afo_sim.model.toes import fill_hinge
 from afo_sim.model.walk import Walk, lay_out
@@ -33,7 +37,7 @@ class Built:
     `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.
 
     `walk`, `foot` (with the orthosis) and `active` are there when recorded walking drives the shank,
-    `contact` when the foot meets a floor.
+    `contact` when the foot meets a floor, `side_arms` when muscles may turn the foot to its sides.
     """
 
     scenario: Scenario
@@ -45,6 +49,7 @@ class Built:
     foot: Foot | None = None
     active: Active | None = None
     contact: Contact | None = None
+    side_arms: SideArms | None = None
 
     @property
     def full_model(self) -> mujoco.MjModel:
@@ -60,7 +65,9 @@ class Built:
     def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
         size = Size.of(self.scenario)
         leg = leg_spec(self.scenario, size)
-        spec = assemble(leg, self.scenario, circuit_of(self.scenario.orthosis), size)
+        spec = assemble(
+            leg, self.scenario, circuit_of(self.scenario.orthosis, inverts=free(self.scenario)), size
+        )
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
         return model, spec
@@ -95,20 +102,26 @@ def build(scenario: Scenario) -> Built:
     Raises
     ------
     InputError
-        The leg lacks a body or joint, or is put together otherwise than assumed; a muscle's braid
-        locks within the range of motion; air or braid would be unstable at this time step (with
-        the step that would do).
+        The leg lacks a body or joint, or is put together otherwise than assumed; a muscle passes through
+        the ankle, does not fit on its path, or its braid locks within the range of motion; air or braid
+        would be unstable at this time step (with the step that would do).
     """
-    circuit, size = circuit_of(scenario.orthosis), Size.of(scenario)
+    check_subtalar(scenario)
+    circuit, size = circuit_of(scenario.orthosis, inverts=free(scenario)), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
     foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
     _fill_parameters(model, geometry, circuit, scenario, foot)
     fill_hinge(model, scenario, size)
-    stretch = mounting.check_stretch(model, geometry.angles, geometry.lengths, index, scenario)
+    check_stiffness(model, scenario)
+    angles, lengths = geometry.angles, geometry.lengths
+    check_paths(angles, lengths, index.muscles, scenario.orthosis)
+    stretch = mounting.check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
     numbers, coarse = stability.check_stability(model, index, scenario)
-    warnings = (*mounting.check_description(scenario), *stretch, *coarse, *_walked(scenario))
-    built = Built(scenario, model, index, numbers, warnings, foot=foot)
+    stops = tuple(map(float, model.joint(ANKLE).range))
+    guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
+    warnings = (*mounting.check_description(scenario), *stretch, *coarse, *guided, *_walked(scenario))
+    built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:
         return built
     return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))

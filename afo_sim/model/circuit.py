@@ -5,8 +5,15 @@ from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.model.mounting import ANKLE
 
 
-def circuit_of(orthosis: Orthosis) -> native.Circuit:
-    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own."""
+def circuit_of(orthosis: Orthosis, joint: str = ANKLE, inverts: bool = False) -> native.Circuit:
+    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own.
+
+    Parameters
+    ----------
+    orthosis : frozen description
+    joint : the one that MuJoCo asks for; nothing in the chambers puts a force on it
+    inverts : whether the foot turns to its sides, which makes parallel paths unlike
+    """
     return native.Circuit(
         muscles=tuple(
             native.CircuitMuscle(
@@ -17,14 +24,15 @@ def circuit_of(orthosis: Orthosis) -> native.Circuit:
                 chamber=group.chamber or name,
                 cable_stiffness=group.cable.stiffness,
                 anchors=tuple(orthosis.anchor) if group.pulley is None else (),
+                wrap_friction=group.wrap_friction,
             )
             for name, group in orthosis.muscle.items()
-            for tendons in _alike(name, group)
+            for tendons in _alike(name, group, inverts)
         ),
         chambers=tuple(
             native.CircuitChamber(
                 name=name,
-                joint=ANKLE,
+                joint=joint,
                 tube_volume=chamber.tube_volume,
                 wall_conductance=chamber.wall_conductance,
                 inlet=chamber.inlet,
@@ -36,10 +44,10 @@ def circuit_of(orthosis: Orthosis) -> native.Circuit:
     )
 
 
-def _alike(name: str, group: MuscleGroup) -> list[tuple[str, ...]]:
+def _alike(name: str, group: MuscleGroup, inverts: bool) -> list[tuple[str, ...]]:
     """Names of a group's muscles: in one tuple where their paths are equally long, else each in its own."""
     tendons = tuple(f"{name}_{k}" for k in range(1, group.count + 1))
-    return [tendons] if group.alike else [(tendon,) for tendon in tendons]
+    return [tendons] if group.alike and not inverts else [(tendon,) for tendon in tendons]
 
 
 def _anchor(name: str, mounting: Mounting) -> native.CircuitAnchor:

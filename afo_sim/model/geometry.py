@@ -20,6 +20,7 @@ from afo_sim.description.quantity import Described
 from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.model.assemble import PASSIVE, assemble, compiled
 from afo_sim.model.foot import Foot, foot_of
+from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec, times_of_change, weighed_later
 from afo_sim.model.mounting import ANKLE, Index, check_leg, sweep_lengths
 from afo_sim.model.person import Size
@@ -29,7 +30,7 @@ ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
 # Not compiled: words, and what is written into the compiled model.
 WORDS = ("name", "description", "provenance")
 OF_A_LEG = (*WORDS, "directions", "passive", "body_mass", "body_height")  # its size stands for the last two
-OF_A_GROUP = (*WORDS, "type", "link_length", "slack", "cable")
+OF_A_GROUP = (*WORDS, "type", "link_length", "slack", "cable", "wrap_friction", "path")
 
 
 OF_A_BODY = ("body_mass", "body_inertia")
@@ -80,6 +81,7 @@ class Geometry:
     index, circuit : actuators by name
     angles : over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    side_arms : lever arms of the muscles to the foot's sides; None where they have none
     load, bare_load : what goes with the person's mass in them
     """
 
@@ -91,6 +93,7 @@ class Geometry:
     lengths: np.ndarray
     load: Load
     bare_load: Load
+    side_arms: SideArms | None
     turn: threading.Lock = field(default_factory=threading.Lock)
 
     def of(self, heavier: float) -> mujoco.MjModel:
@@ -142,6 +145,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         *times,
         size,
         scenario.timestep,
+        (scenario.simulated_side, orthosis.side),
         scenario.walking,
         _values(scenario.ground) if scenario.contact and scenario.ground is not None else None,
         _values(leg, OF_A_LEG),
@@ -168,7 +172,8 @@ def _path(group: MuscleGroup) -> tuple[Any, ...]:
     """What is compiled of a muscle group; its length over a pulley only for pictures."""
     muscle = group.type
     drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0
-    return (muscle.mass, muscle.bore, drawn, *_values(group, OF_A_GROUP))
+    places = tuple(_values(place) for place in group.path)
+    return (muscle.mass, muscle.bore, drawn, places, *_values(group, OF_A_GROUP))
 
 
 @functools.lru_cache(maxsize=8)
@@ -209,4 +214,5 @@ def _made(seen: _Seen) -> Geometry:
         lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),
         load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and scenario.contact else [])]),
         bare_load=Load.of(bare, bodies, joints),
+        side_arms=SideArms.of(spec, scenario, ids.muscles, seen.size.taller),
     )

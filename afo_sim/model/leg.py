@@ -9,10 +9,12 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
+from afo_sim.model.mounting import ANKLE, check_joints
 from afo_sim.model.outsole import add_outsole
 from afo_sim.model.person import Size
 from afo_sim.model.shoe_body import add_shoe
+from afo_sim.model.subtalar import add_subtalar, free
 from afo_sim.model.toes import hinge_toes, spring_toes
 from afo_sim.model.walk_bodies import lengthen, weigh
 
@@ -30,6 +32,9 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     except ValueError as error:
         raise InputError(f"MuJoCo cannot read it: {error}", file=leg.file) from None
     spec.compiler.fusestatic = False  # a URDF's fixed root would lose its mass
+    _keep_inertia_to_itself(spec)
+    if leg_mirrored(scenario):
+        _mirror(spec, leg.file, "leg.file")
     for kind, name, existing in (
         ("shank", leg.shank, spec.bodies),
         ("foot", leg.foot, spec.bodies),
@@ -52,6 +57,9 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     if size.taller != 1.0:
         lengthen(spec, size.taller)
     hinge_toes(spec, scenario, Size(taller=size.taller))
+    if free(scenario):
+        add_subtalar(spec, scenario, size.taller)
+    check_joints([joint.name for joint in spec.joints], leg, free(scenario))
     if scenario.walking:
         add_outsole(spec, scenario, size.taller)
         add_shoe(spec, scenario, size.taller)
@@ -59,6 +67,23 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
         weigh(spec, size.heavier)
     spring_toes(spec, scenario, size)
     return spec
+
+
+def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
+    """Apply a file's `inertiafromgeom` to its own bodies alone.
+
+    As a rule of the compiler it would reach what is attached: under "false" the muscles' ends had no mass,
+    under "true" a cuff's stated inertia would not count.
+    """
+    rule = spec.compiler.inertiafromgeom
+    if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
+        for geom in spec.geoms:
+            geom.mass = 0.0
+    elif rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
+        for body in spec.bodies:
+            if body.geoms:
+                body.explicitinertial, body.ipos = False, np.full(3, np.nan)  # as of a body that states none
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
 
 
 def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
@@ -79,20 +104,27 @@ def attach_parts(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.Mj
     shank, foot, ankle = spec.body(leg.shank), spec.body(leg.foot), spec.joint(ANKLE)
     joint_in_foot = np.array(ankle.pos)
     joint_in_shank = np.array(foot.pos) + joint_in_foot  # parallel axes at zero ankle angle
+    mirrored = orthosis_mirrored(scenario)
     anchors = {}
     for segment, body, position, prefix, file in (
         ("shank", shank, joint_in_shank, "cuff", orthosis.cuff),
         ("foot", foot, joint_in_foot, "plate", orthosis.plate),
     ):
         if file is not None:
-            body.add_frame(pos=position).attach_body(_part(file, prefix), f"{prefix}_", "")
+            body.add_frame(pos=position).attach_body(rigid_part(file, prefix, mirrored), f"{prefix}_", "")
         # a body of their own: the segment's stated inertia would swallow their mass
         anchors[segment] = body.add_body(name=f"{segment}_anchors", pos=position)
     return anchors
 
 
-def _part(file: pathlib.Path, name: str) -> mujoco.MjsBody:
-    """The one rigid body of a cuff or plate."""
+def rigid_part(file: pathlib.Path, name: str, mirrored: bool) -> mujoco.MjsBody:
+    """The one rigid body of a cuff or plate, `name` of them, of the simulated side.
+
+    Raises
+    ------
+    InputError
+        MuJoCo cannot read the file, or it holds something else.
+    """
     try:
         part = _read_spec(file)
     except ValueError as error:
@@ -105,9 +137,19 @@ def _part(file: pathlib.Path, name: str) -> mujoco.MjsBody:
             file=file,
             allowed="exactly one body below the world, with all geoms inside it, and no joints",
         )
+    if mirrored:
+        _mirror(part, file, f"orthosis.{name}")
     body = world.first_body()
     body.name = body.name or name
     return body
+
+
+def _mirror(spec: mujoco.MjSpec, file: pathlib.Path, field: str) -> None:
+    """Make a file's spec the other side's; what has no mirror image is refused by the file's name."""
+    try:
+        mirror(spec)
+    except InputError as error:
+        raise InputError(error.problem, file=file, field=field, allowed=error.allowed) from None
 
 
 def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:

@@ -1,7 +1,8 @@
 """Mounting of the muscles, and the checks before a run that need the compiled model."""
 
 import math
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -11,10 +12,11 @@ from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
-from afo_sim.description.scenario import Scenario
+from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
-ANKLE = "ankle"
+ANKLE, SUBTALAR = "ankle", "subtalar"
+MOST_JOINTS = 8  # that an error names
 RIGHTWARD = np.array([0.0, -1.0, 0.0])  # axis about which toe up is positive
 
 
@@ -71,11 +73,6 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
         (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
         (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
         (
-            model.njnt != 1 + len(hinges) + 3 * scenario.walking + scenario.contact,
-            f"beside the ankle there {_others(model, hinges)} in the leg's file; describe the toes' hinge by "
-            "[toes] in the leg's TOML file, and take the others out",
-        ),
-        (
             any(np.abs(data.xaxis[k] - RIGHTWARD).max() > 1e-6 for k in hinges),
             'the toes\' axis is not axis="0 -1 0", about which extension is positive',
         ),
@@ -84,18 +81,44 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
             np.abs(data.xaxis[joint.id] - RIGHTWARD).max() > 1e-6,
             'the ankle\'s axis is not axis="0 -1 0", about which dorsiflexion is positive',
         ),
-        (not model.jnt_limited[joint.id], "the ankle has no range: it needs stops"),
+        (
+            not model.jnt_limited[joint.id] or not np.isfinite(model.jnt_range[joint.id]).all(),
+            "the ankle has no range: it needs stops",
+        ),
     ):
         if wrong:
-            raise InputError(problem, file=leg.file, field="leg")
+            raise InputError(problem, file=leg.file, field="leg", allowed=_cut_out(leg))
 
 
-def _others(model: mujoco.MjModel, hinges: list[int]) -> str:
-    """Joints of a leg beside the ankle and what walking adds, in words."""
-    own = {ANKLE, "shank_x", "shank_z", "shank_angle", "sink"} | {model.joint(k).name for k in hinges}
-    names = [model.joint(k).name or "one without a name" for k in range(model.njnt)]
-    found = [name for name in names if name not in own]
-    return f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found)}"
+def check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
+    """Refuse a leg that has joints beside the ankle and the toes' hinge.
+
+    Parameters
+    ----------
+    names : of the leg's joints, the ankle called "ankle"; "" of one without a name
+    leg : whose file it is
+    subtalar : whether its hinge has been added
+    """
+    own = (
+        {ANKLE} | ({SUBTALAR} if subtalar else set()) | ({leg.toes.joint} if leg.toes is not None else set())
+    )
+    found = [name or "one without a name" for name in names if name not in own]
+    if not found:
+        return
+    joints = f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found[:MOST_JOINTS])}"
+    more = f" and {len(found) - MOST_JOINTS} more" if len(found) > MOST_JOINTS else ""
+    raise InputError(
+        f"beside the ankle there {joints}{more} in the leg's file; the toes' hinge is described by [toes] in "
+        "the leg's TOML file",
+        file=leg.file,
+        field="leg",
+        allowed=_cut_out(leg),
+    )
+
+
+def _cut_out(leg: Leg) -> str:
+    """The command that mends a leg."""
+    return f"a leg cut out and turned by: afo-sim leg import {shlex.quote(str(leg.file))}"
 
 
 def sweep_ankle(
@@ -197,7 +220,11 @@ def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> floa
 
 
 def check_stretch(
-    model: mujoco.MjModel, angles: np.ndarray, lengths: np.ndarray, index: Index, scenario: Scenario
+    model: mujoco.MjModel,
+    angles: np.ndarray,
+    lengths: np.ndarray,
+    muscles: Mapping[str, int],
+    orthosis: Orthosis,
 ) -> list[str]:
     """Refuse a braid that locks in the range of motion; warn of one stretched beyond its limit.
 
@@ -206,17 +233,19 @@ def check_stretch(
     model : with its parameters
     angles : of the ankle over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    muscles : actuator ids by name
+    orthosis : whose muscles they are
     """
-    contraction = contractions(model, list(index.muscles.values()), lengths)
+    contraction = contractions(model, list(muscles.values()), lengths)
     known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
     warnings = []
-    groups = muscle_names(scenario.orthosis)
-    for column, name in enumerate(index.muscles):
+    groups = muscle_names(orthosis)
+    for column, name in enumerate(muscles):
         group, worst = groups[name], int(np.argmin(contraction[:, column]))
         path, angle = contraction[worst, column], np.degrees(angles[worst])
         role = name.rsplit("_", 1)[0]
         if (role, path) not in known:
-            known[role, path] = own_contraction(group, scenario.orthosis, path)
+            known[role, path] = own_contraction(group, orthosis, path)
         least = known[role, path]
         lock = group.type.braid.lock
         allowed = group.type.limits
@@ -225,8 +254,8 @@ def check_stretch(
                 f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
                 f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
             )
-            would_do = path_contraction(group, scenario.orthosis, allowed.contraction_min)
-            raise _too_taut(problem, scenario.orthosis.name, role, group, would_do - path)
+            would_do = path_contraction(group, orthosis, allowed.contraction_min)
+            raise _too_taut(problem, orthosis.name, role, group, would_do - path)
         if not name.endswith("_1"):
             continue  # its neighbours say the same
         if least < allowed.contraction_min:

@@ -38,11 +38,21 @@ def check_stability(
     -------
     ({"air", "friction": number}, warnings)
     """
-    step, orthosis = scenario.timestep, scenario.orthosis
     friction = _friction_number(model, index, scenario)
+    check_friction(friction, scenario.timestep)
+    air, warnings = check_air(scenario.orthosis, scenario.timestep)
+    return {"air": air, "friction": friction}, warnings
+
+
+def check_friction(friction: float, step: float) -> None:
+    """Refuse a time step [s] that is too long for its number of friction, rate × time step."""
     if friction > FRICTION_LIMIT:
         enough = step * FRICTION_LIMIT / friction
         raise _too_long("friction falls too fast with speed", step, enough)
+
+
+def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[str]]:
+    """Rate × time step [s] of the air: (number, warnings); refuse a step that is too long."""
     air, warnings = 0.0, []
     for name in orthosis.chamber:
         rate = _air_rate(orthosis, name)
@@ -55,18 +65,23 @@ def check_stability(
                 f"{step * rate:.2f}): pressures and torques may be off by several per cent; "
                 f"{in_unit(AIR_ACCURATE / rate, 's', 'ms'):.2g} ms would do"
             )
-    return {"air": air, "friction": friction}, warnings
+    return air, warnings
 
 
 def _friction_number(model: mujoco.MjModel, index: Index, scenario: Scenario) -> float:
     """Rate × time step of friction that falls with speed, the largest over the range of motion."""
     orthosis, pressure = scenario.orthosis, scenario.supply.pressure
-    of_group = {name: _falling_friction(g.type, pressure) for name, g in orthosis.muscle.items()}
-    if not any(of_group.values()):
+    falling = falling_frictions(orthosis, pressure)
+    if not falling.any():
         return 0.0
-    falling = np.array([of_group[name.rsplit("_", 1)[0]] for name in muscle_names(orthosis)])
     _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
     return float(np.max(scenario.timestep * (arm**2 @ falling) / inertia))
+
+
+def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:
+    """The steepest fall of every single muscle's friction with its speed at a gauge pressure [N·s/m]."""
+    of_group = {name: _falling_friction(g.type, pressure) for name, g in orthosis.muscle.items()}
+    return np.array([of_group[name.rsplit("_", 1)[0]] for name in muscle_names(orthosis)])
 
 
 def _falling_friction(muscle: Muscle, pressure: float) -> float:

@@ -9,6 +9,7 @@ from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.model.build import Built
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
+from afo_sim.model.subtalar import find_rest, free
 from afo_sim.model.walk import JOINTS
 
 
@@ -32,21 +33,30 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     model, index = built.model, built.index
     data = native.scratch(model)
     data.ctrl[:] = control
+    turns = free(built.scenario)
 
-    def acceleration(angle: float) -> float:
-        data.qpos[index.ankle_qpos] = angle
+    def forward() -> None:
         native.fill_chambers(model, data, 0.0)
         mujoco.mj_forward(model, data)
+
+    def imbalance(angle: float) -> float:
+        data.qpos[index.ankle_qpos] = angle
+        if turns:  # at each angle of the ankle where the subtalar hinge rests, maybe on a stop of its own
+            find_rest(model, data, forward)
+            return float((data.qfrc_smooth + data.qfrc_constraint)[index.ankle_dof])
+        forward()
         return float(data.qacc[index.ankle_dof])
 
-    if acceleration(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
+    if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
         return get_state(model, data)
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
-    if acceleration(lower) * acceleration(upper) > 0.0:
+    if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     from scipy.optimize import brentq  # large; who only walks does without
 
-    data.qpos[index.ankle_qpos] = brentq(acceleration, lower, upper, xtol=1e-14)
+    data.qpos[index.ankle_qpos] = brentq(imbalance, lower, upper, xtol=1e-14)
+    if turns:
+        find_rest(model, data, forward)
     native.fill_chambers(model, data, 0.0)
     return get_state(model, data)
 

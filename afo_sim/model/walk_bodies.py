@@ -154,6 +154,8 @@ def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
         damping about a joint with length^1.5
     """
     springy, damped = taller, taller * math.sqrt(taller)
+    for mesh in spec.meshes:
+        mesh.scale = np.array(mesh.scale) * taller
     for body in spec.bodies:
         body.pos = np.array(body.pos) * taller
         body.ipos = np.array(body.ipos) * taller

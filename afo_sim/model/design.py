@@ -1,0 +1,154 @@
+"""A design to be looked at: an orthosis on a leg, the facts of its muscles, and what is wrong with them."""
+
+import os
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.units import LEAST_NUMBER, parse_quantity
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.model.build import Built, build
+from afo_sim.model.mounting import check_description
+from afo_sim.model.path_facts import PathFacts, path_facts
+from afo_sim.model.through_limb import ThroughLimb, through_limb
+
+Source = str | os.PathLike[str] | Orthosis | Scenario
+SITTING = "seated"  # scenario into which an orthosis is put that is given alone
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """An orthosis on a leg.
+
+    built : the compiled scenario
+    facts : of every group of alike muscles
+    through : muscles whose path passes through the limb
+    """
+
+    built: Built
+    facts: list[PathFacts]
+    through: list[ThroughLimb]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Everything that is wrong: paths through the limb, pressures beyond a limit, what building found."""
+        found = [entry.words for entry in deepest(self.through)]
+        for entry in self.facts:
+            limit, full = entry.group.type.limits.pressure, entry.pressures[-1]
+            if full > limit:
+                found.append(
+                    f"{entry.name}: {full * 1e-5:g} bar is beyond the muscle's limit of {limit * 1e-5:g} bar"
+                )
+        of_the_run = check_description(self.built.scenario)
+        found += [warning for warning in self.built.warnings if warning not in of_the_run]
+        return list(dict.fromkeys(found))
+
+
+def deepest(through: list[ThroughLimb]) -> list[ThroughLimb]:
+    """Of the muscles of a group, the one that lies deepest in each part."""
+    worst: dict[tuple[str, str, bool], ThroughLimb] = {}
+    for entry in through:
+        key = entry.role, entry.part, entry.bone
+        sign = -1.0 if entry.bone else 1.0  # of bone the distance is told
+        if key not in worst or sign * entry.depth > sign * worst[key].depth + 1e-9:
+            worst[key] = entry
+    return list(worst.values())
+
+
+def design(source: Source, *, leg: str | None = None, pressure: float | str | None = None) -> Design:
+    """Put an orthosis on a leg, and compute the facts of its muscles.
+
+    Parameters
+    ----------
+    source : a shipped orthosis or scenario, the TOML file or folder of one, an Orthosis or a Scenario
+    leg : a shipped name or a file; the scenario's own by default
+    pressure : gauge, [Pa] or text such as "4 bar"; the scenario's supply by default
+
+    Raises
+    ------
+    InputError
+        There is no such orthosis or scenario, it has no muscle, or it cannot be built.
+    """
+    if isinstance(pressure, str):
+        try:
+            pressure = parse_quantity(pressure, "Pa")
+        except ValueError as error:
+            raise InputError(str(error), field="pressure", value=pressure) from None
+    elif pressure is not None and 0.0 < pressure < LEAST_NUMBER:
+        raise InputError(
+            "is a number of Pa: was it meant in bar?", field="pressure", value=pressure, allowed='"4 bar"'
+        )
+    return design_of(build(scenario_of(source, leg)), pressure)
+
+
+def design_of(built: Built, pressure: float | None = None) -> Design:
+    """The facts of a compiled scenario's muscles; parameters and errors as of `design`."""
+    return Design(built, path_facts(built, pressure), through_limb(built))
+
+
+def scenario_of(source: Source, leg: str | None = None) -> Scenario:
+    """The scenario of an orthosis: its own where a scenario is given, else one of sitting with it."""
+    sets: dict[str, Any] = {} if leg is None else {"leg": leg}
+    if isinstance(source, Scenario):
+        return source.set(sets) if sets else source
+    if isinstance(source, Orthosis):
+        return around(source, source, sets)
+    text = os.fspath(source)
+    path = pathlib.Path(text)
+    if text in assets.names("orthosis"):
+        return around(text, load("orthosis", text), sets, _home(text))
+    if text in assets.names("scenario"):
+        return load("scenario", text, sets)
+    if not path.exists():
+        names = [*assets.names("orthosis"), *assets.names("scenario")]
+        raise unknown(text, names, field="orthosis", problem="there is no such orthosis, scenario or file")
+    if path.is_dir():
+        path = _described_in(path)
+    table = assets.read_toml(path)
+    if "orthosis" in table or "duration" in table:
+        return load("scenario", str(path), sets)
+    return around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
+
+
+def _described_in(folder: pathlib.Path) -> pathlib.Path:
+    found = [folder / name for name in ("orthosis.toml", "scenario.toml") if (folder / name).is_file()]
+    if not found:
+        raise InputError("the folder holds no orthosis", file=folder, allowed="one with orthosis.toml")
+    return found[0]
+
+
+def around(
+    value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, Any] = {}, home: str = SITTING
+) -> Scenario:
+    """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8.
+
+    Parameters
+    ----------
+    value : what the scenario's key is set to: a name, a path, or the orthosis itself
+    orthosis : that it is
+    sets : further keys
+    home : the scenario
+    """
+    timer = {"period": "8 s"} | {name: {"inlet": [["0 s", "4 s"]]} for name in orthosis.chamber}
+    return load("scenario", home, {"orthosis": value, "timer": timer, **sets})
+
+
+def _shipped_as(path: pathlib.Path) -> str:
+    """Name of the shipped orthosis whose file this is, or ""."""
+    name = path.resolve().parent.name
+    shipped = name in assets.names("orthosis") and assets.find("orthosis", name).resolve() == path.resolve()
+    return name if shipped else ""
+
+
+def _home(name: str) -> str:
+    """The shipped scenario in which an orthosis sits: on its own rig, where it has one."""
+    for scenario in (SITTING, *assets.names("scenario")):
+        table = assets.read_toml(assets.find("scenario", scenario))
+        if table.get("orthosis") == name and "gait" not in table:
+            return scenario
+    return SITTING

@@ -1,0 +1,249 @@
+"""What the mounting of every muscle group does over the ankle's angle: lengths, arm, slack, torque.
+
+One function computes it for the design picture and for `afo-sim check`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.errors import InputError
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import (
+    chamber_of,
+    muscle_names,
+    path_contraction,
+    sweep_ankle,
+    sweep_lengths,
+)
+from afo_sim.model.path_spans import Span, spans_above
+
+ANGLES = 161  # over the ankle's stops
+ALIKE = 1e-9  # difference of path lengths below which muscles are alike [m]
+SHARES = (0.0, 0.5, 1.0)  # of the pressure, at which force and torque are told
+NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which they are told in words [rad]
+
+
+@dataclass(frozen=True, eq=False)
+class PathFacts:
+    """The alike muscles of one group, over the ankle's angle, at rest and without friction.
+
+    muscles : their names
+    group, chamber : what they are, and on what they hang
+    angles : over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
+    range : of motion [rad]
+    length : of the path [m] (n,); over a pulley, of muscle and path that is left to it
+    hardware : of what is in series and does not contract: fittings, link, slack [m]
+    path : contraction ratio that the path leaves the muscle [-] (n,)
+    arm : moment arm −dL/dθ [m] (n,)
+    pressures : gauge: none, half, full [Pa] (3,)
+    own : contraction ratio of a muscle itself at these pressures [-] (n, 3)
+    force : tension of one muscle [N] (n, 3)
+    torque : of all of them, dorsiflexion positive [N·m] (n, 3)
+    slack : angles at which it hangs through without air, and at full pressure
+    locked, stretched, short : angles at which, without air, the braid would lock or be stretched beyond its
+        limit; and at which it would have to be shorter than its limit
+    """
+
+    muscles: tuple[str, ...]
+    group: MuscleGroup
+    chamber: str
+    angles: np.ndarray
+    range: Span
+    length: np.ndarray
+    hardware: float
+    path: np.ndarray
+    arm: np.ndarray
+    pressures: np.ndarray
+    own: np.ndarray
+    force: np.ndarray
+    torque: np.ndarray
+    slack: tuple[tuple[Span, ...], tuple[Span, ...]]
+    locked: tuple[Span, ...]
+    stretched: tuple[Span, ...]
+    short: tuple[Span, ...]
+
+    @property
+    def role(self) -> str:
+        """The muscle group's name."""
+        return self.muscles[0].rsplit("_", 1)[0]
+
+    @property
+    def name(self) -> str:
+        """The group's name; of some of its muscles, their numbers too."""
+        if len(self.muscles) == self.group.count:
+            return self.role
+        return f"{self.role} {', '.join(m.rsplit('_', 1)[1] for m in self.muscles)}"
+
+    @property
+    def inside(self) -> np.ndarray:
+        """Which angles are within the range of motion (n,)."""
+        low, high = self.range
+        found: np.ndarray = (self.angles >= low) & (self.angles <= high)
+        return found
+
+    @property
+    def muscle_length(self) -> np.ndarray:
+        """Length of a muscle between the ends of its fittings, at each pressure [m] (n, 3)."""
+        kind = self.group.type
+        found: np.ndarray = kind.end_length + kind.nominal_length * (1.0 - self.own)
+        return found
+
+    @property
+    def chain_length(self) -> np.ndarray:
+        """Length of muscle, link and slack together at each pressure [m] (n, 3); beyond the path's, it hangs.
+
+        Where cuff and plate give, it is shorter than the path by as much.
+        """
+        found: np.ndarray = self.hardware + self.group.type.nominal_length * (1.0 - self.own)
+        return found
+
+    def at(self, angle: float) -> int:
+        """The row of the angle [rad] that is nearest."""
+        return int(np.argmin(np.abs(self.angles - angle)))
+
+    def peak(self, column: int = -1) -> tuple[float, float]:
+        """Torque of largest amount within the range of motion [N·m], and its angle [rad]."""
+        torque = np.where(self.inside, self.torque[:, column], 0.0)
+        row = int(np.argmax(np.abs(torque)))
+        return float(torque[row]), float(self.angles[row])
+
+
+def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
+    """Facts of every muscle group of a compiled scenario; of muscles that differ, an entry each.
+
+    The air is that of one chamber at a time; the others are at ambient pressure, as in a torque map.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    pressure : gauge [Pa]; the supply's by default
+
+    Raises
+    ------
+    InputError
+        The orthosis has no muscle, or the pressure is not above 0 and at most 20 bar.
+    """
+    scenario, index = built.scenario, built.index
+    if not index.muscles:
+        raise InputError("has no muscle", field="orthosis", value=scenario.orthosis.name)
+    full = scenario.supply.pressure if pressure is None else pressure
+    if not 0.0 < full <= 2e6:
+        shown = f"{full * 1e-5:g} bar"
+        raise InputError("is out of range", field="pressure", value=shown, allowed="above 0 bar, to 20 bar")
+    angles = sweep_angles(built)
+    contraction, arm, _ = sweep_ankle(built.model, index, angles)
+    pressures = full * np.array(SHARES)
+    own, force = _at_pressures(built, angles, pressures)
+    groups = muscle_names(scenario.orthosis)
+    columns = {name: k for k, name in enumerate(index.muscles)}
+    found = []
+    for muscles in _alike(list(groups), groups, contraction, columns):
+        k, group = columns[muscles[0]], groups[muscles[0]]
+        kind = group.type
+        natural = np.array([_natural(kind, float(p)) for p in pressures])
+        exact = _path_of(built, muscles[0])
+        hardware = kind.end_length if group.pulley is not None else group.series_length
+        path = contraction[:, k]
+
+        def where(sign: float, level: float, path: np.ndarray = path, exact: _Of = exact) -> tuple[Span, ...]:
+            return spans_above(angles, sign * (path - level), lambda angle: sign * (exact(angle) - level))
+
+        def stretch(kappa: float, group: MuscleGroup = group) -> float:
+            return path_contraction(group, scenario.orthosis, kappa)
+
+        found.append(
+            PathFacts(
+                muscles=muscles,
+                group=group,
+                chamber=chamber_of(muscles[0], group),
+                angles=angles,
+                range=scenario.orthosis.range_of_motion,
+                length=hardware + kind.nominal_length * (1.0 - path),
+                hardware=hardware,
+                path=path,
+                arm=arm[:, k],
+                pressures=pressures,
+                own=np.where(force[:, :, k] > 0.0, np.minimum(own[:, :, k], natural), natural),
+                force=force[:, :, k],
+                torque=len(muscles) * force[:, :, k] * arm[:, k][:, None],
+                slack=(where(1.0, float(natural[0])), where(1.0, float(natural[-1]))),
+                locked=where(-1.0, stretch(kind.braid.lock)),
+                stretched=where(-1.0, stretch(kind.limits.contraction_min)),
+                short=where(1.0, kind.limits.contraction_max),
+            )
+        )
+    return found
+
+
+_Of = Callable[[float], float]
+
+
+def _natural(kind: Muscle, pressure: float) -> float:
+    """Contraction ratio at which a muscle hangs freely at a gauge pressure [Pa]; without air it is 0."""
+    return float(kind.contraction(pressure, force=0.0)) if pressure > 0.0 else 0.0
+
+
+def sweep_angles(built: Built) -> np.ndarray:
+    """Angles over the ankle's stops, with the ends of the range of motion and those named in words [rad]."""
+    lower, upper = map(float, built.model.joint("ankle").range)
+    named = np.r_[NAMED, built.scenario.orthosis.range_of_motion]
+    within = named[(named >= lower) & (named <= upper)]
+    return np.unique(np.r_[np.linspace(lower, upper, ANGLES), within])
+
+
+def _path_of(built: Built, muscle: str) -> _Of:
+    """Contraction ratio of a muscle's path as a function of the ankle's angle [rad]."""
+    model, index = built.model, built.index
+    row = model.actuator_user[index.muscles[muscle]]
+    own, series = row[native.MUSCLE_NOMINAL_LENGTH], row[native.MUSCLE_SERIES_LENGTH]
+
+    def of(angle: float) -> float:
+        lengths = sweep_lengths(model, [index.muscles[muscle]], index.ankle_qpos, np.array([angle]))
+        return float((own + series - lengths[0, 0]) / own)
+
+    return of
+
+
+def _alike(
+    names: list[str], groups: dict[str, MuscleGroup], contraction: np.ndarray, columns: dict[str, int]
+) -> list[tuple[str, ...]]:
+    """The muscles, those of a group together whose paths are as long at every angle."""
+    found: list[list[str]] = []
+    for name in names:
+        for others in found:
+            first = others[0]
+            gap = np.abs(contraction[:, columns[name]] - contraction[:, columns[first]]).max()
+            if groups[first] is groups[name] and gap * groups[name].type.nominal_length < ALIKE:
+                others.append(name)
+                break
+        else:
+            found.append([name])
+    return [tuple(muscles) for muscles in found]
+
+
+def _at_pressures(built: Built, angles: np.ndarray, pressures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Own contraction ratios [-] and tensions [N] at rest, (angles, pressures, muscles)."""
+    model, index = built.model, built.index
+    names, groups = list(index.muscles), muscle_names(built.scenario.orthosis)
+    own = np.zeros((len(angles), len(pressures), len(names)))
+    force = np.zeros_like(own)
+    data = mujoco.MjData(model)
+    with native.installed(built.scenario.callback):
+        for chamber, number in index.chambers.items():
+            members = [k for k, name in enumerate(names) if chamber_of(name, groups[name]) == chamber]
+            for row, angle in enumerate(angles):
+                for column, pressure in enumerate(pressures):
+                    data.qpos[index.ankle_qpos] = angle
+                    native.fill_chambers(model, data, {number: float(pressure)})
+                    mujoco.mj_forward(model, data)
+                    for k in members:
+                        muscle = index.muscles[names[k]]
+                        own[row, column, k] = native.read_own(model, data.userdata, muscle).contraction
+                        force[row, column, k] = -data.actuator_force[muscle]
+    return own, force

@@ -1,0 +1,104 @@
+"""The facts of a muscle's mounting in words: for the design picture's table and for `afo-sim check`."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from afo_sim.model.path_facts import NAMED, PathFacts
+from afo_sim.model.path_spans import Span, degrees, in_words
+
+Row = tuple[str, str]  # what, and its words
+
+
+def rows(facts: PathFacts) -> list[Row]:
+    """Everything about a group of alike muscles, a line a subject."""
+    name, bar = facts.name, pressure(facts)
+    low, high = (degrees(angle) for angle in facts.range)
+    of = "rest of its cable" if facts.group.pulley is not None else "path"
+    lengths = f"{of} {span(facts.length, facts, 1e3)} mm over {low} to {high} deg"
+    found = [
+        (name, f"{len(facts.muscles)} × {facts.group.type.name}, {lengths}"),
+        (f"{name}, no air", f"taut {taut(facts, 0)}; own contraction {own(facts, 0)}"),
+        (f"{name}, {bar}", f"taut {taut(facts, 1)}; own contraction {own(facts, 1)}"),
+        (f"{name}, moment arm", arm(facts)),
+        (f"{name}, torque at {bar}", f"{torques(facts)}; at most {peak(facts)}"),
+    ]
+    found += [
+        (f"{name}, {what}", f"{in_words(spans, facts.angles)} ({why})")
+        for what, spans, why in (
+            ("locks", facts.locked, f"a contraction of {_minus(f'{facts.group.type.braid.lock:.3f}')}"),
+            ("stretched too far", facts.stretched, _limit(facts, "contraction_min")),
+            ("too short to follow", facts.short, _limit(facts, "contraction_max")),
+        )
+        if spans
+    ]
+    return found
+
+
+def pressure(facts: PathFacts) -> str:
+    """The full pressure."""
+    return f"{facts.pressures[-1] * 1e-5:g} bar"
+
+
+def taut(facts: PathFacts, which: int) -> str:
+    """The angles at which the muscle is taut: 0 without air, 1 at full pressure."""
+    first, last = float(facts.angles[0]), float(facts.angles[-1])
+    return in_words(_others(facts.slack[which], (first, last)), facts.angles)
+
+
+def _others(spans: Sequence[Span], whole: Span) -> tuple[Span, ...]:
+    """What ranges leave of a whole one."""
+    edges = [whole[0], *(edge for span in spans for edge in span), whole[1]]
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return tuple((low, high) for low, high in pairs if high > low)
+
+
+def own(facts: PathFacts, which: int) -> str:
+    """A muscle's own contraction over the range of motion: 0 without air, 1 at full pressure."""
+    return span(facts.own[:, -which], facts, 1.0, 3)
+
+
+def arm(facts: PathFacts) -> str:
+    """Smallest and largest moment arm over the range of motion, with their angles [mm]."""
+    inside = np.flatnonzero(facts.inside)
+    amounts = np.abs(facts.arm[inside])
+    rows = inside[amounts.argmin()], inside[amounts.argmax()]
+    ends = [f"{_minus(f'{1e3 * facts.arm[row]:.0f}')} mm at {degrees(facts.angles[row])} deg" for row in rows]
+    if np.ptp(amounts) < 5e-4:
+        return f"{_minus(f'{1e3 * facts.arm[rows[0]]:.0f}')} mm at every angle"
+    return " to ".join(ends)
+
+
+def torques(facts: PathFacts) -> str:
+    """Torque at full pressure at the angles that are named, within the ankle's stops."""
+    named = [angle for angle in NAMED if facts.angles[0] - 1e-9 <= angle <= facts.angles[-1] + 1e-9]
+    values = ", ".join(number(facts.torque[facts.at(angle), -1]) for angle in named)
+    return f"{values} N·m at {', '.join(_minus(f'{np.degrees(angle):.0f}') for angle in named)} deg"
+
+
+def peak(facts: PathFacts) -> str:
+    """Largest torque at full pressure within the range of motion, and where."""
+    torque, angle = facts.peak()
+    return f"{number(torque)} N·m at {degrees(angle)} deg"
+
+
+def span(values: np.ndarray, facts: PathFacts, factor: float, digits: int = 0) -> str:
+    """Lowest to highest over the range of motion."""
+    within = factor * values[facts.inside]
+    low, high = (number(value, digits) for value in (within.min(), within.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def number(value: float, digits: int = 1) -> str:
+    """A number with so many decimals, without a negative zero."""
+    shown = f"{value:.{digits}f}"
+    return _minus(shown if float(shown) else f"{0.0:.{digits}f}")
+
+
+def _limit(facts: PathFacts, key: str) -> str:
+    limit = getattr(facts.group.type.limits, key)
+    return f"its limit is a contraction of {_minus(f'{limit:g}')}"
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
