@@ -3,6 +3,8 @@
 OpenSim's axes are x forward, y up, z to the right; this project's z, which is up, is its y. In Gait2392
 ankle_angle_r turns the foot about (-0.105, -0.174, 0.979) of the tibia and mtp_angle_r the toes about
 (-0.581, 0, 0.814) of the foot: from forward to up, so that dorsiflexion and extension are positive, as here.
+subtalar_angle_r turns the foot about (0.787, 0.605, -0.121) of the talus, subtalar_angle_l about
+(-0.787, -0.605, -0.121): inversion is positive on both sides, as here.
 (Gait2392_Simbody/gait2392_simbody.osim of opensim-org/opensim-models.) In the Rajagopal models the toes' axis
 points to the left, and their mtp_angle_r is positive in flexion.
 """
@@ -14,17 +16,17 @@ import numpy as np
 
 from afo_sim.export.rows import TIME, Rows
 
-ANKLE, TOES = "ankle/angle", "toe/extension"
+ANKLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
 FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"
 ALONG, HEIGHT, MOMENT = "ankle/position/x", "ankle/position/z", "ankle/moment/ground"
 LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
-NEEDED = (ANKLE, TOES, *LOADS)
+NEEDED = (ANKLE, TOES, SUBTALAR, *LOADS)
 FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
 AXES = "xyz"
 
 
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
-    """{OpenSim's coordinate: values [deg]}, after `time` [s]: ankle_angle_r, and mtp_angle_r of bent toes.
+    """{OpenSim's coordinate: values [deg]}, after `time` [s]: ankle_angle_r, subtalar_angle_r, mtp_angle_r.
 
     Parameters
     ----------
@@ -32,7 +34,7 @@ def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
     side : "right" or "left"
     """
     found = {TIME: rows.columns[TIME]}
-    for column, name in ((ANKLE, "ankle_angle"), (TOES, "mtp_angle")):
+    for column, name in ((ANKLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
         if column in rows.columns:
             found[f"{name}_{side[0]}"] = np.degrees(rows.columns[column])
     return found

@@ -9,7 +9,9 @@ ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that i
 
 
 def side_of(recording: Recording) -> tuple[str, str]:
-    """("right" or "left", a note): the side of the recorded walker; right where nobody walks.
+    """("right" or "left", a note): the simulated side where it was told, else the recorded walker's.
+
+    It was told by the scenario's `side`, or by a leg that is a left one. Where nobody walks, it is the leg's.
 
     Raises
     ------
@@ -24,8 +26,9 @@ def side_of(recording: Recording) -> tuple[str, str]:
             value=leg.get("name"),
             allowed="sto, csv, mat or mjb for a run of this",
         )
-    if not recording.scenario.get("gait"):
-        return "right", ""
+    told, own = recording.scenario.get("side"), leg.get("side", "right")
+    if told or own == "left" or not recording.scenario.get("gait"):
+        return told or own, ""
     try:
         return persons_stride(load("scenario", recording.scenario)).side, ""
     except InputError as error:

@@ -1,12 +1,13 @@
 """Statics of an orthosis about its joint: paths and moment arms over angle, and the tensions that balance.
 
-    L(φ) = |i(φ) − o|,  r = −dL/dφ         path between two anchors and its moment arm
+    L(φ) = |i(φ) − o|,  r = −dL/dφ         path between two anchors and its moment arm; round guides by MuJoCo
     x(φ) = −r φ,        r constant          path over a pulley, from angle zero
     κ_path = (L0 + s − L)/L0                contraction ratio that the path leaves, s all that is in series
     κ = κ_path + [F/k + Σ z(P)]/L0          own contraction: cable k, anchors z under the pull P = Σ F
     M = Σ r F                               torque, dorsiflexion positive
 
-The same balance as in a run at rest; here from the description alone, without leg and simulator.
+The same balance as in a run at rest; here from the description alone, without leg. Friction at guides
+is left out: at rest it acts either way.
 """
 
 import math
@@ -17,6 +18,7 @@ import numpy as np
 
 from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
+from afo_sim.model.paths import paths_of
 from afo_sim.physics.in_series import on_anchors, row, tensions
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.series import anchor_displacement
@@ -62,6 +64,7 @@ def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
     angle : of the joint, dorsiflexion positive [rad] (n,)
     """
     found = []
+    guided = _guided(orthosis, angle)
     for name, group in orthosis.muscle.items():
         if group.pulley is not None:
             arm = np.full(len(angle), group.pulley.moment_arm)
@@ -69,9 +72,18 @@ def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
             continue
         alike = group.alike
         for k in range(1 if alike else group.count):
-            length, arm = _between(group, k, angle)
+            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(group, k, angle)
             found.append(Path(name, length, arm, group.count if alike else 1))
     return found
+
+
+def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Length and moment arm of each muscle whose path has points or surfaces, by name."""
+    if not any(group.path for group in orthosis.muscle.values()):
+        return {}
+    known = paths_of(orthosis)
+    lengths, arms = known.lengths(angle), known.moment_arms(angle)
+    return {name: (lengths[:, k], arms[:, k]) for k, name in enumerate(known.tendons)}
 
 
 def _between(group: MuscleGroup, number: int, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from afo_sim.metrics import peak
+from afo_sim.metrics.inversion import inversion_peaks
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
@@ -92,6 +93,7 @@ def ankle_metrics(
     for side, way in zip(directions, (torque, 0.0 - torque), strict=True):
         found[f"peak_{side}_torque{peak.OVER}"] = max(0.0, peak.largest_mean(way, timestep))
         found[f"peak_{side}_torque"] = max(0.0, float(way.max()))
+    found |= dict(inversion_peaks(columns, timestep))
     found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
     cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
     total = 0.0

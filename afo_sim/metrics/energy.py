@@ -13,6 +13,7 @@ EACH = "per counted stride; of a fixed shank per cycle begun"
     ("skeleton_work", "J", "Work of the muscles on the skeleton", EACH),
     ("damper_loss", "J", "Lost in dampers", f"of muscles, cuff and plate; {EACH}"),
     ("friction_loss", "J", "Lost in friction", f"of the muscles; {EACH}"),
+    ("wrap_loss", "J", "Lost at guides", f"friction at the paths' points and surfaces; {EACH}"),
     ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
     ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
     ("law_mismatch", "J", "Given by the laws alone", f"work beyond that of their air's volume; {EACH}"),

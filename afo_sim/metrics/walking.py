@@ -18,6 +18,7 @@ from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import peak
 from afo_sim.metrics.ankle import chambers
 from afo_sim.metrics.clearance import clearances
+from afo_sim.metrics.inversion import inversion
 from afo_sim.metrics.metric import (
     AIR,
     ANKLE,
@@ -193,7 +194,7 @@ def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dic
     """
     parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
     if has_orthosis(stride.columns):
-        parts += [against_push_off, _torque, _work, _air]
+        parts += [against_push_off, _torque, inversion, _work, _air]
     return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
 
 

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common.errors import unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
 from afo_sim.metrics.strides import SOLVED
+from afo_sim.model.mounting import SUBTALAR
+from afo_sim.model.subtalar import free
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import SINK
 from afo_sim.simulation.frame import Column, Frame
@@ -46,6 +49,15 @@ def _length(f: Frame, muscle: int) -> np.ndarray:
 def _velocity(f: Frame, muscle: int) -> np.ndarray:
     found: np.ndarray = -_parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH) * _own(f, muscle).rate
     return found
+
+
+def _rubbed(built: "Built") -> bool:
+    """Whether a path rubs at its guides: then the joint feels another force than the muscle has."""
+    return any(group.wrap_friction > 0.0 for group in built.scenario.orthosis.muscle.values())
+
+
+def _tension(f: Frame, muscle: int) -> np.ndarray:
+    return _own(f, muscle).tension if _rubbed(f.built) else 0.0 - f.force(muscle)  # and never −0.0
 
 
 def _anchor(f: Frame, number: int) -> native.Yielding:
@@ -92,6 +104,22 @@ def _valve_flow(f: Frame, valve: int) -> np.ndarray:
     return flow
 
 
+def _side_moment(f: Frame, axis: int) -> np.ndarray:
+    """Moment of all muscles on the foot about an axis of the model's side arms, Σ T (−dL/dφ)."""
+    arms = f.built.side_arms
+    assert arms is not None
+    qpos = f.rows["qpos"]
+    ankle, subtalar = qpos[:, f.built.index.ankle_qpos], _subtalar_angle(f) if arms.free else None
+    tension = 0.0 - f.rows["actuator_force"][:, [f.built.index.muscles[name] for name in arms.names]]
+    found: np.ndarray = np.einsum("nm,nm->n", tension, arms.at(ankle, subtalar)[axis])
+    return found
+
+
+def _subtalar_angle(f: Frame) -> np.ndarray:
+    found: np.ndarray = f.rows["qpos"][:, int(f.built.model.joint(SUBTALAR).qposadr[0])]
+    return found
+
+
 COLUMNS = (
     Column("time", "s", "start of the step", _time),
     Column(
@@ -126,6 +154,28 @@ COLUMNS = (
         whole=True,
     ),
     Column(
+        "ankle/moment/inversion",
+        "N*m",
+        "internal, inversion positive; all muscles of the orthosis on the foot, about the talus' forward "
+        "axis through the ankle joint, instantaneous",
+        lambda f: _side_moment(f, 0),
+        where=lambda built: built.side_arms is not None,
+    ),
+    Column(
+        "subtalar/angle",
+        "rad",
+        "inversion positive",
+        _subtalar_angle,
+        where=lambda built: free(built.scenario),
+    ),
+    Column(
+        "subtalar/moment/orthosis",
+        "N*m",
+        "internal, inversion positive; all muscles of the orthosis about the subtalar axis, instantaneous",
+        lambda f: _side_moment(f, 1),
+        where=lambda built: built.side_arms is not None and built.scenario.leg.subtalar is not None,
+    ),
+    Column(
         "ankle/moment/load",
         "N*m",
         "dorsiflexion positive; the scenario's constant load moment",
@@ -133,7 +183,14 @@ COLUMNS = (
         where=lambda built: built.scenario.load_moment,
     ),
     *WALKING,
-    Column("muscle/*/force", "N", "tension positive", lambda f, i: 0.0 - f.force(i)),  # and never −0.0
+    Column("muscle/*/force", "N", "tension positive", _tension),
+    Column(
+        "muscle/*/joint_force",
+        "N",
+        "tension beyond the path's guides, which the joint feels; force is the muscle's own",
+        lambda f, i: 0.0 - f.force(i),
+        where=_rubbed,
+    ),
     Column("muscle/*/length", "m", "active braid length, the muscle's own", _length),
     Column(
         "muscle/*/velocity",
@@ -220,6 +277,30 @@ def columns_of(frame: Frame) -> dict[str, np.ndarray]:
                 values = column.formula(frame, number) if kind else column.formula(frame)
                 found[column.name.replace("*", name)] = values
     return found
+
+
+def column_at(
+    built: "Built", name: str, rows: dict[str, np.ndarray], control: np.ndarray, step: int
+) -> np.ndarray:
+    """One column of a stretch (n,), by its name; InputError where a run of this scenario has none of it.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    name : of the column
+    rows, control, step : as of a `Frame`
+    """
+    frame = Frame(built, rows, control, step) if built.walk is None else WalkFrame(built, rows, control, step)
+    found = {
+        column.name.replace("*", owner): (column, number)
+        for column in COLUMNS
+        if column.where(built)
+        for owner, number in _owners(built, column.name.split("/")[0] if "*" in column.name else "")
+    }
+    if name not in found:
+        raise unknown(name, found, field="column", problem="a run of this scenario has no such column")
+    column, number = found[name]
+    return column.formula(frame, number) if "*" in column.name else column.formula(frame)
 
 
 def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:

@@ -1,10 +1,11 @@
 """Energy balance of an orthosis over any stretch of recorded rows.
 
-    air_work + law_mismatch = skeleton_work + damper_loss + friction_loss + spring_change + bladder_change
+    air_work + law_mismatch
+        = skeleton_work + damper_loss + friction_loss + wrap_loss + spring_change + bladder_change
 
-It is each muscle's F_static(κ, p) = T + c κ̇ + F_friction over its way L0 dκ, and what is in series with it up
-to the path. What is found nowhere is `residual`. The integrals are trapezoidal over the rows: rows that are
-further apart than the time step close less well.
+It is each muscle's F_static(κ, p) = T + c κ̇ + F_friction over its way L0 dκ, what is in series with it up to
+the path, and what the path's guides take of T. What is found nowhere is `residual`. The integrals are
+trapezoidal over the rows: rows that are further apart than the time step close less well.
 """
 
 import itertools
@@ -32,9 +33,10 @@ class Energy:
     """Works and energies of a stretch [J].
 
     air_work : ∫ p dV of the chambers, gauge; positive where the air works on the muscles
-    skeleton_work : −Σ ∫ T dx of the tensions along their paths
+    skeleton_work : −Σ ∫ T' dx of the tensions along their paths, as the joint feels them
     damper_loss : what the muscles' dampers and those of cuff and plate take
     friction_loss : what the muscles' friction takes; the remainder of their balance
+    wrap_loss : −Σ ∫ (T − T') dx, what friction at the paths' points and surfaces takes
     spring_change : rise of the energy in cables, cuff and plate
     bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
     law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
@@ -50,12 +52,13 @@ class Energy:
     bladder_change: float
     law_mismatch: float
     turnover: float
+    wrap_loss: float = 0.0
 
     @property
     def residual(self) -> float:
         """Work of air and law that is found nowhere [J]."""
         given = self.air_work + self.law_mismatch
-        taken = self.skeleton_work + self.damper_loss + self.friction_loss
+        taken = self.skeleton_work + self.damper_loss + self.friction_loss + self.wrap_loss
         return given - taken - self.spring_change - self.bladder_change
 
     @property
@@ -109,12 +112,15 @@ def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
 def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[Energy]:
     for name, group in orthosis.muscle.items():
         pressure = columns[f"chamber/{group.chamber or name}/pressure"]
-        alike = 1 if group.alike else group.count  # of alike muscles the first tells of all
+        # of alike muscles the first tells of all; where the foot inverts, none are alike
+        alike = 1 if group.alike and "subtalar/angle" not in columns else group.count
         for k in range(1, alike + 1):
             own = {
                 column: columns[f"muscle/{name}_{k}/{column}"]
                 for column in ("force", "contraction", "path_length")
             }
+            # without friction at its guides a muscle has no tension but its own
+            own["felt"] = columns.get(f"muscle/{name}_{k}/joint_force", own["force"])
             static = known.get(f"{name}_{k}")
             if static is None:
                 static = law_forces(group.type, own["contraction"], pressure)
@@ -138,13 +144,24 @@ def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
     if muscle.friction != "none":
         rubbed = nominal * _integral(static - tension, contraction) - damper
     return _part(
-        skeleton_work=-count * _integral(tension, own["path_length"]),
+        skeleton_work=-count * _integral(own["felt"], own["path_length"]),
+        wrap_loss=count * float(wrap_heat(tension, own["felt"], own["path_length"]).sum()),
         damper_loss=count * damper,
         friction_loss=count * rubbed,
         spring_change=count * 0.5 * float(tension[-1] ** 2 - tension[0] ** 2) / group.cable.stiffness,
         bladder_change=-count * stored,
         law_mismatch=count * (nominal * _integral(static, contraction) - stored),
     )
+
+
+def wrap_heat(tension: np.ndarray, felt: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Heat of friction at a path's guides in each step from row to row [J] (n − 1,), never negative.
+
+    (T − T') (x_last − x) with the forces of the later row: their sign is that of the speed with which the
+    path came there.
+    """
+    found: np.ndarray = (felt - tension)[1:] * np.diff(path)
+    return found
 
 
 def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction: np.ndarray) -> float:

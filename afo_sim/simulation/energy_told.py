@@ -9,6 +9,7 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import settled, strides
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import chamber_of, muscle_names
+from afo_sim.model.subtalar import free
 from afo_sim.simulation.energy import Columns, Energy, balance, law_forces
 from afo_sim.simulation.rollout import Rollout
 
@@ -27,9 +28,9 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
     columns : of the same rows
     """
     rows = {name: values[:-1] for name, values in columns.items()}
-    found = {}
+    found, inverts = {}, free(built.scenario)
     for name, group in muscle_names(built.scenario.orthosis).items():
-        if group.alike and not name.endswith("_1"):
+        if group.alike and not inverts and not name.endswith("_1"):
             continue
         muscle = built.index.muscles[name]
         carried = native.read_carried(built.model, rollout.rows["act"][1:], muscle)
@@ -64,7 +65,9 @@ def told_energy(
         part = balance(built, _cut(columns, rows), _cut(static, rows))
     else:
         number = max(math.ceil((columns["time"][-1] + built.scenario.timestep) / period - 1e-9), 1)
-    terms = {field.name: getattr(part, field.name) for field in fields(part) if field.name != "turnover"}
+    guided = any(group.path for group in built.scenario.orthosis.muscle.values())
+    left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
+    terms = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in left_out}
     told = energy_metrics(terms, number, whole.error)
     return told if all(map(math.isfinite, told.values())) else {}
 

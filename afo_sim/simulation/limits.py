@@ -6,7 +6,7 @@ import numpy as np
 
 from afo_sim.description.muscle import Muscle
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import ANKLE, chamber_of, muscle_names
+from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.static_force import static_force
@@ -70,6 +70,10 @@ def limit_warnings(
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
         yield "the ankle reaches a stop of the joint"
+    if (turned := columns.get("subtalar/angle")) is not None:
+        lower, upper = built.model.joint(SUBTALAR).range
+        if turned.min() <= lower or turned.max() >= upper:
+            yield "the foot reaches a stop of the subtalar joint (leg.subtalar.range)"
     yield from skin_warnings(built, columns)
 
 

@@ -4,11 +4,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.description.orthosis import Orthosis, Segment
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.places import Segment
 from afo_sim.model.mounting import muscle_names
+from afo_sim.model.paths import paths_of
 from afo_sim.model.tendons import side
 
 LEFT = 1  # place in forward, left, up
+APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most
 
 
 def pull_on(orthosis: Orthosis, columns: Mapping[str, np.ndarray], segment: Segment) -> np.ndarray:
@@ -16,6 +19,8 @@ def pull_on(orthosis: Orthosis, columns: Mapping[str, np.ndarray], segment: Segm
 
     A muscle's tension F acts on the shank along its path, F (f − s)/|f − s|. There s is its end on the shank,
     and f its end on the foot, turned by the ankle's angle. On the foot acts the same force the other way.
+    Points and surfaces of a path are held by the cuff or plate of their segment. So s and f are the ends of
+    the straight piece between the segments, and F its tension, which friction at guides changes.
     Cuff and plate have no mass here: what the muscles do to them, they do to the skin.
 
     Parameters
@@ -29,20 +34,55 @@ def pull_on(orthosis: Orthosis, columns: Mapping[str, np.ndarray], segment: Segm
     Force forward, left and up [N] (n, 3); zero where all muscles run over pulleys.
     """
     angle = columns["ankle/angle"]
-    cosine, sine = np.cos(angle), np.sin(angle)
-    turn = sine if segment == "shank" else -sine  # of the other segment in this one's axes: the foot, toe up
     total = np.zeros((3, len(angle)))
+    guided = _guided(orthosis, angle, segment)
     for name, group in muscle_names(orthosis).items():
-        if group.origin is None or group.insertion is None:
+        if group.pulley is not None:
             continue
-        ends: dict[Segment, np.ndarray] = {}
-        for anchor in (group.origin, group.insertion):
-            ends[anchor.segment] = np.array(anchor.from_ankle)
-            ends[anchor.segment][LEFT] += side(name, group) * anchor.spacing
-        x, y, z = ends["foot" if segment == "shank" else "shank"]
-        forward, left, up = ends[segment]
-        path = x * cosine - z * turn - forward, y - left, x * turn + z * cosine - up
-        over_length = columns[f"muscle/{name}/force"] / np.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2)
+        force = columns[f"muscle/{name}/force"]
+        if name in guided:
+            force = columns.get(f"muscle/{name}/joint_force", force)
+            for axis in range(3):
+                total[axis] += guided[name][:, axis] * force
+            continue
+        path = _straight(name, group, angle, segment)
+        over_length = force / np.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2)
         for axis, along in enumerate(path):
             total[axis] += along * over_length
     return total.T
+
+
+def _straight(
+    name: str, group: MuscleGroup, angle: np.ndarray, segment: Segment
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """From a straight path's end on the segment to its other end, in the segment's axes [m]."""
+    assert group.origin is not None and group.insertion is not None
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turn = sine if segment == "shank" else -sine  # of the other segment in this one's axes: the foot, toe up
+    ends: dict[Segment, np.ndarray] = {}
+    for anchor in (group.origin, group.insertion):
+        ends[anchor.segment] = np.array(anchor.from_ankle)
+        ends[anchor.segment][LEFT] += side(name, group) * anchor.spacing
+    x, y, z = ends["foot" if segment == "shank" else "shank"]
+    forward, left, up = ends[segment]
+    return x * cosine - z * turn - forward, y - left, x * turn + z * cosine - up
+
+
+def _guided(orthosis: Orthosis, angle: np.ndarray, segment: Segment) -> dict[str, np.ndarray]:
+    """Pull per unit of tension of each muscle whose path has points or surfaces (n, 3), by name."""
+    names = [name for name, group in muscle_names(orthosis).items() if group.path]
+    if not names or not len(angle):
+        return {}
+    paths = paths_of(orthosis)
+    columns = [list(paths.tendons).index(name) for name in names]
+    low, high = float(angle.min()), float(angle.max())
+    number = int((high - low) / APART) + 2
+    if number >= len(angle):
+        found = paths.directions(angle, segment)[:, columns]
+        return {name: found[:, k] for k, name in enumerate(names)}
+    grid = np.linspace(low, high, number)
+    at = paths.directions(grid, segment)[:, columns]
+    return {
+        name: np.column_stack([np.interp(angle, grid, at[:, k, axis]) for axis in range(3)])
+        for k, name in enumerate(names)
+    }

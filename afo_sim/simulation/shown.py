@@ -26,6 +26,10 @@ class Show(Protocol):
         """A recording as a notebook shows it."""
         ...
 
+    def both(self, legs: Any, path: pathlib.Path) -> object:
+        """Write a picture of two legs on one supply."""
+        ...
+
     def export(
         self,
         recording: Recording,

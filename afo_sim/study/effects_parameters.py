@@ -9,12 +9,12 @@ import dataclasses
 import itertools
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
-from statistics import fmean
 from typing import Any, Literal
 
 from afo_sim.common.units import in_unit
 from afo_sim.description.orthosis import Chamber, MuscleGroup
 from afo_sim.description.scenario import Scenario
+from afo_sim.model.paths import mean_length
 
 PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa], [m]
 TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]
@@ -161,10 +161,25 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
             place = tuple(x + by if k == axis else x for k, x in enumerate(anchor.from_ankle))
             moved = group.model_copy(update={end: anchor.model_copy(update={"from_ankle": place})})
-            longer = fmean(moved.path_lengths) - fmean(group.path_lengths)
+            longer = mean_length(moved) - mean_length(group)
             yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
+    yield from _guides(name, at, group, link)
     muscle = _Amount(f"{at}.type.total_length", group.type.total_length, "m", "cm")
     yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
+
+
+def _guides(name: str, at: str, group: MuscleGroup, link: _Amount) -> Iterator[Step]:
+    """Points and surfaces of the path further forward or up, with the link as above."""
+    for number, axis in itertools.product(range(len(group.path)), (0, 2)):
+        place = group.path[number]
+        amount = _Amount(f"{at}.path[{number}].from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
+        both = _added(f"{name} guide {number} {WAYS[axis]}, link to match", amount, ANCHOR)
+        for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
+            there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_ankle))
+            path = list(group.path)
+            path[number] = place.model_copy(update={"from_ankle": there})
+            longer = mean_length(group.model_copy(update={"path": tuple(path)})) - mean_length(group)
+            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
 
 
 def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:

@@ -74,6 +74,20 @@ def test_left_leg_is_the_left_one(walked_left: Recording, tmp_path: pathlib.Path
     assert "calcn_l" in files[2].read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("key", ["side", "leg.side"])
+def test_a_told_side_is_the_exports(key: str, tmp_path: pathlib.Path) -> None:
+    hinge = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.2 N*m*s/rad"}
+    run = afo_sim.run("seated", {"duration": "0.2 s", key: "left"} | hinge)
+    table = read_opensim_table(written(run, tmp_path)[0])
+    assert list(table.columns) == ["ankle_angle_l", "subtalar_angle_l"]
+    assert np.array_equal(table.columns["subtalar_angle_l"], run["subtalar/angle"] * (180.0 / np.pi))
+
+
+def test_told_side_stands_before_the_recorded_walkers(tmp_path: pathlib.Path) -> None:
+    run = afo_sim.run("walk-dropfoot", {"duration": "1.2 s", "side": "left"})  # a right leg was recorded
+    assert "ankle_angle_l" in read_opensim_table(written(run, tmp_path)[0]).columns
+
+
 def test_loads_name_their_file_and_columns(walked: Recording, tmp_path: pathlib.Path) -> None:
     files = written(walked, tmp_path)
     (force,) = ElementTree.parse(files[2]).getroot().iter("ExternalForce")

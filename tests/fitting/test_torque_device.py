@@ -30,6 +30,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("s1", YIELDING),
     ("s1_short_links", UNALIKE),
     ("s1_short_links", BOTH_TAUT),
+    ("guided", {}),
 ]
 
 

@@ -5,6 +5,7 @@ OUTPUTS fails.
 """
 
 import fnmatch
+import pathlib
 from typing import Any
 
 import numpy as np
@@ -76,8 +77,12 @@ NOT_PHYSICAL = (
     "leg.body_height",
     "*.friction",
     "*.damper",
+    "*.path",  # straight here; test_path_and_its_friction_act moves those of guided
+    "*.wrap_friction",
     "*.pulley",  # none here; tests/test_arm.py moves those of the arm
     "*.directions",
+    "*side",  # the next tests move these two
+    "leg.subtalar*",
     "*.frictions.*",
     "*_range",
     "*.chamber",
@@ -192,6 +197,45 @@ def test_three_element_damper_acts(key: str) -> None:
         assert np.abs(after - before).max() > 1e-3, (key, k)
 
 
+GUIDED: dict[str, Any] = {"orthosis": "guided", "duration": "8 s"}
+FRONT, SIDE, HEEL = (
+    f"orthosis.muscle.{name}" for name in ("dorsiflexor", "dorsiflexor_side", "plantarflexor")
+)
+PATHS: dict[str, tuple[Any, str]] = {
+    f"{FRONT}.wrap_friction": (0.15, "muscle/dorsiflexor_1/joint_force"),
+    f"{FRONT}.path[0].from_ankle[0]": ("4.0 cm", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].from_ankle[2]": ("5.5 cm", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].surface.radius": ("3.4 cm", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].surface.axis[0]": (0.6, "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].surface.shape": ("sphere", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].segment": ("foot", "muscle/dorsiflexor_1/moment_arm"),
+    f"{SIDE}.path[0].from_ankle[0]": ("5.2 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].from_ankle[1]": ("1 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].from_ankle[2]": ("6.5 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].spacing": ("7 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{HEEL}.path[0].surface.radius": ("4.7 cm", "muscle/plantarflexor_1/moment_arm"),
+}
+
+
+@pytest.fixture(scope="module")
+def guided() -> Recording:
+    return afo_sim.run(SCENARIO, GUIDED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", PATHS)
+def test_path_and_its_friction_act(key: str, guided: Recording) -> None:
+    changed, column = PATHS[key]
+    own: dict[str, Any] = {}
+    if key.endswith("segment"):  # nothing slides on the foot
+        own = {f"{FRONT}.wrap_friction": 0}
+    if key.endswith("shape"):  # in the plane of its axis a sphere is passed as a cylinder is
+        own = {f"{FRONT}.path[0].from_ankle[1]": "1 cm"}
+    before = (afo_sim.run(SCENARIO, GUIDED | own) if key.endswith("shape") else guided)[column]
+    after = afo_sim.run(SCENARIO, GUIDED | own | {key: changed})[column]
+    assert np.abs(after - before).max() > 1e-3 * np.abs(before).max(), f"{key} does not move {column}"
+
+
 @pytest.mark.parametrize("key", ["force", "length"])
 def test_stiffening_cuff_acts(key: str) -> None:
     cuff, column = "orthosis.anchor.shank", "cuff/shank/displacement"
@@ -201,6 +245,52 @@ def test_stiffening_cuff_acts(key: str) -> None:
     changed = table | {key: nudged(table[key], 0.3)}
     after = afo_sim.run("seated", without | {f"{cuff}.stiffening": changed})[column]
     assert np.abs(after - before).max() > 1e-4
+
+
+INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "1 cm", "-1 cm"]}
+SUBTALAR = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.1 N*m*s/rad"}
+
+
+@pytest.mark.parametrize("key", ["orthosis.side", "side", "leg.side"])
+def test_sides_act(key: str, tmp_path: pathlib.Path) -> None:
+    """A foot whose mass stands aside, under an orthosis that pulls aside: a mirrored one turns otherwise.
+
+    The simulated side turns all over: the angles stay, and the model that ran is the mirror image.
+    """
+    shipped = pathlib.Path(load("leg", "adult_75kg").file)
+    text = shipped.read_text().replace('pos="0.0386054 0 ', 'pos="0.0386054 0.01 ')
+    (tmp_path / "leg.xml").write_text(text)
+    fixed = {} if key == "side" else {"side": "right"}
+    sets = {"duration": "1 s", "leg.file": str(tmp_path / "leg.xml")} | INSIDE | SUBTALAR | fixed
+    before, after = (afo_sim.run("seated", sets | changed) for changed in ({}, {key: "left"}))
+    moved = np.abs(after["subtalar/angle"] - before["subtalar/angle"]).max()
+    aside = [run.model().site("dorsiflexor_2_insertion").pos[1] for run in (before, after)]
+    if key == "side":
+        assert moved == 0.0
+        assert aside[1] == -aside[0] != 0.0
+    else:
+        assert moved > 1e-3
+        assert (aside[1] == -aside[0]) == (key == "orthosis.side")
+
+
+@pytest.mark.parametrize(
+    ("key", "base", "changed"),
+    [
+        ("inclination", "42 deg", "40 deg"),
+        ("deviation", "23 deg", "21 deg"),
+        ("below_ankle", "12 mm", "15 mm"),
+        ("range", ["-1 deg", "20 deg"], ["-0.5 deg", "20 deg"]),
+        ("stiffness", "10 N*m/rad", "11 N*m/rad"),
+        ("damping", "0.1 N*m*s/rad", "0.2 N*m*s/rad"),
+    ],
+)
+def test_subtalar_hinge_acts(key: str, base: Any, changed: Any) -> None:
+    sets = {"duration": "2 s"} | SUBTALAR
+    before, after = (
+        afo_sim.run("seated", sets | {f"leg.subtalar.{key}": value})["subtalar/angle"]
+        for value in (base, changed)
+    )
+    assert np.abs(after - before).max() > 1e-5
 
 
 def test_every_parameter_is_found() -> None:

@@ -102,6 +102,7 @@ def told() -> dict[str, Metric]:
     for how in ("less", "more"):
         plain[f"sole/height_{how}_extended"] = plain["sole/height"]
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
+    columns = {**columns, "ankle/moment/inversion": np.sin(columns["time"])}
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
     balance = energy_metrics(terms, 2, 1e-4)
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)

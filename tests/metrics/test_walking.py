@@ -192,11 +192,14 @@ PEAKS = (
     "torque_against_push_off",
     "torque_missing",
     "torque_unneeded",
+    "peak_inversion_moment",
+    "peak_eversion_moment",
 )
 
 
 def test_every_peak_of_a_torque_is_told_over_10_ms_first_and_of_an_instant_beside_it() -> None:
     columns = walk_columns()
+    columns["ankle/moment/inversion"] = np.sin(columns["time"])
     names = list(values(with_orthosis(columns, np.full_like(columns["time"], 3.0))))
     for name in PEAKS:
         assert names.index(name) == names.index(f"{name}_10ms") + 1

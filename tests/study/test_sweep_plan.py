@@ -86,7 +86,10 @@ def test_an_item_of_a_list_with_its_source() -> None:
         ("orthosis.range_of_motion[-1]", "is no key"),
         ("orthosis.range_of_motion[0", "is no key"),
         ("orthosis.range_of_motion[a]", "is no key"),
-        ("orthosis.muscle[0].count", "is no key"),
+        (
+            "orthosis.muscle[0].count",
+            "is a table of names, not a list",
+        ),
         ("orthosis.range_of_motion[0]", "has no unit"),
     ],
 )

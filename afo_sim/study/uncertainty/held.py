@@ -157,7 +157,7 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
 
     A star stands for a name: of a muscle group, a chamber, a segment.
     """
-    parts = pattern.split(".")
+    parts = list(split_key(pattern)[0])
     known = [leaf for leaf in leaves(Scenario, scenario.resolved()) if len(leaf.path) == len(parts)]
     if "*" not in pattern:
         try:

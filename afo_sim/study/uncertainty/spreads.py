@@ -12,7 +12,7 @@ from pydantic import StrictBool, StrictStr, ValidationError
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity, read_any_quantity
-from afo_sim.description.leaves import SETS, core, fields_of, is_table
+from afo_sim.description.leaves import SETS, core, fields_of, is_list_of_tables, is_table
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.parameter_table import StrictTable
 from afo_sim.study.refused import first_error
@@ -203,6 +203,8 @@ def _astray(parts: list[str], node: Any) -> tuple[str, list[str]] | None:
     if not parts:
         return None
     kind, name = core(node)[0], parts[0].partition("[")[0]
+    if is_list_of_tables(kind):  # "path[0].spacing", or split "path", "0", "spacing"
+        return _astray(parts[1:] if parts[0].isdigit() else parts, get_args(kind)[0])
     if kind in SETS:  # a law's parameters: which they are, its muscle tells
         return None
     if get_origin(kind) is dict:
