@@ -1,0 +1,272 @@
+"""The text of a URDF file: is it XML, is it a robot, are its numbers numbers."""
+
+import pathlib
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, nearest_name
+
+KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+# {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
+NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
+    "origin": {"xyz": (3,), "rpy": (3,)},
+    "mass": {"value": (1,)},
+    "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), (1,)),
+    "axis": {"xyz": (3,)},
+    "limit": dict.fromkeys(("lower", "upper", "effort", "velocity"), (1,)),
+    "dynamics": dict.fromkeys(("damping", "friction"), (1,)),
+    "mimic": dict.fromkeys(("multiplier", "offset"), (1,)),
+    "box": {"size": (3,)},
+    "cylinder": {"radius": (1,), "length": (1,)},
+    "sphere": {"radius": (1,)},
+    "capsule": {"radius": (1,), "length": (1,)},
+    "mesh": {"scale": (1, 3)},
+    "color": {"rgba": (3, 4)},
+}
+NEEDED = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}  # yourdfpy would take 0 kg and 1 kg·m²
+UNUSED = ("safety_controller", "calibration")  # of a robot's own electronics
+ENDLESS = {"effort", "velocity"}  # a joint may be without such a limit
+SHAPES = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "capsule": ("radius", "length"),
+    "mesh": ("filename",),
+}
+HARMLESS = ("ERR_HYPHEN_IN_COMMENT", "ERR_UNKNOWN_VERSION")  # PyBullet writes version 0.0
+XACRO = (
+    "the expanded file: `xacro FILE.xacro > FILE.urdf` of ROS, or, without ROS, `pip install xacrodoc` and "
+    "`xacrodoc FILE.xacro -o FILE.urdf`"
+)
+
+
+def robot_element(file: pathlib.Path) -> Any:
+    """The <robot> of a file, as lxml's element without comments.
+
+    Raises
+    ------
+    InputError
+        There is no such file; it is empty, no XML, cut off, or holds something else than a robot.
+    """
+    root = root_element(file)
+    if root.tag != "robot":
+        raise InputError(
+            f"is no URDF: its root element is <{root.tag}>", file=file, allowed="<robot> as the root element"
+        )
+    if any("xacro" in str(element.tag) for element in root.iter()) or _unexpanded(root):
+        raise InputError("holds xacro macros", file=file, allowed=XACRO)
+    for element in list(root.iter()):
+        if ":" in str(element.tag) or element.tag in UNUSED:  # a prefix is a simulator's
+            element.getparent().remove(element)
+    return root
+
+
+def root_element(file: pathlib.Path) -> Any:
+    """The root of an XML file, as lxml's element without comments.
+
+    A prefix that is not declared, as simulators' additions have it, is no fault, nor is -- in a comment.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is empty, no XML, or cut off.
+    """
+    root, faults = _parsed(file)
+    if root is not None and not faults:
+        return root
+    if not _looks_like_xml(content_of(file)):
+        raise InputError("is not XML", file=file)
+    reason = f": {faults[0]}" if faults else ""
+    raise InputError(f"is not whole XML, perhaps it is cut off{reason}", file=file)
+
+
+def root_tag(file: pathlib.Path) -> str:
+    """Name of the root element, also of a file that is faulty further on.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is empty or no XML.
+    """
+    root, _ = _parsed(file)
+    return str(root.tag) if root is not None else str(root_element(file).tag)
+
+
+def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
+    """The root of a file, None without any, and what is wrong with its XML."""
+    from lxml import etree
+
+    plain = {"remove_blank_text": True, "remove_comments": True, "remove_pis": True}
+    parser = etree.XMLParser(**plain, resolve_entities=False, no_network=True, recover=True)
+    try:
+        root = etree.fromstring(content_of(file), parser)
+    except etree.XMLSyntaxError:
+        root = None
+    faults = [fault for fault in parser.error_log if fault.domain_name != "NAMESPACE"]
+    faults = [fault for fault in faults if fault.type_name not in HARMLESS]
+    return root, [f"{fault.message.strip()}, line {fault.line}" for fault in faults]
+
+
+def _looks_like_xml(content: bytes) -> bool:
+    return b"\0" not in content and content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+
+
+def content_of(file: pathlib.Path) -> bytes:
+    """The bytes of a file.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is empty, or may not be read.
+    """
+    try:
+        content = file.read_bytes()
+    except IsADirectoryError:
+        raise InputError("is a folder", file=file) from None
+    except FileNotFoundError:
+        raise InputError("there is no such file", file=file) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    if not content.strip():
+        raise InputError("is empty", file=file)
+    return content
+
+
+def _unexpanded(root: Any) -> bool:
+    return any("${" in value for element in root.iter() for value in element.attrib.values())
+
+
+def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:
+    """What yourdfpy would stumble over or silently fill in: names, references, and numbers.
+
+    Parameters
+    ----------
+    root : of a URDF file
+    file : that the errors name
+    """
+    for kind in ("link", "joint"):
+        names: set[str] = set()
+        for element in root.findall(kind):
+            name = element.get("name", "").strip()
+            if not name:
+                yield InputError("has no name", file=file, field=f"<{kind}> in line {element.sourceline}")
+            elif name in names:
+                yield InputError(
+                    f"stands twice: give one of the {kind}s another name", file=file, field=f"{kind} {name!r}"
+                )
+            names.add(name)
+            place = f"{kind} {name!r}"
+            if kind == "joint":
+                yield from _joint_problems(element, file, place)
+            yield from _number_problems(element, file, place)
+    for material in root.findall("material"):
+        yield from _number_problems(material, file, f"material {material.get('name', '')!r}")
+
+
+def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[InputError]:
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        if element is None or not element.get("link"):
+            yield InputError(f'has no <{end} link="…"/>', file=file, field=place)
+    kind = joint.get("type")
+    if kind not in KINDS:
+        yield InputError(
+            "is no type of joint" if kind else "has no type",
+            file=file,
+            field=place,
+            value=kind,
+            allowed=", ".join(KINDS),
+            nearest=nearest_name(kind, KINDS) if kind else None,
+        )
+    mimic = joint.find("mimic")
+    if mimic is not None and not mimic.get("joint"):
+        yield InputError('has a <mimic> without joint="…"', file=file, field=place)
+
+
+def _number_problems(owner: Any, file: pathlib.Path, place: str) -> Iterator[InputError]:
+    for element in owner.iter():
+        for attribute in NEEDED.get(element.tag, ()):
+            if element.get(attribute) is None:
+                field = f"{place} <{element.tag} {attribute}>"
+                yield InputError("is missing", file=file, field=field, allowed="a number")
+        for attribute, counts in NUMBERS.get(element.tag, {}).items():
+            text = element.get(attribute)
+            problem = _number_problem(text, counts, attribute in ENDLESS) if text is not None else ""
+            if problem:
+                field = f"{place} <{element.tag} {attribute}>"
+                yield InputError(problem, file=file, field=field, value=text)
+
+
+def _number_problem(text: str, counts: tuple[int, ...], endless: bool) -> str:
+    """Why a text is not so many finite numbers; empty where it is."""
+    words = text.replace(",", " ").split() if len(counts) > 1 or counts == (3,) else [text.strip()]
+    try:
+        numbers = np.array([float(word) for word in words])
+    except ValueError:
+        return "is not a number" if counts == (1,) else "is not a list of numbers"
+    if not np.isfinite(numbers).all() and not (endless and not np.isnan(numbers).any()):
+        return "is not finite"
+    if len(numbers) not in counts:
+        return f"has {len(numbers)} numbers, not {' or '.join(map(str, counts))}"
+    return ""
+
+
+def without_odd_shapes(root: Any) -> dict[str, list[str]]:
+    """Take out the shapes that are unknown, or that have no size; {why: links}, for a note.
+
+    A leg's motion does not depend on them, so that they are no reason to refuse a file.
+    """
+    found: dict[str, list[str]] = {}
+    for link in root.findall("link"):
+        for shape in [*link.findall("visual"), *link.findall("collision")]:
+            if problem := _shape_problem(shape.find("geometry")):
+                found.setdefault(problem, []).append(link.get("name", ""))
+                link.remove(shape)
+    return found
+
+
+def _shape_problem(geometry: Any) -> str:
+    if geometry is None or not len(geometry):
+        return "a shape without a geometry"
+    kind = geometry[0].tag
+    if kind not in SHAPES:
+        return f"a shape <{kind}>, which is unknown"
+    if any(not geometry[0].get(attribute) for attribute in SHAPES[kind]):
+        return f"a <{kind}> without {' or '.join(SHAPES[kind])}"
+    if kind != "mesh" and not all(_positive(geometry[0].get(attribute)) for attribute in SHAPES[kind]):
+        return f"a <{kind}> without extent"
+    return ""
+
+
+def _positive(text: str) -> bool:
+    """Whether numbers are positive; what is no number is told elsewhere."""
+    try:
+        return all(float(word) > 0 for word in text.replace(",", " ").split())
+    except ValueError:
+        return True
+
+
+def take_capsules(root: Any) -> set[tuple[str, str, int]]:
+    """Make cylinders of capsules, which yourdfpy does not read: {(link, visual or collision, which)}.
+
+    URDF has no capsules, but PyBullet and MuJoCo read them: a cylinder of that length, with two half spheres.
+    """
+    found = set()
+    for link in root.findall("link"):
+        for kind in ("visual", "collision"):
+            for number, shape in enumerate(link.findall(kind)):
+                if shape.find("geometry")[0].tag == "capsule":
+                    shape.find("geometry")[0].tag = "cylinder"
+                    found.add((link.get("name"), kind, number))
+    return found
+
+
+def split_commas(root: Any) -> None:
+    """Write spaces for the commas in lists of numbers, which yourdfpy reads in some places only."""
+    for element in root.iter():
+        for attribute, counts in NUMBERS.get(element.tag, {}).items():
+            if max(counts) > 1 and "," in (text := element.get(attribute, "")):
+                element.set(attribute, re.sub(r"\s*,\s*", " ", text))
