@@ -1,0 +1,40 @@
+"""The forces of the present state: dm_control leaves those of the step before in its `data`."""
+
+import mujoco
+import numpy as np
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+INPUTS = int(mujoco.mjtState.mjSTATE_CTRL)
+
+
+class Present:
+    """A second MjData, in which the present state of a simulation is solved, and the first stays untouched.
+
+    What MuJoCo keeps between steps (the solver's start, the callbacks' results) is never written, so that
+    reading changes no number of the simulation. A state that was solved already is not solved again.
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        self.model, self.data = model, mujoco.MjData(model)
+        self.row = np.full(mujoco.mj_stateSize(model, STATE), np.nan)
+        self.next = np.empty_like(self.row)
+        before = sum(mujoco.mj_stateSize(model, 1 << k) for k in range(INPUTS.bit_length() - 1))
+        self.inputs = slice(before, before + model.nu)  # MuJoCo concatenates a state in the order of its bits
+
+    def of(self, data: mujoco.MjData, inputs: np.ndarray | None = None) -> mujoco.MjData:
+        """The solved state of `data`; good until the next call. The callbacks must be installed.
+
+        Parameters
+        ----------
+        data : of the simulation
+        inputs : of the step that begins in this state (nu,); by default those that stand in `data`
+        """
+        mujoco.mj_getState(self.model, data, self.next, STATE)
+        if inputs is not None:
+            self.next[self.inputs] = inputs
+        if not np.array_equal(self.next, self.row):
+            self.row[:] = np.nan  # should a kernel refuse it
+            mujoco.mj_setState(self.model, self.data, self.next, STATE)
+            mujoco.mj_forward(self.model, self.data)
+            self.row[:] = self.next
+        return self.data
