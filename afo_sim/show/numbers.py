@@ -97,6 +97,36 @@ def decisive(
     return [*lifted, *known, *of_walker(scenario)]
 
 
+def side_of(scenario: Mapping[str, Any]) -> str:
+    """Side of the leg that is simulated, of a resolved scenario; of one older than sides the right."""
+    return scenario.get("side") or scenario["leg"].get("side", "right")
+
+
+def of_leg(scenario: Mapping[str, Any]) -> list[str]:
+    """What is mirrored onto the simulated leg, and what of it does not move.
+
+    Parameters
+    ----------
+    scenario : resolved, as a recording holds it
+    """
+    side, found = side_of(scenario), []
+    worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
+    parts = {"leg": "leg file"} | worn
+    mirrored = [word for part, word in parts.items() if scenario[part].get("side", "right") != side]
+    if mirrored:
+        other = "right" if side == "left" else "left"
+        verb = "are" if len(mirrored) > 1 else "is"
+        found.append(
+            f"the {side} leg is simulated: {' and '.join(mirrored)} of the {other} one {verb} mirrored"
+        )
+    if scenario["leg"].get("subtalar") and scenario.get("gait"):
+        found.append(
+            "recorded walking tells nothing of the subtalar joint: it does not turn here, and the moment "
+            "about it is told (subtalar/moment/orthosis)"
+        )
+    return found
+
+
 def doubts(
     scenario: Mapping[str, Any],
     metrics: Mapping[str, Metric],
@@ -106,7 +136,7 @@ def doubts(
 
     Parameters are those of `cautions`.
     """
-    found = []
+    found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         of = (
             "those of the settled stride, which was solved for"

@@ -2,7 +2,7 @@
 
 import afo_sim
 from afo_sim.metrics.metric import Metric
-from afo_sim.show.numbers import cautions, doubts
+from afo_sim.show.numbers import cautions, doubts, of_leg
 
 
 def told(totals: dict[str, Metric], strides: int) -> str:
@@ -36,3 +36,22 @@ def test_a_foot_that_slaps_through_the_floor_is_told_with_what_catches_it() -> N
     ):
         notes = doubts(scenario, {"foot_slap_velocity": Metric(speed, "deg/s")}, {})
         assert any("ground.mode=contact" in note for note in notes) == said
+
+
+def test_what_is_mirrored_and_what_does_not_turn_is_told() -> None:
+    walk = afo_sim.load("scenario", "walk-dropfoot-afo")
+    hinge = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.2 N*m*s/rad"}
+    both = "the left leg is simulated: leg file and orthosis of the right one are mirrored"
+    for sets, said in (
+        ({}, []),
+        ({"side": "right"}, []),
+        ({"side": "left"}, [both]),
+        ({"leg.side": "left"}, ["the left leg is simulated: orthosis of the right one is mirrored"]),
+        ({"orthosis.side": "left"}, ["the right leg is simulated: orthosis of the left one is mirrored"]),
+    ):
+        assert of_leg(walk.set(sets).resolved()) == said
+    bare = afo_sim.load("scenario", "walk-dropfoot").set({"side": "left"})  # without an orthosis
+    assert of_leg(bare.resolved()) == ["the left leg is simulated: leg file of the right one is mirrored"]
+    (note,) = of_leg(walk.set(hinge).resolved())
+    assert "subtalar joint: it does not turn here" in note
+    assert of_leg(afo_sim.load("scenario", "seated").set(hinge).resolved()) == []

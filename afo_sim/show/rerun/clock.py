@@ -10,6 +10,8 @@ from afo_sim.show.rerun.source import Columns
 TIMELINE = "sim_time"
 STRIDES = "strides"  # 1 s on it is one stride: runs of different cadence line up, stride for stride
 GAIT = ("gait/stride", "gait/phase")
+ANGLE = "ankle_angle_deg"  # timeline of a design: whole degrees
+SWEPT = "ankle/swept"  # its column
 
 
 def stamps(time: np.ndarray) -> np.ndarray:
@@ -29,10 +31,12 @@ def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -
     ----------
     stream : to log to
     entity : its path
-    rows : their "time" [s] (n,), and the columns of GAIT in walking
+    rows : their "time" [s] (n,), and the columns of GAIT in walking, or SWEPT of a design [deg]
     columns : of a Rerun archetype, n rows
     """
     times = [rr.TimeColumn(TIMELINE, duration=stamps(rows["time"]))]
     if GAIT[0] in rows:
         times.append(rr.TimeColumn(STRIDES, duration=stamps(strides(rows))))
+    if SWEPT in rows:
+        times.append(rr.TimeColumn(ANGLE, sequence=np.round(rows[SWEPT]).astype(np.int64)))
     stream.send_columns(entity, times, columns)

@@ -53,6 +53,7 @@ class DrawnMuscle:
         ends: np.ndarray,
         axis: np.ndarray,
         given: np.ndarray,
+        line: np.ndarray | None = None,
     ) -> None:
         """A block of rows: a tube from the origin, as thick as its braid, and the cable beyond.
 
@@ -63,9 +64,10 @@ class DrawnMuscle:
         ends : origin and insertion, on cuff and plate as they have given (n, 2, 3) [m]
         axis : places of the joint, from which a slack cable's bow turns away (n, 3) [m]
         given : by cuff and plate together (n,) [m]
+        line : places of a path with points or surfaces, from origin to insertion (n, places, 3) [m]
         """
         muscle = self.group.type
-        span = ends[:, 1] - ends[:, 0]
+        span = (ends if line is None else line)[:, 1] - ends[:, 0]  # a muscle lies before its first guide
         path = np.linalg.norm(span, axis=1)
         direction = span / path[:, None]
         radius = tube_radius(block[f"muscle/{self.name}/contraction"], muscle)
@@ -82,6 +84,10 @@ class DrawnMuscle:
         free = block[f"muscle/{self.name}/path_length"] - self.group.series_length - given
         excess = np.where(block[f"muscle/{self.name}/force"] > 0.0, 0.0, (own - free).clip(0.0))
         start = ends[:, 0] + length[:, None] * direction
+        if line is not None:
+            bent = np.concatenate([start[:, None], line[:, 1:]], axis=1)
+            self._log_strips(stream, block, bent, np.ones(bent.shape[:2], bool))
+            return
         self._log_cable(stream, block, np.stack([start, ends[:, 1]], axis=1), axis, excess)
 
     def _colours(self, block: Columns) -> np.ndarray:
@@ -103,12 +109,18 @@ class DrawnMuscle:
         excess: np.ndarray,
     ) -> None:
         """A straight line where the cable is taut; where it is slack, a thin dark bow as long as it is."""
-        slack = block[f"muscle/{self.name}/force"] <= 0.0
-        bows = bow(ends, excess, axis).astype(np.float32)
+        bows = bow(ends, excess, axis)
         drawn = np.ones(bows.shape[:2], bool)
         drawn[excess <= HANGS, 1:-1] = False
+        self._log_strips(stream, block, bows, drawn)
+
+    def _log_strips(
+        self, stream: rr.RecordingStream, block: Columns, points: np.ndarray, drawn: np.ndarray
+    ) -> None:
+        """Lines through the points (n, places, 3) that are drawn; thin and dark where a cable is slack."""
+        slack = block[f"muscle/{self.name}/force"] <= 0.0
         cable = rr.LineStrips3D.columns(
-            strips=_strips(bows[drawn], drawn.sum(axis=1)),
+            strips=_strips(points[drawn].astype(np.float32), drawn.sum(axis=1)),
             radii=np.where(slack, SLACK_RADIUS, CABLE_RADIUS).astype(np.float32),
             colors=np.where(slack[:, None], SLACK_CABLE, CABLE).astype(np.uint8),
         )

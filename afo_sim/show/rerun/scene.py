@@ -12,6 +12,7 @@ from afo_sim.metrics.strides import stance_force
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.show.mountings import Mountings
 from afo_sim.show.rerun.clock import GAIT, send
+from afo_sim.show.rerun.guided import guided_lines
 from afo_sim.show.rerun.muscle import DrawnMuscle
 from afo_sim.show.rerun.source import Columns, Source
 
@@ -137,9 +138,11 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
         return
     given = np.sum([block[column] for column in view.mountings.columns.values()], axis=0)
     ankle = position[:, model.body("shank_anchors").id]
+    lines = guided_lines(model, block, view.groups, view.mountings)
     for number, muscle in enumerate(view.muscles):
         own = given if muscle.group.pulley is None else 0.0
-        muscle.log(stream, block, ends[:, number], ankle, np.broadcast_to(own, len(ankle)))
+        own = np.broadcast_to(own, len(ankle))
+        muscle.log(stream, block, ends[:, number], ankle, own, lines.get(muscle.name))
 
 
 def replay(

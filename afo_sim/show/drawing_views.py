@@ -1,0 +1,290 @@
+"""The views of a design, to scale, with dimensions in millimetres."""
+
+import textwrap
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.model.design import Design
+from afo_sim.model.limb_shapes import limb_geoms
+from afo_sim.model.mounting import ANKLE
+from afo_sim.model.path_facts import PathFacts
+from afo_sim.model.path_spans import degrees
+from afo_sim.show.drawing_leg import Pose, draw_ghost, draw_leg, draw_muscle, lever
+from afo_sim.show.style import COLOURS, plain
+
+SCALES = (1.0, 2.0, 2.5, 4.0, 5.0, 6.0, 7.5, 8.0, 10.0, 15.0, 20.0, 50.0)  # 1 to so many
+INCH = 0.0254  # [m]
+COLUMN = 0.0255  # of labels on either side of the view [m] on the page
+BEHIND = 0.35  # opacity of muscles behind the leg
+BORDER = 0.004  # free above and below [m] on the page
+NARROW, WIDE = 0.010, 0.024  # heights along which words stand in two lines, in one [m] on the page
+APART = 0.008  # between the ends of moment arms that are both drawn [m] on the page
+NAME = 0.009  # of a ghost's angle, beside it [m] on the page
+LETTERS = 19  # of a line of a label
+FONT = 7.0
+LINE = 0.0029  # height of a line of that font [m] on the page
+DIMENSION = {
+    "arrowstyle": "<|-|>",
+    "lw": 0.6,
+    "color": "0.25",
+    "mutation_scale": 6.0,
+    "shrinkA": 0,
+    "shrinkB": 0,
+}
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+Box = tuple[float, float, float, float]  # left, bottom, width, height [inch]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """1 to `ratio`; what a view shows is centred on `middle` [m]."""
+
+    ratio: float
+    middle: tuple[float, float]
+
+    @property
+    def millimetre(self) -> float:
+        """Of the model on the page [points]."""
+        return 72.0 / (1e3 * INCH * self.ratio)
+
+
+def colours(design: Design) -> dict[str, str]:
+    """A colour for every group of alike muscles, by its name."""
+    return {entry.name: COLOURS[(1 - k) % len(COLOURS)] for k, entry in enumerate(design.facts)}
+
+
+def scale_of(design: Design, box: Box) -> Scale:
+    """The largest usual scale at which the leg in all its postures fits in the side view's box."""
+    shapes = [shape for angle in _postures(design) for shape in _all(Pose.at(design.built, angle), design)]
+    corners = np.concatenate(shapes)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    room = np.array([box[2] * INCH - 2.0 * COLUMN - NAME, box[3] * INCH - 2.0 * BORDER])
+    needed = float(((high - low) / room).max())
+    ratio = next((scale for scale in SCALES if scale >= needed), needed)
+    x, z = 0.5 * (low + high)
+    return Scale(ratio, (float(x) + 0.5 * NAME * ratio, float(z)))
+
+
+def _postures(design: Design) -> list[float]:
+    low, high = design.facts[0].range
+    return [0.0, low, high]
+
+
+def _all(pose: Pose, design: Design) -> list[np.ndarray]:
+    found = pose.outlines()
+    paths = [pose.flat(pose.path(muscle)) for entry in design.facts for muscle in entry.muscles]
+    return [*found["limb"], *found["part"], *paths]
+
+
+def place(axis: Any, box: Box, scale: Scale, across: float) -> None:
+    """Set an axis' limits so that a view is to scale; `across` is what stands in its middle [m]."""
+    half = 0.5 * np.array(box[2:]) * INCH * scale.ratio
+    axis.set_xlim(across - half[0], across + half[0])
+    axis.set_ylim(scale.middle[1] - half[1], scale.middle[1] + half[1])
+    axis.set_axis_off()
+
+
+def side_view(axis: Any, design: Design, box: Box, scale: Scale) -> None:
+    """From the wearer's right: leg, orthosis, muscles, ghosts, anchors, moment arms."""
+    place(axis, box, scale, scale.middle[0])
+    pose = Pose.at(design.built, 0.0)
+    for angle in _postures(design)[1:]:
+        ghost = Pose.at(design.built, angle)
+        draw_ghost(axis, ghost, design.facts)
+        _name_ghost(axis, ghost, angle)
+    draw_leg(axis, pose)
+    named = colours(design)
+    for entry in design.facts:
+        for muscle in entry.muscles:
+            draw_muscle(axis, pose, muscle, entry, named[entry.name], scale.millimetre)
+    axis.plot(0.0, 0.0, "+", color="black", ms=9.0, mew=0.8, zorder=6)
+    drawn: list[np.ndarray] = []
+    for entry in design.facts:
+        end = lever(pose, entry)[1]
+        if all(np.linalg.norm(end - other) > APART * scale.ratio for other in drawn):
+            _draw_arm(axis, end, entry, named[entry.name])
+            drawn.append(end)
+    _labels(axis, pose, design, scale, box)
+    ankle = plain(design.built.scenario.leg.ankle, 12)
+    text = f"from the right, 1:{scale.ratio:g} on A4, {ankle} at 0 deg, without air; mm from the {ankle}"
+    axis.set_title(text, loc="left", fontsize=8.0, pad=3.0)
+
+
+def _name_ghost(axis: Any, pose: Pose, angle: float) -> None:
+    """The angle, beside the foot's foremost point."""
+    shapes = np.concatenate(pose.outlines()["foot"])
+    tip = shapes[shapes[:, 0].argmax()]
+    text = f"{degrees(angle)} deg"
+    look: dict[str, Any] = {"va": "center", "fontsize": FONT, "color": "0.35"}
+    axis.annotate(text, tip, (2.5, 0.0), textcoords="offset points", **look)
+
+
+def _draw_arm(axis: Any, end: np.ndarray, entry: PathFacts, colour: str) -> None:
+    """The perpendicular from the ankle to the path, with its length."""
+    if float(np.linalg.norm(end)) < 1e-3:
+        return
+    axis.plot(*np.array([np.zeros(2), end]).T, color=colour, lw=0.9, ls=(0, (2, 1)), zorder=6)
+    arm = 1e3 * abs(float(entry.arm[entry.at(0.0)]))
+    look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": FONT, "color": colour, "bbox": WHITE}
+    axis.annotate(f"{arm:.0f}", 0.55 * end, (0.0, 1.5), textcoords="offset points", zorder=7, **look)
+
+
+def _labels(axis: Any, pose: Pose, design: Design, scale: Scale, box: Box) -> None:
+    """Anchors and lengths in columns beside the view, each with a line to what it tells of."""
+    named = colours(design)
+    for right in (True, False):
+        wanted = []
+        for entry in design.facts:
+            points = pose.flat(pose.path(entry.muscles[0]))
+            if (points[:, 0].mean() >= 0.0) == right:
+                wanted += [(at, text, named[entry.name]) for at, text in _told(entry, points)]
+        _column(axis, wanted, right, scale, box)
+
+
+def _told(entry: PathFacts, points: np.ndarray) -> list[tuple[np.ndarray, str]]:
+    """What is written beside a muscle: (place, text) of its ends, and of its middle."""
+    kind, group, zero = entry.group.type, entry.group, entry.at(0.0)
+    lines = [
+        *(line.replace("_ ", "_") for line in textwrap.wrap(plain(entry.name).replace("_", "_ "), LETTERS)),
+        *textwrap.wrap(f"{len(entry.muscles)} × {plain(kind.name)}", LETTERS),
+        f"muscle {1e3 * kind.total_length:.0f}",
+        f"of it braid {1e3 * kind.nominal_length:.0f}",
+    ]
+    if group.pulley is not None:
+        lines.append(f"wheel, radius {1e3 * group.pulley.radius:.0f}")
+        return [(points[0], "\n".join(lines))]
+    assert group.origin is not None and group.insertion is not None and group.link_length is not None
+    lines += [f"link {1e3 * group.link_length:.0f}", f"path {1e3 * entry.length[zero]:.0f}"]
+    hangs = entry.chain_length[zero, 0] - entry.length[zero]
+    if hangs > 5e-4:
+        lines.append(f"hangs through {1e3 * hangs:.0f}")
+    middle = points[0] + 0.4 * (points[-1] - points[0])
+    found = [(points[0], _anchor("origin", group.origin)), (middle, "\n".join(lines))]
+    for k, point in enumerate(group.path, start=1):
+        at = 0.5 * (points[0] + points[-1]) if len(points) < 3 else points[min(k, len(points) - 2)]
+        found.append((at, _anchor("around" if point.surface else "through", point)))
+    return [*found, (points[-1], _anchor("insertion", group.insertion))]
+
+
+def _anchor(word: str, anchor: Any) -> str:
+    """Coordinates of an anchor, and how far apart its muscles are [mm]."""
+    x, y, z = (f"{1e3 * part:.4g}".replace("-", "−") for part in anchor.from_ankle)
+    apart = f"\n{1e3 * anchor.spacing:.4g} apart" if anchor.spacing else ""
+    return f"{word}\n{x}, {y}, {z}{apart}"
+
+
+def _column(
+    axis: Any, wanted: list[tuple[np.ndarray, str, str]], right: bool, scale: Scale, box: Box
+) -> None:
+    """Labels under one another, as near to their places as their heights allow."""
+    wanted = sorted(wanted, key=lambda label: -label[0][1])
+    line = LINE * scale.ratio
+    heights = [(text.count("\n") + 1) * line + 0.6 * line for _, text, _ in wanted]
+    top, bottom = axis.get_ylim()[1] - line, axis.get_ylim()[0] + line
+    tops = stacked([float(at[1]) + 0.5 * height for (at, _, _), height in zip(wanted, heights, strict=True)],
+                   heights, top, bottom)  # fmt: skip
+    half = 0.5 * box[2] * INCH * scale.ratio
+    edge = scale.middle[0] + (half - COLUMN * scale.ratio) * (1.0 if right else -1.0)
+    for (at, text, colour), upper, height in zip(wanted, tops, heights, strict=True):
+        middle = upper - 0.5 * height
+        look: dict[str, Any] = {"fontsize": FONT, "va": "center", "linespacing": 1.1, "zorder": 8}
+        axis.text(edge, middle, text, ha="left" if right else "right", color="black", **look)
+        gap = 0.0012 * scale.ratio * (-1.0 if right else 1.0)
+        axis.plot([at[0], edge + gap], [at[1], middle], color=colour, lw=0.5, zorder=3.5)
+
+
+def stacked(tops: list[float], heights: list[float], highest: float, lowest: float) -> list[float]:
+    """Upper edges of labels, from above, moved so that none overlaps the next and all are within bounds.
+
+    Parameters
+    ----------
+    tops : wanted, falling
+    heights : of the labels
+    highest, lowest : of the column
+    """
+    found: list[float] = []
+    for top, height in zip(tops, heights, strict=True):
+        below = found[-1] - heights[len(found) - 1] if found else highest
+        found.append(min(top, below, highest) if height else top)
+    floor = lowest
+    for k in range(len(found) - 1, -1, -1):
+        found[k] = max(found[k], floor + heights[k])
+        floor = found[k]
+    return found
+
+
+def front_view(axis: Any, design: Design, box: Box, scale: Scale) -> None:
+    """From ahead: spacing of parallel muscles, and heights of knee, ankle and sole."""
+    place(axis, box, scale, 0.0)
+    pose = Pose.at(design.built, 0.0, "front")
+    draw_leg(axis, pose)
+    named = colours(design)
+    ankle = float(pose.data.xanchor[pose.model.joint(ANKLE).id][0])
+    ahead = sorted(design.facts, key=lambda entry: float(pose.path(entry.muscles[0])[:, 0].mean()))
+    for entry in ahead:
+        for muscle in entry.muscles:
+            behind = BEHIND if float(pose.path(muscle)[:, 0].mean()) < ankle else 1.0
+            draw_muscle(axis, pose, muscle, entry, named[entry.name], scale.millimetre, behind)
+    axis.plot(0.0, 0.0, "+", color="black", ms=9.0, mew=0.8, zorder=6)
+    _heights(axis, design, pose, scale, box)
+    axis.set_title("from ahead", loc="left", fontsize=8.0, pad=3.0)
+
+
+def _heights(axis: Any, design: Design, pose: Pose, scale: Scale, box: Box) -> None:
+    """Dimensions from the ankle up to the knee and down to the sole."""
+    at = (0.5 * box[2] * INCH - 0.0055) * scale.ratio
+    levels = [level for level in (knee(design), sole(design, pose)) if level is not None]
+    for name, height in levels:
+        axis.annotate("", (at, 0.0), (at, height), arrowprops=DIMENSION, annotation_clip=False)
+        for level in (0.0, height):
+            axis.plot([0.0, at * 1.06], [level, level], color="0.45", lw=0.4, ls=(0, (1, 2)), zorder=3)
+        room = abs(height) / scale.ratio  # [m] on the page
+        text = f"{name} {1e3 * abs(height):.0f}"
+        look: dict[str, Any] = {"ha": "right", "fontsize": FONT, "linespacing": 1.0, "zorder": 8}
+        if room < NARROW:
+            axis.text(at, min(height, 0.0) - 0.001 * scale.ratio, text, va="top", **look)
+        else:
+            text = text if room > WIDE else text.replace("–", "–\n")
+            axis.text(at * 0.985, 0.5 * height, text, va="center", rotation=90, **look)
+
+
+def knee(design: Design) -> tuple[str, float] | None:
+    """The knee above the ankle [m]: as the leg tells it; else the top of the shank's shapes.
+
+    A rig whose muscles all run over wheels has neither knee nor sole.
+    """
+    if not design.built.scenario.orthosis.anchored:
+        return None
+    length = getattr(design.built.scenario.leg, "shank_length", None)
+    if length:
+        return "knee–ankle", float(length)
+    top = _extreme(design, ("shank",), highest=True)
+    return None if top is None else ("shank's top–ankle", top)
+
+
+def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
+    """The bare sole below the ankle [m]: the heel's site, else the lowest of the foot's shapes."""
+    if not design.built.scenario.orthosis.anchored:
+        return None
+    sites = [pose.model.site(k).name for k in range(pose.model.nsite)]
+    if "heel" in sites:
+        height = float(pose.flat(pose.data.site("heel").xpos[None, :])[0, 1])
+    else:
+        found = _extreme(design, None, highest=False)
+        height = 0.0 if found is None else found
+    return ("ankle–sole", height) if height < -1e-3 else None
+
+
+def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) -> float | None:
+    pose = Pose.at(design.built, 0.0)
+    limb = limb_geoms(pose.model, design.built)
+    found = [
+        pose.outline(g)[:, 1]
+        for g, part in limb.items()
+        if (part in parts if parts is not None else part != "shank")
+    ]
+    if not found:
+        return None
+    return float(max(shape.max() for shape in found) if highest else min(shape.min() for shape in found))

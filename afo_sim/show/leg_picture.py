@@ -1,0 +1,126 @@
+"""A leg from the side and from ahead: shapes, axis and stops of the ankle, centres of mass, sole."""
+
+import functools
+import pathlib
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from afo_sim.limb.cutting import FOOT, SHANK
+from afo_sim.limb.extent import moved, surface
+from afo_sim.limb.leg_numbers import LegNumbers
+from afo_sim.limb.tree import Part, Shape, Tree
+from afo_sim.model.outsole import OLD, POINTS
+from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
+
+SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
+VIEWS = (("from the right", (0, 2), "forward [mm]"), ("from ahead", (1, 2), "left [mm]"))
+MANY = 20_000  # faces of a mesh above which its outline is drawn alone
+
+
+def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
+    """Draw a leg.
+
+    Parameters
+    ----------
+    leg : as `cut` gives it
+    title : above the picture
+    path : file to write, whole or not at all
+
+    Raises
+    ------
+    InputError
+        The suffix is no format.
+    """
+    write_figure(path, (7.1, 5.4), functools.partial(_page, leg=leg, title=title))
+
+
+def _page(figure: Any, leg: Tree, title: str) -> None:
+    axes = figure.subplots(1, 2, sharey=True)
+    numbers = LegNumbers.of(leg)
+    foot = {part.name for part in leg.below(FOOT)}
+    for axis, (name, columns, label) in zip(axes, VIEWS, strict=True):
+        for part in leg.parts.values():
+            for shape in part.shapes:
+                colour = SKIN[FOOT if part.name in foot else SHANK]
+                _silhouette(axis, _from_ankle(leg, part), shape, columns, colour)
+        _signs(axis, numbers, columns)
+        _sole(axis, leg, columns)
+        axis.set(xlabel=label, title=name)
+        axis.margins(0.12)
+        axis.set_aspect("equal", adjustable="datalim")
+    axes[0].set_ylabel("above the ankle [mm]")
+    reach = 1e3 * _foot_reach(leg)
+    _stops(axes[0], numbers, 1.2 * reach)
+    axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)
+    axes[1].annotate("ankle's axis", (0.35 * reach, 0.0), (3, 3), textcoords="offset points", color=RED)
+    axes[1].invert_xaxis()  # who looks at the toes has the leg's left at the right hand
+    figure.suptitle(plain(title, 90))
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def _from_ankle(leg: Tree, part: Part) -> np.ndarray:
+    """Pose of a part from the ankle (4, 4)."""
+    found = leg.world_pose(part.name).copy()
+    found[:3, 3] -= leg.parts[SHANK].pose[:3, 3]
+    return found
+
+
+def _foot_reach(leg: Tree) -> float:
+    """From the ankle to the foremost point of the foot [m]."""
+    own = [moved(_from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
+    return float(np.concatenate(own)[:, 0].max()) if own else 0.2
+
+
+def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:
+    points = 1e3 * moved(pose, surface(shape))[:, columns]
+    look = {"facecolor": colour, "edgecolor": "0.35", "lw": 0.5, "alpha": 0.8, "zorder": 1}
+    if shape.kind == "mesh" and 0 < len(shape.faces) <= MANY:
+        from matplotlib.collections import PolyCollection
+
+        axis.add_collection(PolyCollection(points[shape.faces], facecolor=colour, edgecolor="none", zorder=1))
+        axis.update_datalim(points)
+        look |= {"facecolor": "none", "alpha": 0.6}
+    try:
+        hull = ConvexHull(points).vertices
+    except (QhullError, ValueError):  # all on a line
+        return
+    axis.fill(*points[hull].T, **look)
+
+
+def _signs(axis: Any, numbers: LegNumbers, columns: tuple[int, int]) -> None:
+    """Axes of the ankle, and the two centres of mass."""
+    axis.axhline(0.0, color="0.85", lw=0.6, zorder=0)
+    axis.axvline(0.0, color="0.85", lw=0.6, zorder=0)
+    axis.plot(0.0, 0.0, "o", color=RED, ms=6, zorder=4, label="ankle" if columns[0] == 0 else None)
+    for segment, colour, name in ((numbers.shank, "#000000", "shank"), (numbers.foot, GREEN, "foot")):
+        at = 1e3 * segment.centre[list(columns)]
+        label = f"centre of mass, {name}, {segment.mass:.3g} kg"
+        axis.plot(*at, "x", color=colour, ms=7, mew=1.8, zorder=4, label=label)
+
+
+def _sole(axis: Any, leg: Tree, columns: tuple[int, int]) -> None:
+    """The points of the sole, with their names from the side."""
+    for part in leg.below(FOOT):
+        for name, at in part.points.items():
+            if name in (*POINTS, OLD):
+                place = 1e3 * moved(_from_ankle(leg, part), at[None])[0][list(columns)]
+                axis.plot(*place, "v", color=BLUE, ms=4, zorder=4)
+                if columns[0] == 0:
+                    look = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}
+                    below = (8, -2) if name == "tip" else (0, -6)
+                    axis.annotate(name, place, below, textcoords="offset points", **look)
+
+
+def _stops(axis: Any, numbers: LegNumbers, radius: float) -> None:
+    """The ankle's range as an arc of the foot's forward axis, with its angles."""
+    low, high = numbers.range
+    angle = np.linspace(low, high, 60)
+    axis.plot(radius * np.cos(angle), radius * np.sin(angle), color=RED, lw=1.2, zorder=3)
+    for end, side in ((low, "top"), (high, "bottom")):
+        x, z = radius * np.cos(end), radius * np.sin(end)
+        axis.plot([0.0, x], [0.0, z], color=RED, lw=0.6, ls=":", zorder=3)
+        label = f"{np.degrees(end):+.0f}°".replace("-", "−")
+        axis.annotate(label, (x, z), (3, 0), textcoords="offset points", color=RED, va=side, ha="left")
+    axis.plot([0.0, radius], [0.0, 0.0], color=GREY, lw=0.6, zorder=3)
