@@ -20,6 +20,7 @@ from afo_sim.simulation.shown import show_with
 
 if TYPE_CHECKING:
     from afo_sim.bench.stand import stand as stand
+    from afo_sim.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.common.errors import AfoSimError as AfoSimError
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
@@ -29,11 +30,19 @@ if TYPE_CHECKING:
     from afo_sim.fitting.law_result import fit as fit
     from afo_sim.fitting.run_fit import fit_run as fit_run
     from afo_sim.fitting.torque_fit import fit_torque as fit_torque
+    from afo_sim.limb.attached_files import attached as attached
+    from afo_sim.limb.attaching import attach as attach
+    from afo_sim.limb.exporting import export_leg as export_leg
+    from afo_sim.limb.importing import import_leg as import_leg
     from afo_sim.metrics.metric import Metric as Metric
     from afo_sim.model.described import build as build
+    from afo_sim.model.refit import refit as refit
+    from afo_sim.show.drawing import draw as draw
     from afo_sim.show.library import figure as figure
     from afo_sim.show.library import report as report
     from afo_sim.show.library import view as view
+    from afo_sim.simulation.both import Both as Both
+    from afo_sim.simulation.both import both as both
     from afo_sim.simulation.checks import expect as expect
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
@@ -49,12 +58,19 @@ _PUBLIC = {
     "run": "simulation.run",
     "load": "description.reader",
     "build": "model.described",
+    "import_leg": "limb.importing",
+    "export_leg": "limb.exporting",
+    "refit": "model.refit",
+    "attach": "limb.attaching",
+    "attached": "limb.attached_files",
     "Scenario": "description.reader",  # which fills what `Scenario.set` asks
     "Muscle": "description.reader",
     "Recording": "simulation.recording",
     "Metric": "metrics.metric",
     "read_recording": "simulation.recording",
     "stand": "bench.stand",
+    "both": "simulation.both",
+    "Both": "simulation.both",
     "fit": "fitting.law_result",
     "fit_run": "fitting.run_fit",
     "fit_torque": "fitting.torque_fit",
@@ -64,9 +80,11 @@ _PUBLIC = {
     "optimise": "study.library",
     "effects": "study.effects",
     "validate": "validation.table",
+    "dm_control_physics": "bridge.library",
     "view": "show.library",
     "report": "show.library",
     "figure": "show.library",
+    "draw": "show.drawing",
     "expect": "simulation.checks",
     "AfoSimError": "common.errors",
     "InputError": "common.errors",
@@ -99,6 +117,9 @@ class _Show:
 
     def html(self, recording: Any) -> str:
         return str(importlib.import_module("afo_sim.show.notebook").html(recording))
+
+    def both(self, legs: Any, path: Any) -> None:
+        importlib.import_module("afo_sim.show.both_figure").draw_both(legs, path)
 
     def export(self, recording: Any, out: Any, to: Any, rate: Any, columns: Any, force: bool) -> Any:
         exported = importlib.import_module("afo_sim.export.exported").export(

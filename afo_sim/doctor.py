@@ -1,6 +1,7 @@
 """Doctor for a user's files: what is it, is it right, what would it do."""
 
 import pathlib
+import shlex
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ from afo_sim.description.leaves import fields_of
 from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, amount
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.scenario import Leg, Scenario
@@ -22,8 +24,16 @@ from afo_sim.description.words import reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
+from afo_sim.limb.cutting import cut
+from afo_sim.limb.finding import find
+from afo_sim.limb.leg_doubts import doubtful_notes
+from afo_sim.limb.leg_numbers import LegNumbers
+from afo_sim.limb.reading import read_tree
+from afo_sim.limb.tree import Tree
 from afo_sim.model.build import build
-from afo_sim.model.mounting import muscle_names, own_contraction, sweep_ankle
+from afo_sim.model.design import design_of, scenario_of
+from afo_sim.model.mounting import sweep_ankle
+from afo_sim.model.path_words import rows as path_rows
 from afo_sim.simulation.checks_file import read_checks
 from afo_sim.simulation.reference import reference_of
 
@@ -32,6 +42,8 @@ SKIN = {"shank": "cuff", "foot": "plate's strap"}
 
 def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
     """Examine a TOML description or the folder that holds one, an MJCF, a URDF or a gait cycle.
+
+    A path at which there is nothing may be the name of a shipped orthosis or scenario.
 
     Returns
     -------
@@ -42,6 +54,9 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
     InputError
         The first thing that is wrong.
     """
+    for kind in ("orthosis", "scenario"):
+        if not path.exists() and str(path) in assets.names(kind):
+            path = assets.find(kind, str(path))
     if path.is_dir():
         path = _described_in(path)
     if not path.is_file():
@@ -49,7 +64,9 @@ def check_file(path: pathlib.Path) -> list[tuple[str, str]]:
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return _check_toml(path)
-    if suffix in (".xml", ".mjcf", ".urdf"):
+    if suffix == ".urdf":
+        return _check_urdf(path)
+    if suffix in (".xml", ".mjcf"):
         return _check_model(path)
     if suffix == ".csv":
         return _check_gait(path)
@@ -86,11 +103,9 @@ def _check_toml(path: pathlib.Path) -> list[tuple[str, str]]:
     description = load(kind, str(path))
     findings = [("kind", kind), *_FINDINGS[type(description)](description)]
     if kind in ("orthosis", "leg"):
-        # neither runs alone: put it into the shipped scenario
-        sets = {"orthosis": str(path.resolve())} if kind == "orthosis" else {"leg": str(path.resolve())}
-        if isinstance(description, Orthosis):
-            sets |= _timer_for(description)
-        findings += _scenario(load("scenario", "seated", sets))
+        # neither runs alone: put it into a shipped scenario
+        own = {"leg": str(path.resolve())}
+        findings += _scenario(scenario_of(path) if kind == "orthosis" else load("scenario", "seated", own))
     return findings
 
 
@@ -159,34 +174,22 @@ def _check_search(path: pathlib.Path) -> list[tuple[str, str]]:
     return findings + [(parameter.name, ", ".join(parameter.keys)) for parameter in search.designs.parameters]
 
 
-def _timer_for(orthosis: Orthosis) -> dict[str, Any]:
-    return {"timer": {"period": "8 s"} | {n: {"inlet": [["0 s", "4 s"]]} for n in orthosis.chamber}}
-
-
 def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
     built = build(scenario)
-    lower, upper = scenario.orthosis.range_of_motion
-    contraction, arm, inertia = sweep_ankle(built.model, built.index, np.linspace(lower, upper, 41))
+    _, _, inertia = sweep_ankle(built.model, built.index, np.zeros(1))
     findings = [
         ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
         ("air stability number", f"{built.stability['air']:.3g} (limit 1)"),
     ]
-    groups = muscle_names(scenario.orthosis)
-    for column, name in enumerate(built.index.muscles):
-        k, r = contraction[:, column], arm[:, column]
-        own = own_contraction(groups[name], scenario.orthosis, float(k.min()))
-        findings.append(
-            (
-                name,
-                f"contraction of its path {k.min():.3f} to {k.max():.3f} over {np.degrees(lower):g} to "
-                f"{np.degrees(upper):g} deg, its own without air at least "
-                f"{own:.3f}, moment arm {100 * r.min():.1f} to {100 * r.max():.1f} cm",
-            )
-        )
+    warnings = list(built.warnings)
+    if built.index.muscles:
+        found = design_of(built)
+        findings += [row for entry in found.facts for row in path_rows(entry)]
+        warnings = list(dict.fromkeys([*found.warnings, *warnings]))
     if scenario.reference is not None:
         reference_of(scenario)
         findings.append(("compared with", reference(scenario.resolved())))
-    return findings + [("warning", warning) for warning in built.warnings]
+    return findings + [("warning", warning) for warning in warnings]
 
 
 def _orthosis(orthosis: Orthosis) -> list[tuple[str, str]]:
@@ -288,8 +291,6 @@ _FINDINGS: dict[type, Any] = {
 
 
 def _check_model(path: pathlib.Path) -> list[tuple[str, str]]:
-    if path.suffix.lower() == ".urdf":
-        _check_urdf(path)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         spec.compiler.fusestatic = False
@@ -304,15 +305,62 @@ def _check_model(path: pathlib.Path) -> list[tuple[str, str]]:
         lower, upper = np.degrees(model.jnt_range[joint])
         span = f", {lower:g} to {upper:g} deg" if model.jnt_limited[joint] and kind == "hinge" else ""
         findings.append((f"joint {model.joint(joint).name}", kind + span))
-    return findings
+    return findings + (_leg_in(path) if model.njnt else [])
 
 
-def _check_urdf(path: pathlib.Path) -> None:
-    import yourdfpy
-
+def _leg_in(path: pathlib.Path) -> list[tuple[str, str]]:
+    """The leg that `leg import` would cut out of a model, or both."""
     try:
-        urdf = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
-    except Exception as error:  # yourdfpy passes its XML parser's errors on
-        raise InputError(f"is not a valid URDF: {error}", file=path) from None
-    if not urdf.validate():
-        raise InputError(f"is not a valid URDF: {urdf.errors[0]}", file=path)
+        tree = read_tree(path)
+    except InputError as error:
+        return [("leg", f"cannot be cut out: {error.problem}")]
+    try:
+        return _found(tree, None, path)
+    except InputError as error:
+        if error.field != "side":
+            return [("leg", _refused(error))]
+    rows = []
+    sides: tuple[Side, ...] = ("right", "left")
+    for side in sides:
+        try:
+            rows += _found(tree, side, path)
+        except InputError as error:
+            rows.append((f"{side} leg", _refused(error)))
+    return rows
+
+
+def _refused(error: InputError) -> str:
+    allowed = f"; allowed: {error.allowed}" if error.allowed else ""
+    return f"none can be cut out: {error.problem}{allowed}"
+
+
+def _found(tree: Tree, side: Side | None, path: pathlib.Path) -> list[tuple[str, str]]:
+    """What the import would find and note; InputError where it would refuse."""
+    leg = find(tree, side=side)
+    alone = cut(tree, leg)
+    axis = "" if leg.sign > 0.0 else ", its axis to be turned round"
+    sole = "" if leg.sole is None else f", sole {np.degrees(leg.sole):+.0f} deg at zero"
+    parts = f"shank {leg.shank}, foot {leg.foot}, ankle {leg.ankle}"
+    return [
+        (f"{leg.side} leg", f"{parts}: tilt {np.degrees(leg.tilt):.0f} deg{axis}{sole}"),
+        *(
+            (f"note on the {leg.side} leg", note)
+            for note in (*leg.notes, *doubtful_notes(alone, LegNumbers.of(alone)))
+        ),
+        ("cut it out with", f"afo-sim leg import {shlex.quote(str(path))} --side {leg.side}"),
+    ]
+
+
+def _check_urdf(path: pathlib.Path) -> list[tuple[str, str]]:
+    """As `leg import` reads it: MuJoCo's own importer knows no packages and no links without mass."""
+    tree = read_tree(path)
+    findings = [("mass", f"{sum(part.mass for part in tree.parts.values()):.4g} kg")]
+    findings += [(f"link {part.name}", f"{part.mass:.4g} kg") for part in tree.parts.values() if part.mass]
+    for name, (_, joint) in tree.joints().items():
+        span = ""
+        if joint.range is not None and joint.kind == "hinge":
+            lower, upper = np.degrees(joint.range)
+            span = f", {lower:g} to {upper:g} deg"
+        findings.append((f"joint {name}", joint.kind + span))
+    findings += [("note", note) for note in tree.notes]
+    return findings + (_leg_in(path) if tree.joints() else [])

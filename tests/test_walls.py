@@ -22,14 +22,16 @@ ROOMS = {
     "metrics": GROUND | {"gait"},
     "model": PLANT,
     "simulation": RUNS - {"simulation"},
-    "export": RUNS,
+    "limb": PLANT | {"model"},
+    "bridge": RUNS | {"limb"},
+    "export": RUNS | {"limb"},
     "bench": RUNS,
     "study": RUNS,
     "fitting": RUNS | {"bench"},
     "validation": RUNS | {"bench", "fitting"},
-    "show": RUNS | {"bench", "study", "fitting", "validation"},
-    "doctor": RUNS | {"bench", "study", "fitting", "validation"},
-    "cli": RUNS | {"export", "bench", "study", "fitting", "validation", "show", "doctor"},
+    "show": RUNS | {"limb", "bench", "study", "fitting", "validation"},
+    "doctor": RUNS | {"limb", "bench", "study", "fitting", "validation"},
+    "cli": RUNS | {"limb", "bridge", "export", "bench", "study", "fitting", "validation", "show", "doctor"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes"}  # to call machine code

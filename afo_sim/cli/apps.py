@@ -30,6 +30,8 @@ app = typer.Typer(
 )
 gait_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(gait_app, name="gait", help="Bring your own walking data, and look at it.")
+leg_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; take one elsewhere.")
 
 
 @app.callback()

@@ -194,6 +194,8 @@ def _terminable() -> Iterator[list[int]]:
 def _flush() -> int:
     """Print what still waits; a code where the output's disk is full."""
     code = 0
+    if sys.stdout is None:  # closed before the start, as by `>&-`
+        return code
     try:
         sys.stdout.flush()
     except OSError as error:

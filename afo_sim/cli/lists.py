@@ -33,7 +33,9 @@ def list_command(
 
 @app.command()
 def check(
-    file: Annotated[pathlib.Path, typer.Argument(help="a TOML description, MJCF, URDF or gait CSV")],
+    file: Annotated[
+        pathlib.Path, typer.Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")
+    ],
 ) -> None:
     """Doctor for your own files: says what is wrong, or what was understood."""
     with progress("checking"):

@@ -11,6 +11,7 @@ from afo_sim.common.errors import InputError
 KINDS = {
     "sweep.json": "sweep",
     "search.json": "search",
+    "both.json": "run of both legs",
     "differences.csv": "comparison of laws",
     "fit_run.json": "fit to a log",
     "fit_torque.json": "fit to static torques",

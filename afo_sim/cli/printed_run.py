@@ -36,12 +36,12 @@ def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) ->
     _print_warnings(recording, told)
     if numbers or not told:
         timing = recording.timing
-        _print(
+        print_line(
             f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
             f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
         )
     more = "" if numbers or not told else "; every number: --numbers"
-    _print(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
+    print_line(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
 
 
 def _print_verdict(recording: Any) -> None:
@@ -50,13 +50,13 @@ def _print_verdict(recording: Any) -> None:
 
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name
-    _print(
+    print_line(
         title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …"), style="bold"
     )
     for line in verdict.lines(recording):
-        _print(line, hang=verdict.INDENT, badge=verdict.INDENT)
+        print_line(line, hang=verdict.INDENT, badge=verdict.INDENT)
     for line in (*_first(effects.lines(recording)), *bands.lines(recording)):
-        _print(line, hang=len(line) - len(line.lstrip()) + 2)
+        print_line(line, hang=len(line) - len(line.lstrip()) + 2)
 
 
 def _first(lines: list[str]) -> list[str]:
@@ -73,7 +73,7 @@ def _print_numbers(recording: Any) -> None:
     rows = [[name, f"{m.value:.4g}", m.unit] for name, m in metrics.items() if name not in left_out]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
     for why in dict.fromkeys(left_out.values()):
-        _print(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
+        print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
 def _print_warnings(recording: Any, judged: bool) -> None:
@@ -81,14 +81,14 @@ def _print_warnings(recording: Any, judged: bool) -> None:
     from afo_sim.show.numbers import cautions, decisive, of_walker
 
     for warning in recording.warnings:
-        _print(f"warning: {warning}", hang=9)
+        print_line(f"warning: {warning}", hang=9)
     told = recording.scenario, recording.metrics, recording.strides
     notes = decisive(*told) if judged else [*cautions(*told), *of_walker(recording.scenario)]
     for note in notes:
-        _print(f"note: {note}", hang=6)
+        print_line(f"note: {note}", hang=6)
 
 
-def _print(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
+def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
     """A text in the terminal's width, further lines indented; whole where a file or program reads it.
 
     Parameters

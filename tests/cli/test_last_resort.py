@@ -196,3 +196,11 @@ def test_output_that_cannot_be_printed(tmp_path: pathlib.Path) -> None:
     with os.fdopen(writer, "w") as closed:
         done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
+def test_a_closed_output_is_no_fault() -> None:
+    """`afo-sim … >&-`: Python then has no standard output at all."""
+    command = f'"{sys.executable}" -m afo_sim --version >&-'
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

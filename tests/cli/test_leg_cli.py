@@ -1,0 +1,231 @@
+"""leg import, leg export and check at the command line: tables, and one sentence for what is wrong."""
+
+import pathlib
+
+import pytest
+from command import call
+
+import afo_sim as afo
+from afo_sim.common.assets import find as asset
+
+LEG = asset("leg", "adult_75kg").parent / "leg.xml"
+TWO = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/>
+  <inertial pos="0 0 0" mass="8" diaginertia=".1 .1 .1"/>{legs}</body></worldbody>
+  <actuator><motor joint="left_ankle"/></actuator></mujoco>"""
+ONE = """<body name="{s}_shin" pos="0 {y} -.4"><joint name="{s}_knee" axis="0 1 0" range="-100 0"/>
+  <inertial pos="0 0 -.2" mass="3" diaginertia=".05 .05 .01"/>
+  <body name="{s}_foot" pos="0 0 -.4"><joint name="{s}_ankle" axis="0 1 0" range="-30 50"/>
+  <joint name="{s}_slide" type="slide" axis="0 0 1" range="0 .01"/>
+  <inertial pos=".05 0 -.03" mass="1" diaginertia=".001 .004 .004"/>
+  <geom type="box" pos=".05 0 -.05" size=".12 .04 .02"/></body></body>"""
+
+
+@pytest.fixture
+def body(tmp_path: pathlib.Path) -> pathlib.Path:
+    legs = ONE.format(s="left", y=0.1) + ONE.format(s="right", y=-0.1)
+    file = tmp_path / "my body.xml"
+    file.write_text(TWO.format(legs=legs), encoding="utf-8")
+    return file
+
+
+def test_import_tells_and_draws_what_was_found(
+    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "leg"
+    code, told, _ = call(capsys, "leg", "import", body, "--side", "left", "--out", out)
+    assert code == 0
+    for words in (
+        "left_shin",
+        "left_ankle",
+        "-50 to 30 deg",
+        "left_slide",
+        "0.4 m",
+        "turned round",
+        "pelvis",
+    ):
+        assert words in told
+    assert {path.name for path in out.iterdir()} == {"leg.toml", "leg.xml", "leg.png", "README.md"}
+    assert (out / "leg.png").read_bytes()[:4] == b"\x89PNG"
+    assert afo.load("leg", str(out)).side == "left"
+    code, _, complaint = call(capsys, "leg", "import", body, "--side", "right", "--out", out)
+    assert code == 2 and "--force" in complaint
+    assert call(capsys, "leg", "import", body, "--side", "right", "--out", out, "--force")[0] == 0
+    assert afo.load("leg", str(out)).side == "right"
+
+
+def test_a_leg_is_named_and_its_zero_and_stops_are_told(
+    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file's ankle is plantarflexion positive: its zero at 10 deg moves the stops up by 10 deg."""
+    names = ("--shank", "left_shin", "--foot", "left_foot", "--ankle", "left_ankle")
+    _, told, _ = call(capsys, "leg", "import", body, *names, "--zero", "10 deg", "--out", "-")
+    assert "-40 to 40 deg" in told and "written" not in told
+    _, told, _ = call(capsys, "leg", "import", body, *names, "--range", "-45 deg", "25 deg", "--out", "-")
+    assert "-45 to 25 deg" in told
+    assert [path.name for path in tmp_path.iterdir()] == ["my body.xml"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "there are two legs"),
+        (["--side", "lft"], "did you mean 'left'"),
+        (["--shank", "left_shn"], "did you mean 'left_shin'"),
+        (["--foot", "left_fot"], "did you mean 'left_foot'"),
+        (["--ankle", "left_ankl"], "did you mean 'left_ankle'"),
+        (["--ankle", "left_slide"], "is a slide joint, and an ankle is a hinge"),
+        (["--shank", "left_foot", "--foot", "left_shin"], "swapped"),
+        (["--shank", "left_shin", "--foot", "right_foot"], "does not hang on 'left_shin'"),
+        (["--shank", "left_shin", "--foot", "left_shin"], "is also given as the foot"),
+        (["--side", "left", "--ankle", "left_knee", "--foot", "right_foot"], "does not"),
+        (["--side", "left", "--zero", "10"], "--zero"),
+        (["--side", "left", "--zero", "nan deg"], "--zero"),
+        (["--side", "left", "--range", "30 deg", "-50 deg"], "--range"),
+        (["--side", "left", "--toes", "left_knee"], "is no hinge below the foot"),
+        (["--side", "left", "--body-mass", "5 kg"], "10 to 300 kg"),
+        (["--side", "left", "--body-height", "175"], "--body-height"),
+        (["--side", "left", "--out", "{body}"], "is a file"),
+        (["--side", "left", "--out", "{body}/leg"], "not a folder|is a file|cannot be written"),
+    ],
+)
+def test_wrong_options_are_told_in_a_sentence(
+    body: pathlib.Path,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    options: list[str],
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = [option.replace("{body}", str(body)) for option in options]
+    code, told, complaint = call(capsys, "leg", "import", body, *given)
+    assert code == 2 and told == ""
+    assert len(complaint.strip().splitlines()) == 1
+    assert any(word in complaint for word in words.split("|")), complaint
+    assert [path.name for path in tmp_path.iterdir()] == [body.name]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("none.xml", None),
+        ("empty.xml", b""),
+        ("binary.xml", bytes(range(256))),
+        ("cut.xml", LEG.read_bytes()[:700]),
+        ("leg.stl", b"solid"),
+        ("bare.urdf", b"<robot name='a'><link name='shank'/></robot>"),
+        ("nan.xml", LEG.read_bytes().replace(b'mass="3.49"', b'mass="nan"')),
+        ("free.xml", LEG.read_bytes().replace(b'range="-50 30"', b"")),
+        ("radians.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="-0.9 0.5"')),
+        ("turns.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="-900 900"')),
+        ("aside.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="5 30"')),
+        ("along.xml", LEG.read_bytes().replace(b'axis="0 -1 0"', b'axis="0 0 1"')),
+        (
+            "mesh.xml",
+            LEG.read_bytes().replace(b"<worldbody>", b'<asset><mesh file="a.stl"/></asset><worldbody>'),
+        ),
+    ],
+)
+def test_wrong_files_are_told_in_a_sentence(
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    content: bytes | None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    before = sorted(tmp_path.iterdir())
+    code, told, complaint = call(capsys, "leg", "import", tmp_path / name, "--out", tmp_path / "leg")
+    assert code == 2 and told == "", told
+    assert "bug" not in complaint and "Traceback" not in complaint
+    # MuJoCo itself logs a warning of NaN in the working directory
+    assert [path for path in sorted(tmp_path.iterdir()) if path.name != "MUJOCO_LOG.TXT"] == before
+
+
+def test_the_missing_range_names_its_option(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.xml").write_bytes(LEG.read_bytes().replace(b'range="-50 30"', b""))
+    _, _, complaint = call(capsys, "leg", "import", tmp_path / "a.xml", "--out", "-")
+    assert '--range "-50 deg" "30 deg"' in complaint
+
+
+def test_check_tells_both_legs_of_a_body(body: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, told, _ = call(capsys, "check", body)
+    joined = " ".join(told.split())
+    assert code == 0
+    assert "shank left_shin, foot left_foot, ankle left_ankle" in joined
+    assert "shank right_shin, foot right_foot, ankle right_ankle" in joined
+
+
+def test_a_whole_body_as_a_leg_is_told_the_way(
+    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = 'shank = "left_shin"\nfoot = "left_foot"\nankle = "left_ankle"\ndamping = "0.5 N*m*s/rad"\n'
+    (tmp_path / "leg.toml").write_text(f'file = "{body.name}"\n{names}', encoding="utf-8")
+    code, _, complaint = call(capsys, "run", "seated", "--set", f"leg={tmp_path}", "--out", tmp_path / "run")
+    assert code == 2
+    assert "beside the ankle there are the joints" in complaint
+    assert f"afo-sim leg import '{body}'" in complaint
+
+
+def test_export_writes_urdf_and_tells_what_it_lacks(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, told, notes = call(
+        capsys, "leg", "export", "adult_75kg", "--orthosis", "s1", "--to", tmp_path / "a.urdf"
+    )
+    assert code == 0 and "a.urdf" in told
+    assert "no muscles" in notes and "no passive tissue" in notes
+    for arguments, words in (
+        (["seated"], "--to"),
+        (["seated", "--to", tmp_path / "a.urdf"], "--force"),
+        (["seated", "--to", tmp_path / "a.stl"], ".urdf"),
+        (["seatd", "--to", tmp_path / "b.urdf"], "did you mean 'seated'"),
+        (["seated", "--orthosis", "s11", "--to", tmp_path / "b.urdf"], "did you mean 's1'"),
+    ):
+        code, _, complaint = call(capsys, "leg", "export", *arguments)
+        assert code == 2 and words in complaint, complaint
+    assert not (tmp_path / "b.urdf").exists()
+
+
+def _body(low: float, high: float, mesh: str = "") -> str:
+    """A URDF of a pelvis, a massless link, shank and foot, one with a mesh of a package that is not there."""
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    links = "".join(
+        f'<link name="{name}"><inertial><origin xyz="{at}"/><mass value="{mass}"/>{inertia}</inertial>'
+        f"{look}</link>"
+        for name, mass, at, look in (
+            ("pelvis", 9, "0 0 0", mesh),
+            ("r_shank", 3.5, "0 0 -0.2", ""),
+            ("r_foot", 1.1, "0.05 0 -0.04", ""),
+        )
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><origin xyz="0 0 {z}"/><parent link="{above}"/>'
+        f'<child link="{below}"/><axis xyz="0 1 0"/><limit lower="{lower}" upper="{upper}" effort="1" '
+        'velocity="1"/></joint>'
+        for name, above, below, z, lower, upper in (
+            ("r_hip", "pelvis", "r_thigh", 0, -1, 1),
+            ("r_knee", "r_thigh", "r_shank", -0.4, 0, 2),
+            ("r_ankle", "r_shank", "r_foot", -0.4, low, high),
+        )
+    )
+    return f'<robot name="body">{links}<link name="r_thigh"/>{joints}</robot>'
+
+
+def test_check_finds_what_the_import_would(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """ROS files name meshes by packages, and links without mass: MuJoCo's importer refuses both."""
+    file = tmp_path / "body.urdf"
+    mesh = '<visual><geometry><mesh filename="package://nowhere/pelvis.stl"/></geometry></visual>'
+    file.write_text(_body(-0.5, 0.8, mesh))
+    code, told, complaint = call(capsys, "check", file)
+    assert code == 0, complaint
+    assert all(word in told for word in ("13.6 kg", "r_shank", "r_ankle", "leg import"))
+    file.write_text(_body(-40, 30))
+    code, told, complaint = call(capsys, "check", file)
+    assert "degrees" in told + complaint and "leg import" not in told
