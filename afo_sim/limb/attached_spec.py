@@ -27,6 +27,11 @@ OFF = {
     BIT.mjDSBL_CONSTRAINT: "its file switches all constraints off: contacts, stops, equalities",
     BIT.mjDSBL_EQUALITY: "its file switches equality constraints off",
 }
+# MuJoCo's importer looks for a mesh by its path, and knows no packages
+BESIDE = (
+    'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
+    'with discardvisual="true" only those of <collision>'
+)
 
 
 def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
@@ -62,7 +67,9 @@ def compiled(spec: mujoco.MjSpec, file: pathlib.Path | None) -> mujoco.MjModel:
         try:
             return spec.compile()
         except MANY_LINES as error:
-            raise InputError(f"MuJoCo cannot compile it: {one_line(error)}", file=file) from None
+            problem = f"MuJoCo cannot compile it: {one_line(error)}"
+            packaged = file is not None and file.suffix.lower() == ".urdf" and "package:" in problem
+            raise InputError(problem, file=file, allowed=BESIDE if packaged else "") from None
 
 
 def told_changes(spec: mujoco.MjSpec, step: float | None) -> list[str]:

@@ -318,10 +318,14 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
 
 
 def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
+    """Place of the joint that the shank hangs on [m], in the world, and its name.
+
+    A shank that hinges on the world has its knee there; one that slides or floats in it has none.
+    """
     part: Part | None = tree.parts[shank]
     while part is not None and not part.joints:
         part = tree.parts[part.parent] if part.parent is not None else None
-    if part is None or part.parent is None:
+    if part is None or (part.parent is None and any(j.kind in ("slide", "free") for j in part.joints)):
         return None
     turning = [joint for joint in part.joints if joint.kind in ("hinge", "ball")]
     if not turning:

@@ -529,6 +529,15 @@ def test_page_and_script_run_as_printed(capsys: pytest.CaptureFixture[str]) -> N
     assert pressures[3] == max(pressures) > 1.5e5
 
 
+def test_a_urdf_whose_meshes_lie_in_a_package_is_refused_with_what_to_write(tmp_path: pathlib.Path) -> None:
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    mesh = '<collision><geometry><mesh filename="package://lab/box.stl"/></geometry></collision>'
+    link = f'<link name="foot"><inertial><mass value="1"/>{inertia}</inertial>{mesh}</link>'
+    (tmp_path / "leg.urdf").write_text(f'<robot name="leg">{link}</robot>')
+    with pytest.raises(InputError, match='strippath="true"'):
+        afo.attach(tmp_path / "leg.urdf", "s1", side="right")
+
+
 def leg_with(*changes: tuple[str, str], head: str = "") -> Callable[[], mujoco.MjSpec]:
     def make() -> mujoco.MjSpec:
         text = leg_text(*[np.eye(3)] * 3, head=head)

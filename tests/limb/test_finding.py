@@ -287,6 +287,19 @@ def test_two_legs_need_a_side_and_strange_names_need_naming() -> None:
     assert find(strange, ankle="q").shank == "b"
 
 
+@pytest.mark.parametrize("kind", ["hinge", "free"])
+def test_a_knee_on_the_world_tells_up(kind: str) -> None:
+    """A laboratory's leg without a thigh; the shank's centre of mass lies 9 deg ahead of the line."""
+    knee = dataclasses.replace(hinge("knee", (0, 1, 0)), kind=kind)  # type: ignore[arg-type]
+    ahead = float(np.tan(np.radians(9.0)) * 0.2)
+    shank = body("shank", None, np.eye(4), knee, centre=(ahead, 0, -0.2))
+    foot = body("foot", "shank", at(0, 0, -0.4), hinge("ankle", (0, 1, 0)), centre=(0.05, 0, 0))
+    found = find(tree(shank, foot))
+    lean = np.degrees(np.arctan2(found.axes[0, 2], found.axes[2, 2]))
+    assert lean == pytest.approx(0.0 if kind == "hinge" else 9.0, abs=1e-9)
+    assert found.shank_length == (pytest.approx(0.4) if kind == "hinge" else None)
+
+
 def two_legs() -> Tree:
     """Legs by capital names, with a sensor's frame on each shank."""
     foot = ((0.04, 0.0, -0.03), (0.1, 0.03, 0.01))
