@@ -124,6 +124,26 @@ def of_leg(scenario: Mapping[str, Any]) -> list[str]:
             "recorded walking tells nothing of the subtalar joint: it does not turn here, and the moment "
             "about it is told (subtalar/moment/orthosis)"
         )
+    return [*found, *_of_own_leg(scenario)]
+
+
+def _of_own_leg(scenario: Mapping[str, Any]) -> list[str]:
+    """What an imported leg takes from its file that decides how the foot hangs and where its toe is."""
+    leg, found = scenario["leg"], []
+    sources = leg.get("provenance") or {}
+    passive = leg.get("passive") or {}
+    spring = (passive.get("provenance") or {}).get("scale", {}).get("source", "")
+    if passive.get("scale") == 0.0 and "spring" in spring:
+        found.append(
+            "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
+            "(leg.passive.scale)"
+        )
+    shapes = (sources.get("foot_length") or {}).get("kind") == "derived"
+    if shapes and scenario.get("gait"):
+        found.append(
+            "the leg is an imported one: toe clearance is that of its sole's points, which its shapes tell "
+            "unless the file has them"
+        )
     return found
 
 

@@ -1,5 +1,7 @@
 """Which strides a run's numbers are of, in words."""
 
+import pathlib
+
 import afo_sim
 from afo_sim.metrics.metric import Metric
 from afo_sim.show.numbers import cautions, doubts, of_leg
@@ -55,3 +57,18 @@ def test_what_is_mirrored_and_what_does_not_turn_is_told() -> None:
     (note,) = of_leg(walk.set(hinge).resolved())
     assert "subtalar joint: it does not turn here" in note
     assert of_leg(afo_sim.load("scenario", "seated").set(hinge).resolved()) == []
+
+
+def test_an_imported_leg_tells_its_spring_and_its_sole(tmp_path: pathlib.Path) -> None:
+    text = pathlib.Path(afo_sim.load("leg", "adult_75kg").file).read_text()
+    sprung = text.replace('name="ankle" type="hinge"', 'name="ankle" type="hinge" stiffness="5"')
+    (tmp_path / "body.xml").write_text(sprung)
+    afo_sim.import_leg(tmp_path / "body.xml", tmp_path / "leg", side="right")
+    walk = afo_sim.load("scenario", "walk-dropfoot-afo", {"leg": str(tmp_path / "leg")})
+    said = of_leg(walk.resolved())
+    assert any("no tissue but the spring" in note for note in said)
+    assert any("toe clearance is that of its sole's points" in note for note in said)
+    seated = of_leg(afo_sim.load("scenario", "seated", {"leg": str(tmp_path / "leg")}).resolved())
+    assert any("no tissue but the spring" in note for note in seated)
+    assert not any("sole" in note for note in seated)
+    assert of_leg(afo_sim.load("scenario", "walk-dropfoot-afo").resolved()) == []
