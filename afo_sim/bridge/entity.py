@@ -130,7 +130,8 @@ class OrthosisEntity(Driven):
             model has chosen another integrator.
         """
         if self.found is not None:
-            raise InputError("is attached already: detach() it first, or make another", field="orthosis")
+            allowed = "another OrthosisEntity"
+            raise InputError("is attached already, or was", field="orthosis", allowed=allowed)
         leg = leg_entity.mjcf_model
         side = side or self._side or (leg_entity.side if isinstance(leg_entity, LegEntity) else None)
         found = found_leg(leg, shank, foot, ankle, side, zero)

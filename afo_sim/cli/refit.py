@@ -36,10 +36,16 @@ def refit_command(
         from afo_sim.model.refit_file import write_refit
 
         by = _ratio(to, made_for, shank_length, foot_length)
+        leg = load("leg", to) if to else None
+        missing = [s for s in ("shank", "foot") if leg and getattr(leg, f"{s}_length") is None]
         before = load("orthosis", assets.find("orthosis", orthosis))
         after = write_refit(orthosis, by, out, force=force)
         rows = _rows(dict(fits(before)), dict(fits(after)))
     print(f"{before.name}: {by.words}")
+    for segment in missing:
+        print(
+            f"note: no length of the {segment} is stated for {to}: a share of its body height stands for it"
+        )
     print(f"shank × {by.shank:.4g}, foot × {by.foot:.4g}")
     print_table(
         "before → after", ["group", "moment arm at 0° [mm]", "contraction [%]", "taut at [deg]"], rows

@@ -234,7 +234,7 @@ def pressure_of(value: str | float, field: str) -> float:
 
     A bare number below 1 kPa is refused: 4 would be 4 Pa, and 4 bar is what was meant.
     """
-    if not isinstance(value, str) and 0.0 < value < LEAST_NUMBER:
+    if isinstance(value, int | float) and 0.0 < value < LEAST_NUMBER:
         raise InputError(
             "is a number of Pa: was it meant in bar?", field=field, value=value, allowed='"4 bar"'
         )

@@ -401,8 +401,9 @@ def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[S
     middle = _centre_of(tree, list(tree.parts.values()))
     if middle is None:
         return None, ""
-    foot = tree.world_pose(leg.foot)[:3, 3]
-    aside = float((foot - middle) @ axes[:, 1])
+    part, joint = tree.joints()[leg.ankle]  # a body's own origin may be anywhere
+    ankle = moved(tree.world_pose(part.name), joint.position[None])[0]
+    aside = float((ankle - middle) @ axes[:, 1])
     if abs(aside) < ASIDE:
         return None, ""
     where: Side = "left" if aside > 0.0 else "right"

@@ -28,18 +28,18 @@ def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str],
     ------
     InputError
         A muscle would turn the ankle one way at one angle and the other way at another; or the path never
-        is as long as fittings, link and the muscle at its shortest; or fittings and muscle alone do not fit.
+        is as long as fittings, link and the muscle at its shortest.
     """
     slope = np.diff(lengths, axis=0) / np.diff(angles)[:, None]
     turns = (slope.min(axis=0) < -LEAST_ARM) & (slope.max(axis=0) > LEAST_ARM)
-    ends = zip(lengths.min(axis=0).tolist(), lengths.max(axis=0).tolist(), strict=True)
+    ends = lengths.max(axis=0).tolist()
     bodies = {role: _body(group.type) for role, group in orthosis.muscle.items()}
-    for column, (name, (shortest, longest)) in enumerate(zip(muscles, ends, strict=True)):
+    for column, (name, longest) in enumerate(zip(muscles, ends, strict=True)):
         role = name.rsplit("_", 1)[0]
         group, body = orthosis.muscle[role], bodies[role]
         if group.pulley is not None:
             continue
-        if turns[column] or shortest < body or longest < body + (group.link_length or 0.0):
+        if turns[column] or longest < body + (group.link_length or 0.0):
             _check_sign(name, angles, lengths[:, column], orthosis.name)
             _check_room(name, angles, lengths[:, column], group, orthosis.name)
 

@@ -436,3 +436,16 @@ def test_dm_controls_humanoid() -> None:
         assert found.shank_length == pytest.approx(0.33)
         assert found.centre[1] == pytest.approx(y)
         assert found.axes[0, 0] > 0.999
+
+
+@pytest.mark.parametrize(("aside", "side"), [(0.1, "left"), (-0.1, "right")])
+def test_the_side_is_that_of_the_ankle_wherever_the_bodies_origins_are(aside: float, side: str) -> None:
+    """Of a CAD export all bodies have one origin; the leg's own mass stands aside of it."""
+    ankle = dataclasses.replace(hinge("ankle", (0, -1, 0)), position=np.array([0.0, aside, -0.4]))
+    knee = dataclasses.replace(hinge("knee", (0, 1, 0)), position=np.array([0.0, aside, 0.0]))
+    one = tree(
+        body("trunk", None, np.eye(4), centre=(0, -0.3 * aside, 0.5)),
+        body("shank", "trunk", np.eye(4), knee, centre=(0, aside, -0.2)),
+        body("foot", "shank", np.eye(4), ankle, centre=(0.05, aside, -0.45)),
+    )
+    assert find(one).side == side
