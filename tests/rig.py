@@ -28,6 +28,7 @@ def hanging_mass(
     cable_stiffness: float = 1e6,
     return_stiffness: float = 0.0,
     anchor: native.CircuitAnchor | None = None,
+    drive: native.CircuitDrive | None = None,
 ) -> mujoco.MjModel:
     """A mass on a vertical slide, on one muscle, whose chamber has an inlet and an outlet valve.
 
@@ -54,7 +55,7 @@ def hanging_mass(
     names = tuple(a.name for a in anchors)
     circuit = native.Circuit(
         (native.CircuitMuscle("muscle", ("muscle",), row, 0.0, "air", cable_stiffness, names),),
-        (native.CircuitChamber("air", "slide", tube_volume, wall_conductance, valve, valve),),
+        (native.CircuitChamber("air", "slide", tube_volume, wall_conductance, valve, valve, drive),),
         anchors,
     )
     spec = mujoco.MjSpec.from_string(xml)

@@ -16,6 +16,7 @@ KINDS = {
     "patient": "patients",
     "shoe": "shoes",
     "limits": "limits",
+    "sensor": "sensors",
     "sweep": "sweeps",
     "search": "searches",
     "uncertainty": "uncertainties",

@@ -111,6 +111,20 @@ class SimulationError(AfoSimError):
         super().__init__(f"simulation {simulation} stopped at t = {time:.6g} s: {reason}")
 
 
+class ControllerError(SimulationError):
+    """A controller failed, or commanded what is not allowed: the simulation ends there.
+
+    Examples
+    --------
+    >>> print(ControllerError("the controller raised ValueError: oh", time=0.5))
+    t = 0.5 s: the controller raised ValueError: oh
+    """
+
+    def __init__(self, reason: str, *, simulation: int = 0, time: float = float("nan")):
+        super().__init__(reason, simulation=simulation, time=time)
+        self.args = (f"t = {time:.6g} s: {reason}",)
+
+
 class CallbackError(AfoSimError):
     """The muscle callbacks cannot be installed, or are not the ones that ran."""
 

@@ -24,7 +24,7 @@ EXAMPLES = {
     "m^3/(s*Pa)": "0.055 dm^3/(s*bar)",
     "rad": "22 deg",
     "s": "4 s",
-    "Hz": "1 kHz",
+    "Hz": "100 Hz",
     "Pa": "4 bar",
     "N": "136 N",
     "N/Pa": "254.7 N/bar",

@@ -9,7 +9,9 @@ from afo_sim.native.slots import (
     CHAMBER_OUTLET,
     CHAMBER_USERDATA,
     CHAMBER_WALL_CONDUCTANCE,
+    VALVE_BANDWIDTH,
     VALVE_CLOSING_DELAY,
+    VALVE_COIL,
     VALVE_CONDUCTANCE,
     VALVE_CRITICAL_RATIO,
     VALVE_OPENING_DELAY,
@@ -26,6 +28,7 @@ from afo_sim.native.state import (
     SIGMA,
     VOLUME,
 )
+from afo_sim.physics.driving import proportional_rate
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import chamber_pressure, sigma_rate, valve_flow, valve_rates
 
@@ -127,11 +130,16 @@ def chamber_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 @register_jitable
 def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
-    """Write the rates of the valve actuator i, whose row starts at j."""
+    """Write the rates of the valve actuator i, whose row starts at j; its coil is its input or a drive's."""
     u = m.actuator_user
-    adr = m.actuator_actadr[i]
+    adr, driven = m.actuator_actadr[i], int(u[j + VALVE_COIL])
+    coil = d.userdata[driven - 1] if driven > 0 else d.ctrl[i]
+    if u[j + VALVE_BANDWIDTH] > 0.0:
+        rate = proportional_rate(coil, d.act[adr + OPENING], u[j + VALVE_BANDWIDTH], m.opt.timestep)
+        d.act_dot[adr + ARMATURE], d.act_dot[adr + OPENING] = rate, rate
+        return
     d.act_dot[adr + ARMATURE], d.act_dot[adr + OPENING] = valve_rates(
-        d.ctrl[i],
+        coil,
         d.act[adr + ARMATURE],
         d.act[adr + OPENING],
         u[j + VALVE_OPENING_DELAY],

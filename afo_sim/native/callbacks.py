@@ -7,6 +7,7 @@ its states are in `act`, its input in `ctrl`:
     network  a joint, no force  1 for at rest           own lengths of muscles, displacements of anchors
     muscle   tendon             none (see below)        –
     chamber  a joint, no force  supply pressure, gauge  air mass, σ = p V^γ, last volume, last pressure
+    drive    a joint, no force  target, gauge; or < 0   reading, integral, pulse, switches
     valve    a joint, no force  coil                    armature, opening
     passive  ankle              knee angle              –
     friction a joint, no force  –                       states of a muscle's friction
@@ -19,7 +20,8 @@ installed and restored by `installed`, and never displace somebody else's. The s
 compiled (function pointers, which `mujoco.batch` requires) or as plain Python.
 
 MuJoCo calls every dyn, then every bias. A network stands before its muscles and chambers: its dyn solves them
-(`network.py`) and writes what the others read into `userdata`.
+(`network.py`) and writes what the others read into `userdata`. A drive stands between its chamber and its
+valves: it reads the pressure of this step and writes the coils of this step.
 
 Three numerical matters:
 
@@ -41,11 +43,13 @@ from typing import Any
 
 from afo_sim.native.air import chamber_dyn, valve_dyn
 from afo_sim.native.complaints import FINE, NO_NUMBER
+from afo_sim.native.driving import drive_dyn
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
 from afo_sim.native.slots import (
     KIND_CHAMBER,
+    KIND_DRIVE,
     KIND_FRICTION,
     KIND_MUSCLE,
     KIND_NETWORK,
@@ -106,6 +110,10 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
                 fail(complaint, actuator)
         elif kind == KIND_CHAMBER:
             chamber_dyn(m, d, i, j)
+        elif kind == KIND_DRIVE:
+            complaint = drive_dyn(m, d, i, j)
+            if complaint != FINE:
+                fail(complaint, i)
         elif kind == KIND_VALVE:
             valve_dyn(m, d, i, j)
         elif kind == KIND_FRICTION:

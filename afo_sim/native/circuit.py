@@ -9,7 +9,7 @@ A circuit is named parameters only; whoever has descriptions turns them into one
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Protocol
 
 import mujoco
@@ -20,6 +20,8 @@ from afo_sim.native.state import (
     ANCHOR_STATES,
     CHAMBER_DATA,
     CHAMBER_STATES,
+    DRIVE_DATA,
+    DRIVE_STATES,
     LEADER_DATA,
     LEADER_STATES,
     VALVE_STATES,
@@ -101,12 +103,25 @@ class CircuitMuscle:
 
 
 @dataclass(frozen=True)
+class CircuitDrive:
+    """A pressure drive of a chamber's two valves.
+
+    row : its own parameters, as `drive_row` takes them
+    bandwidth : of the two valves, where they are proportional [Hz]; 0 for solenoid valves
+    """
+
+    row: Mapping[str, Any]
+    bandwidth: float = 0.0
+
+
+@dataclass(frozen=True)
 class CircuitChamber:
     """Air that muscles share, behind an inlet and an outlet valve.
 
     joint : that MuJoCo asks for; nothing here puts a force on it
     tube_volume : between valves and muscles [m³]
     wall_conductance : heat to the wall [W/K]
+    drive : what makes coils of a pressure that is asked for; none where coils are the inputs
     """
 
     name: str
@@ -115,6 +130,7 @@ class CircuitChamber:
     wall_conductance: float
     inlet: ValveParameters
     outlet: ValveParameters
+    drive: CircuitDrive | None = None
 
 
 @dataclass(frozen=True)
@@ -128,6 +144,11 @@ class Circuit:
     def muscles_of(self, chamber: str) -> tuple[CircuitMuscle, ...]:
         """The muscles on a chamber."""
         return tuple(muscle for muscle in self.muscles if muscle.chamber == chamber)
+
+    @property
+    def driven(self) -> tuple[CircuitChamber, ...]:
+        """The chambers that have a drive."""
+        return tuple(chamber for chamber in self.chambers if chamber.drive is not None)
 
     def networks(self) -> list["Network"]:
         """Chambers that are solved together, since their muscles pull on the same anchors.
@@ -182,6 +203,7 @@ class CircuitIds:
     valves: dict[str, int]
     frictions: dict[str, int]
     anchors: dict[str, tuple[int, int]]
+    drives: dict[str, int] = field(default_factory=dict)
 
 
 def add_circuit(
@@ -244,12 +266,17 @@ def add_chambers(
     userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """The second half: chambers, valves, and what holds the states of friction."""
+    """The second half: chambers, drives, valves, and what holds the states of friction.
+
+    A drive stands before the valves, so that its coils act in the same step.
+    """
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     spec.nuserdata = userdata + circuit_data(circuit)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for name, joint in joints.items():
         _add_states(spec, f"{prefix}chamber_{name}", joint, CHAMBER_STATES, default)
+    for chamber in circuit.driven:
+        _add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, DRIVE_STATES, default)
     for name, joint in joints.items():
         for side in SIDES:
             _add_states(spec, f"{prefix}valve_{name}_{side}", joint, VALVE_STATES, default)
@@ -265,6 +292,7 @@ def circuit_data(circuit: Circuit) -> int:
         CHAMBER_DATA * len(circuit.chambers)
         + LEADER_DATA * len(circuit.muscles)
         + ANCHOR_DATA * len(circuit.anchors)
+        + DRIVE_DATA * len(circuit.driven)
     )
 
 
@@ -305,4 +333,5 @@ def circuit_ids(model: mujoco.MjModel, circuit: Circuit, prefix: str = "") -> Ci
             for network in networks
             for number, name in enumerate(network.anchors)
         },
+        drives=found("drive_", [chamber.name for chamber in circuit.driven]),
     )

@@ -10,7 +10,18 @@ COMPLAINTS = (
     "afo_sim's parameters are missing (take a run's model from afo_sim.read_recording(folder).model(), "
     "never from model.xml) in actuator",
     "the callback has raised an exception in actuator",
+    "the pressure that is asked for is not a number in actuator",
 )
-NO_NUMBER, NO_PRESSURE, NO_VOLUME, NO_AIR, NO_SUPPLY, NO_LENGTH, NO_MARK, RAISED = range(len(COMPLAINTS))
+(
+    NO_NUMBER,
+    NO_PRESSURE,
+    NO_VOLUME,
+    NO_AIR,
+    NO_SUPPLY,
+    NO_LENGTH,
+    NO_MARK,
+    RAISED,
+    NO_TARGET,
+) = range(len(COMPLAINTS))
 FINE = -1
 MJU_ERROR = "afo_sim_mju_error"  # symbol of MuJoCo's `mju_error`, by which compiled code complains

@@ -16,6 +16,7 @@ from afo_sim.native.slots import (
     MUSCLE_INVERSE_MASS,
     N_USER,
     chamber_row,
+    drive_row,
     friction_row,
     muscle_row,
     network_row,
@@ -24,9 +25,12 @@ from afo_sim.native.slots import (
 from afo_sim.native.state import (
     ANCHOR_DATA,
     CHAMBER_DATA,
+    DRIVE_DATA,
+    INLET_COIL,
     LAST_VOLUME,
     LEADER_DATA,
     LEADER_STATES,
+    OUTLET_COIL,
     air_at,
     read_flows,
     write_air,
@@ -71,6 +75,9 @@ def fill_circuit(
             first_chamber=ids.chambers[network.chambers[0]], state=state, userdata=data, anchors=numbers
         )
         data += ANCHOR_DATA * len(numbers)
+    for chamber in circuit.driven:
+        _fill_drive(model, ids, chamber, data)
+        data += DRIVE_DATA
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
             user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
@@ -115,6 +122,17 @@ def _fill_chamber(
     )
     for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
         user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
+
+
+def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, data: int) -> None:
+    """The rows of a drive, and of the valves that take their coils from it."""
+    user, name, drive = _rows(model), chamber.name, chamber.drive
+    assert drive is not None
+    user[ids.drives[name]] = drive_row(**drive.row, chamber=ids.chambers[name], userdata=data)
+    coils = (("inlet", chamber.inlet, INLET_COIL), ("outlet", chamber.outlet, OUTLET_COIL))
+    for side, valve, place in coils:
+        row = valve_row(**valve.row, bandwidth=drive.bandwidth, coil=data + place)
+        user[ids.valves[f"{name}_{side}"]] = row
 
 
 def _fill_muscle(

@@ -8,7 +8,23 @@ from afo_sim.common.errors import CallbackError
 from afo_sim.native.install import CALLBACKS, Mode
 
 
-class Hold:
+class Closing:
+    """What is closed at the end of a `with` block."""
+
+    def close(self) -> None:
+        """Give back what is held; a second call does nothing."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Hold(Closing):
     """One holder of the callbacks; `close` gives them back, and garbage collection or the end of Python too.
 
     MuJoCo has one pair of callbacks in a process. Any number of holders, and blocks of `installed`, share it
@@ -49,14 +65,6 @@ class Hold:
         if not self._end.alive:
             raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
         CALLBACKS.check()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a Hold is neither copied nor pickled: whoever needs the callbacks opens another")

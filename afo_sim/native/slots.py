@@ -17,7 +17,8 @@ RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
 MARK = 2829.0  # tells this project's actuators from anybody else's; another number where the slots move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
-KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK = 6.0, 7.0, 8.0, 9.0
+KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
+BANG_BANG, PWM, REGULATOR = 1.0, 2.0, 3.0  # kinds of a drive
 MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
 
 
@@ -63,7 +64,28 @@ NETWORK_FIRST_CHAMBER, NETWORK_STATE, NETWORK_USERDATA, NETWORK_ANCHORS, NETWORK
 # places within an anchor's own block of slots
 ANCHOR_STIFFNESS, ANCHOR_FORCE, ANCHOR_LENGTH, ANCHOR_DAMPING = range(4)
 ANCHOR_SLOTS = 4
-VALVE_CONDUCTANCE, VALVE_CRITICAL_RATIO, VALVE_OPENING_DELAY, VALVE_CLOSING_DELAY = range(2, 6)
+(
+    VALVE_CONDUCTANCE,
+    VALVE_CRITICAL_RATIO,
+    VALVE_OPENING_DELAY,
+    VALVE_CLOSING_DELAY,
+    VALVE_BANDWIDTH,
+    VALVE_COIL,
+) = range(2, 8)
+(
+    DRIVE_KIND,
+    DRIVE_CHAMBER,
+    DRIVE_USERDATA,
+    DRIVE_DEAD_BAND,
+    DRIVE_RELEASE,
+    DRIVE_PERIOD,
+    DRIVE_LEAST_ON,
+    DRIVE_LEAST_OFF,
+    DRIVE_FULL_AT,
+    DRIVE_INTEGRAL_RATE,
+    DRIVE_DERIVATIVE_TIME,
+    DRIVE_FILTER_TIME,
+) = range(2, 14)
 PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD, PASSIVE_DAMPING = range(2, 6)
 FRICTION_MUSCLE = 2
 SPASTIC_GAIN = 2
@@ -198,10 +220,64 @@ def network_row(
 
 
 def valve_row(
-    *, conductance: float, critical_ratio: float, opening_delay: float, closing_delay: float
+    *,
+    conductance: float,
+    critical_ratio: float,
+    opening_delay: float,
+    closing_delay: float,
+    bandwidth: float = 0.0,
+    coil: int = -1,
 ) -> np.ndarray:
-    """`actuator_user` of a solenoid valve: C [m³/(s·Pa)], b [-], dead times [s]."""
-    return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay)
+    """`actuator_user` of a valve: C [m³/(s·Pa)], b [-], dead times [s].
+
+    Parameters
+    ----------
+    bandwidth : of a proportional valve, whose input is its opening [Hz]; 0 for a solenoid valve
+    coil : place in `userdata` of the coil that a drive gives it; −1 for its own input. The slot holds one
+        more, so that a row without the slot is one without a drive.
+    """
+    return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay, bandwidth, coil + 1.0)
+
+
+def drive_row(
+    *,
+    kind: float,
+    chamber: int,
+    userdata: int,
+    dead_band: float,
+    release: float,
+    period: float,
+    least_on: float,
+    least_off: float,
+    full_at: float,
+    integral_rate: float,
+    derivative_time: float,
+    filter_time: float,
+) -> np.ndarray:
+    """`actuator_user` of a pressure drive.
+
+    Parameters
+    ----------
+    kind : BANG_BANG, PWM or REGULATOR
+    chamber : actuator id
+    userdata : first place of its coils there
+    others : as the kernels of `physics.driving` take them [Pa], [s], [1/s]
+    """
+    return _row(
+        KIND_DRIVE,
+        kind,
+        chamber,
+        userdata,
+        dead_band,
+        release,
+        period,
+        least_on,
+        least_off,
+        full_at,
+        integral_rate,
+        derivative_time,
+        filter_time,
+    )
 
 
 def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:

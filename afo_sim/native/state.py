@@ -6,6 +6,7 @@
                damper's force
     chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
+    drive      reading, integral, pulse, switches               coils of inlet and outlet
     valve      armature, opening                                –
     friction   states of the muscle's friction                  –
 
@@ -31,6 +32,7 @@ from afo_sim.native.slots import (
     NETWORK_FIRST_CHAMBER,
     NETWORK_STATE,
     NETWORK_USERDATA,
+    VALVE_COIL,
 )
 
 AIR_MASS, SIGMA, LAST_VOLUME, LAST_PRESSURE = range(4)
@@ -51,8 +53,22 @@ INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE = range(4)
     WORK_CHANGE,
 ) = range(10)
 PULL, DISPLACEMENT = range(2)
-CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES = 4, 2, 3, 2
-CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA = 4, 10, 2
+INLET_COIL, OUTLET_COIL = range(2)
+# GIVEN is the side of two-point switching, or the signed width of the present pulse [s]; CLOCK the time since
+# that began. STAGE is 0 before the first step, 1 off, 2 on.
+(
+    READING,
+    INTEGRAL,
+    GIVEN,
+    CLOCK,
+    STAGE,
+    INLET_LAST,
+    OUTLET_LAST,
+    INLET_SWITCHES,
+    OUTLET_SWITCHES,
+) = range(9)
+CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES, DRIVE_STATES = 4, 2, 3, 2, 9
+CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA, DRIVE_DATA = 4, 10, 2, 2
 
 
 class Air(NamedTuple):
@@ -173,6 +189,24 @@ def read_opening(model: mujoco.MjModel, act: np.ndarray, valve: int) -> np.ndarr
     """Opening of a valve's seat [-], from `act` (…, na)."""
     opening: np.ndarray = act[..., model.actuator_actadr[valve] + OPENING]
     return opening
+
+
+def is_driven(model: mujoco.MjModel, valve: int) -> bool:
+    """Whether a drive gives the coil of a valve's actuator."""
+    return bool(model.actuator_user[valve, VALVE_COIL] > 0.0)
+
+
+def read_coil(model: mujoco.MjModel, userdata: np.ndarray, valve: int) -> np.ndarray:
+    """Coil of a driven valve's actuator [-], from `userdata` (…, nuserdata)."""
+    coil: np.ndarray = userdata[..., int(model.actuator_user[valve, VALVE_COIL]) - 1]
+    return coil
+
+
+def read_switches(model: mujoco.MjModel, act: np.ndarray, drive: int, outlet: bool) -> np.ndarray:
+    """How often a drive's actuator has switched a coil on since the start [-], from `act` (…, na)."""
+    place = OUTLET_SWITCHES if outlet else INLET_SWITCHES
+    count: np.ndarray = np.round(act[..., model.actuator_actadr[drive] + place])
+    return count
 
 
 def write_valve(model: mujoco.MjModel, act: np.ndarray, valve: int, armature: float, opening: float) -> None:

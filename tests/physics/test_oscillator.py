@@ -1,0 +1,98 @@
+"""The oscillator: derivatives, the filter against its textbook form, turning, and the same code compiled."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+from afo_sim.physics import oscillator
+from afo_sim.physics.jitable import register_all
+
+N = 9
+
+
+def drawn(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    state = random.standard_normal(N)
+    root = random.standard_normal((N, N))
+    return state, root @ root.T
+
+
+def signal(state: np.ndarray) -> float:
+    """Written out, independently."""
+    total = state[2]
+    for k in (1, 2, 3):
+        angle = 2.0 * np.pi * k * state[0]
+        total += state[1 + 2 * k] * np.cos(angle) + state[2 + 2 * k] * np.sin(angle)
+    return float(total)
+
+
+def test_the_wave_is_the_derivative_of_the_signal() -> None:
+    state, _ = drawn(1)
+    wave = np.empty(N)
+    found, slope = oscillator.series(state, wave)
+    assert found == pytest.approx(signal(state), rel=1e-12)
+    small = 1e-6 * np.eye(N)
+    expected = [(signal(state + d) - signal(state - d)) / 2e-6 for d in small]
+    assert wave == pytest.approx(expected, abs=1e-6)
+    assert slope == wave[0]
+
+
+def test_the_filter_is_kalmans() -> None:
+    state, covariance = drawn(2)
+    wave = np.random.default_rng(3).standard_normal(N)
+    moved, spread = state.copy(), covariance.copy()
+    oscillator.correct(moved, spread, wave, 0.3, 0.7)
+    # information form: independent of the gain
+    posterior = np.linalg.inv(np.linalg.inv(covariance) + np.outer(wave, wave) / 0.7)
+    assert spread == pytest.approx(posterior, abs=1e-9)
+    assert moved == pytest.approx(state + posterior @ wave * 0.3 / 0.7, abs=1e-9)
+
+
+def test_a_step_passes_as_by_its_matrix() -> None:
+    state, covariance = drawn(4)
+    moved, spread = state.copy(), covariance.copy()
+    oscillator.advance(moved, spread, 0.02, 3.0, 5.0)
+    matrix = np.eye(N)
+    matrix[0, 1] = 0.02
+    noise = 0.02 * np.diag([0.0, 3.0, 5.0, 5.0, 5.0, 5.0 / 4, 5.0 / 4, 5.0 / 9, 5.0 / 9])
+    assert moved == pytest.approx(matrix @ state, abs=1e-12)
+    assert spread == pytest.approx(matrix @ covariance @ matrix.T + noise, abs=1e-12)
+
+
+@pytest.mark.parametrize("shift", [0.01, -0.3, 2.2])
+def test_turning_keeps_the_signal(shift: float) -> None:
+    state, _ = drawn(5)
+    turned = state.copy()
+    oscillator.turn(turned, shift)
+    assert turned[0] == pytest.approx(state[0] + shift)
+    for ahead in (0.0, 0.17, 0.6):
+        unit = np.eye(N)[0] * ahead
+        assert signal(turned + unit) == pytest.approx(signal(state + unit), abs=1e-12)
+    moved = oscillator.origin(turned) - oscillator.origin(state) - shift
+    assert moved == pytest.approx(round(moved), abs=1e-12)
+
+
+@pytest.mark.slow  # numba
+def test_the_same_code_compiles() -> None:
+    register_all()
+    series, advance, correct, turn = (
+        getattr(oscillator, name) for name in ("series", "advance", "correct", "turn")
+    )
+
+    def follow(state: Any, covariance: Any, wave: Any) -> None:
+        for k in range(50):
+            advance(state, covariance, 0.01, 0.1, 0.01)
+            found, _ = series(state, wave)
+            correct(state, covariance, wave, np.sin(0.1 * k) - found, 1.0)
+            turn(state, 0.001)
+
+    compiled: Callable[..., None] = numba.njit(follow)
+    results = []
+    for run in (follow, compiled):
+        state, covariance = drawn(6)
+        run(state, covariance, np.empty(N))
+        results.append(np.append(state, covariance))
+    assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
