@@ -118,7 +118,10 @@ def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ())
     if kind.model_config.get("extra") == "allow":
         inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
         for name in chambers:
-            yield from leaves(inner, table.get(name), (*path, name))
+            if is_table(core(inner)[0]):
+                yield from leaves(inner, table.get(name), (*path, name))
+            else:
+                yield Leaf((*path, name), inner, "Of this chamber.", False)
 
 
 def _below(kind: Any, name: str, value: Any, path: Path, chambers: Iterable[str]) -> Iterator[Leaf]:

@@ -23,6 +23,7 @@ LIKE = {
     "patient": "drop-foot",
     "shoe": "trainer",
     "limits": "usual",
+    "sensor": "gp2y0a41",
     "scenario": "seated",
 }
 SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
@@ -63,11 +64,58 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "subtalar": {"stiffness": "10 N*m/rad", "damping": "0.2 N*m*s/rad"},
     },
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
+    "valve": {"rated_switches": 1e8},
+    "sensor": {
+        "gain": 1.01,
+        "offset": "1 mm",
+        "drift": "1 mm/s",
+        "hysteresis": "2 mm",
+        "lowpass": "100 Hz",
+        "delay": "5 ms",
+        "threshold": "20 cm",
+        "debounce": "10 ms",
+        "calibration": {"assumed_slope": "10 V*cm", "assumed_intercept": "0.1 V"},
+    },
     "scenario": {
         "gait": {"stride_time": "1.2 s"},
+        "sensor": {
+            "pressure": {
+                "column": "chamber/dorsiflexor/pressure",
+                "type": "mpx5700",
+                "gain": 1.01,
+                "offset": "0.02 bar",
+                "drift": "1 Pa/s",
+                "hysteresis": "0.01 bar",
+                "lowpass": "100 Hz",
+                "rate": "250 Hz",
+                "noise": "10 mbar",
+                "minimum": "0 bar",
+                "maximum": "7 bar",
+                "resolution": "5 mV",
+                "delay": "4 ms",
+                "threshold": "1 bar",
+                "debounce": "10 ms",
+                "calibration": {
+                    "slope": "6.43 mV/kPa",
+                    "intercept": "0.2 V",
+                    "shape": "linear",
+                    "assumed_slope": "6.5 mV/kPa",
+                    "assumed_intercept": "0.2 V",
+                },
+            }
+        },
         "load_moment": "1 N*m",
         "record_rate": "500 Hz",
         "side": "left",
+        "controller": {
+            "state_machine": {
+                "state": {"swing": {"dorsiflexor": "inlet"}},
+                "transition": [
+                    {"state": "swing", "to": "stance", "column": "foot/heel_load", "above": "50 N"}
+                ],
+            }
+        },
+        "drive": {"dorsiflexor": {"kind": "bang_bang"}},
     },
 }
 # Keys under which a file names other descriptions.
@@ -90,7 +138,7 @@ def new(
 
     Parameters
     ----------
-    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe", "limits" or "scenario"
+    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe", "limits", "sensor" or "scenario"
     name : of the new product; no shipped one's
     out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
     like : shipped product whose numbers it starts with

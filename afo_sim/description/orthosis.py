@@ -41,6 +41,8 @@ class Valve(Described):
     """Time from the coil's current to the open valve."""
     closing_delay: Delay
     """Time from the end of the current to the shut valve."""
+    rated_switches: Annotated[float, Quantity("", above=0.0, at_most=1e12)] | None = None
+    """Switchings that its maker rates it for; without it no life is told."""
 
     @property
     def row(self) -> dict[str, float]:

@@ -134,7 +134,8 @@ class Described(BaseModel):
         if isinstance(table, cls):
             return table
         if not isinstance(table, Mapping):
-            raise refusal("is not a table", f"a table with {', '.join(_own_keys(cls))}")
+            keys = ", ".join(_own_keys(cls))
+            raise refusal("is not a table", f"a table with {keys}" if keys else "a table")
         values, sources = split_sources(table)
         return values if not sources else values | {"provenance": sources}
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
 from afo_sim.description.limits import Limits
 from afo_sim.description.meanings import meaning
@@ -36,6 +37,7 @@ SPECS: dict[str, type[BaseModel]] = {
     "patient": Patient,
     "shoe": Shoe,
     "limits": Limits,
+    "sensor": SensorType,
 }
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
@@ -43,6 +45,7 @@ PROBLEMS = {
     "extra_forbidden": "is an unknown key",
     "tuple_type": "is not a list",
     "too_long": "has too many items",
+    "too_short": "has too few items",
     "literal_error": "is no choice",
     "int_type": "is not a whole number",
     "int_parsing": "is not a whole number",
@@ -91,19 +94,21 @@ def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
 @overload
 def load(kind: Literal["limits"], source: Source, sets: Sets = None) -> Limits: ...
 @overload
+def load(kind: Literal["sensor"], source: Source, sets: Sets = None) -> SensorType: ...
+@overload
 def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
 def load(kind: str, source: Source, sets: Sets = None) -> Described:
     """Read a description.
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe" or "limits"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe", "limits" or "sensor"
     source : a shipped name, a path, or the description itself as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
-    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
+    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe, Limits or SensorType
 
     Raises
     ------
@@ -262,6 +267,10 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     told = facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")
     table = table_at(SPECS[tree.kind], path[:-1])
     info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    if not told and "min_length" in facts:
+        told = f"at least {facts['min_length']}"
+    if not told and info and PROBLEMS.get(entry["type"]) == "is out of range":
+        told = allowed(marked(info))
     if entry["type"] == "missing" and info and not told:
         told = f"{allowed(marked(info))} ({' '.join(meaning(table, name).split()).rstrip('.')})"
     return InputError(

@@ -10,9 +10,12 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from afo_sim.common.errors import nearest_name
+from afo_sim.description.control.controller import ControllerDescription
+from afo_sim.description.control.drive import Drive
+from afo_sim.description.control.sensor import Sensor
 from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.orthosis import Orthosis
@@ -21,10 +24,9 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.shoe import Shoe
 from afo_sim.description.subtalar import Subtalar
 from afo_sim.description.toes import Toes
+from afo_sim.description.valve_timer import PositiveTime, Timer
 from afo_sim.description.walking import Gait, Ground, Patient, Phases, Start
 
-Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
-PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
 
@@ -113,43 +115,6 @@ class Shank(Described):
         return self
 
 
-class ValveTimes(Described):
-    """Intervals in which a chamber's two valves are open, [from, to] within the timer's period."""
-
-    inlet: tuple[tuple[Time, Time], ...] = ()
-    """Intervals [from, to] in which the inlet valve's coil has current."""
-    outlet: tuple[tuple[Time, Time], ...] = ()
-    """Intervals [from, to] in which the outlet valve's coil has current."""
-
-
-class Timer(Described):
-    """A repeating timer; every key but `period` is a chamber."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)
-
-    period: PositiveTime
-    """Time after which the valves' intervals repeat."""
-
-    @property
-    def chambers(self) -> dict[str, ValveTimes]:
-        """The valves' intervals by chamber."""
-        return dict(self.__pydantic_extra__ or {})
-
-    @model_validator(mode="after")
-    def _events_fit(self) -> Self:
-        for name, times in self.chambers.items():
-            for valve in ("inlet", "outlet"):
-                for start, end in getattr(times, valve):
-                    if not 0.0 <= start < end <= self.period * (1.0 + 1e-12):
-                        raise refusal(
-                            f"the event [{start:g} s, {end:g} s] is not within the period",
-                            f"0 s ≤ from < to ≤ {self.period:g} s",
-                            f"{name}.{valve}",
-                        )
-        return self
-
-
 class Scenario(Described):
     """One simulation, whole: leg, orthosis, patient, supply, valve times, duration; SI inside.
 
@@ -192,6 +157,12 @@ class Scenario(Described):
     """Valves switched by a clock; or phases."""
     phases: Phases | None = None
     """Valves switched by gait phase; or a timer. Walking only."""
+    controller: ControllerDescription | None = None
+    """Electronics that close the loop; instead of timer and phases."""
+    drive: dict[str, Drive] = Field(default={})
+    """Pressure drives by chamber; without one its valves are switched directly."""
+    sensor: dict[str, Sensor] = Field(default={})
+    """Sensors by name; a controller reads them as "sensor/<name>"."""
     gait: Gait | None = None
     """Recorded walking that drives the shank. Walking only."""
     patient: Patient | None = None
@@ -268,22 +239,32 @@ class Scenario(Described):
             raise refusal(
                 "stands beside a timer: one of them switches the valves", "phases or timer", "phases"
             )
-        if self.orthosis.chamber and self.timer is None and self.phases is None:
+        for kind in ("timer", "phases"):
+            if self.controller is not None and getattr(self, kind) is not None:
+                raise refusal(
+                    f"stands beside {kind}: one of them switches the valves",
+                    f"controller or {kind}",
+                    "controller",
+                )
+        if self.orthosis.chamber and not (self.timer or self.phases or self.controller):
             raise refusal("is missing: nothing switches the valves", "timer, or phases when walking", "timer")
         return self
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        told = (("timer", self.timer), ("phases", self.phases), ("start", self.start))
-        for kind, switched in told:
-            for name in switched.chambers if switched else ():
+        told = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
+        named = [(kind, switched.chambers) for kind, switched in told if switched]
+        for kind, chambers in (*named, ("drive", self.drive)):
+            for name in chambers:
                 if name not in self.orthosis.chamber:
                     raise refusal(
                         "the orthosis has no such chamber",
-                        ", ".join(self.orthosis.chamber),
+                        ", ".join(self.orthosis.chamber) or "an orthosis with chambers",
                         f"{kind}.{name}",
                         nearest_name(name, self.orthosis.chamber) or "",
                     )
+        if self.controller is not None:
+            self.controller.check_chambers(self.orthosis.chamber, self.drive)
         if self.ground is not None and self.ground.toe_stiffness is not None and self.leg.toes is not None:
             raise refusal(
                 "is for a leg without toes; this leg's toes have a hinge with a stiffness of its own",

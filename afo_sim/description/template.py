@@ -73,7 +73,7 @@ class Template:
                     yield from self._table(inner, written, examples.get(key) or {}, (*path, key))
         if kind.model_config.get("extra") == "allow":
             inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
-            for chamber in self.chambers:
+            for chamber in self.chambers if is_table(inner) else ():
                 written = given.get(chamber, _empty(inner)) if live else None
                 yield from self._table(inner, written, examples.get(chamber) or {}, (*path, chamber))
 

@@ -21,6 +21,7 @@ REFERENCES: dict[str, dict[Path, str]] = {
         ("orthosis", "muscle", "*", "type"): "muscle",
         ("orthosis", "chamber", "*", "inlet"): "valve",
         ("orthosis", "chamber", "*", "outlet"): "valve",
+        ("sensor", "*", "type"): "sensor",
     },
     "orthosis": {
         ("muscle", "*", "type"): "muscle",

@@ -1,5 +1,6 @@
 """Walking as it is described: the recorded gait, the patient, valves by gait phase."""
 
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
@@ -9,6 +10,8 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
+PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
 
 
 class Gait(Described):
@@ -22,6 +25,10 @@ class Gait(Described):
     """Standard deviation of the stride time, as a share of it."""
     seed: int = Field(default=0, ge=0)
     """Seed of the stride times, where they vary."""
+    pace: tuple[tuple[PaceTime, PaceFactor], ...] = ()
+    """Changes of the cadence: [time from which on, factor on it]; 0 is a stop, 1 the walker's own cadence."""
+    pace_change: Annotated[float, Quantity("s", at_least=0.1, at_most=10.0)] = 0.5
+    """Time that each change of the cadence takes; the half second is assumed."""
     start_phase: Phase = 0.0
     """Gait phase at which the run begins; 0 is heel strike."""
     ankle_offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
@@ -42,6 +49,19 @@ class Gait(Described):
     def _has_one_pace(self) -> Self:
         if self.speed is not None and self.stride_time is not None:
             raise refusal("stands beside gait.speed, which tells the pace", "one of the two", "stride_time")
+        return self
+
+    @model_validator(mode="after")
+    def _changes_pace_in_turn(self) -> Self:
+        for (before, _), (after, _) in pairwise(self.pace):
+            # from 0 s on the first factor holds without a change
+            earliest = before + (self.pace_change if before > 0.0 else 0.0)
+            if after <= before or after < earliest * (1.0 - 1e-12):
+                raise refusal(
+                    f"the change at {after:g} s begins before the one at {before:g} s is over",
+                    f"from {earliest:g} s on, a shorter gait.pace_change, or times that rise",
+                    "pace",
+                )
         return self
 
 

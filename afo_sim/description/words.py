@@ -1,6 +1,6 @@
 """A resolved scenario in words for people who do not read TOML."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common.units import parse_quantity
@@ -89,11 +89,18 @@ def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
     if gait.get("variability"):
         words += f", stride time varied by {100.0 * gait['variability']:g} %"
+    if gait.get("pace"):
+        words += f", {_pace(gait['pace'])}"
     yield "walking", words
     if (scenario.get("ground") or {}).get("mode", "recorded") == "recorded":
         yield "ground", "the recorded force, whatever the foot does: it can pass through the floor (a trip)"
     else:
         yield "ground", "contact of this foot with the floor"
+
+
+def _pace(pace: Sequence[Sequence[Any]]) -> str:
+    told = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
+    return f"cadence times {', '.join(told)} (0 stands)"
 
 
 def _device(scenario: Scenario) -> Iterator[tuple[str, str]]:

@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from afo_sim import native
 from afo_sim.description.scenario import Scenario
+from afo_sim.gait.checks import STANCE_FORCE
 from afo_sim.model import mounting, stability
 from afo_sim.model.assemble import assemble, compiled
 from afo_sim.model.circuit import circuit_of
@@ -19,6 +21,7 @@ from afo_sim.model.guide_checks import check_guides
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
+from afo_sim.model.pace import Pace
 from afo_sim.model.path_checks import check_paths
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import unseen_drift, why_walked
@@ -65,9 +68,7 @@ class Built:
     def _full(self) -> tuple[mujoco.MjModel, mujoco.MjSpec]:
         size = Size.of(self.scenario)
         leg = leg_spec(self.scenario, size)
-        spec = assemble(
-            leg, self.scenario, circuit_of(self.scenario.orthosis, inverts=free(self.scenario)), size
-        )
+        spec = assemble(leg, self.scenario, _circuit(self.scenario), size)
         model = compiled(spec, self.scenario)
         model.actuator_user[:] = self.model.actuator_user
         return model, spec
@@ -107,7 +108,7 @@ def build(scenario: Scenario) -> Built:
         would be unstable at this time step (with the step that would do).
     """
     check_subtalar(scenario)
-    circuit, size = circuit_of(scenario.orthosis, inverts=free(scenario)), Size.of(scenario)
+    circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
     foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
@@ -127,6 +128,10 @@ def build(scenario: Scenario) -> Built:
     return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
 
 
+def _circuit(scenario: Scenario) -> native.Circuit:
+    return circuit_of(scenario.orthosis, inverts=free(scenario), drives=scenario.drive)
+
+
 def _walked(scenario: Scenario) -> Iterator[str]:
     """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
     if scenario.gait is None:
@@ -137,12 +142,29 @@ def _walked(scenario: Scenario) -> Iterator[str]:
         yield unseen
 
 
+def _paced(scenario: Scenario, walk: Walk) -> Iterator[str]:
+    """Warnings of changes of pace that come after the end, and of stops on the other leg alone."""
+    assert scenario.gait is not None
+    late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
+    if late:
+        end = scenario.duration
+        yield f"gait.pace: the change at {late[0]:g} s comes after the end of the run, at {end:g} s"
+    for begun, _ in Pace.of(scenario.gait).stands:
+        if begun < scenario.duration:
+            phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
+            if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
+                yield (
+                    f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
+                    f"{100.0 * phase:.0f} % of the stride"
+                )
+
+
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and find what the patient's own ankle does in it."""
     scenario = built.scenario
     walk = lay_out(scenario, foot)
     own = active(walk, bare, scenario, built.body_mass)
-    contact, warnings = None, built.warnings
+    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
     if scenario.contact:
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)

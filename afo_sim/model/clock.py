@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+STILL = 1e-9  # of a stride, below which a step goes nowhere: its share would be rounding [-]
 Intervals = tuple[tuple[float, float], ...]
 
 
@@ -35,7 +36,17 @@ class Clock:
         merged = _merged(intervals)
         if not merged:
             return np.zeros(len(self.start[0]))
-        share = (_until(merged, *self.end) - _until(merged, *self.start)) / self.step
+        moved = np.asarray(self.step) > STILL
+        if not moved.all():  # who stands at a phase has a valve on there or not
+            return np.where(moved, self._moving(merged, np.where(moved, self.step, 1.0)), self._still(merged))
+        return self._moving(merged, self.step)
+
+    def _still(self, merged: list[tuple[float, float]]) -> np.ndarray:
+        beyond = self.start[1]
+        return np.any([(start <= beyond) & (beyond < end) for start, end in merged], axis=0).astype(float)
+
+    def _moving(self, merged: list[tuple[float, float]], step: float | np.ndarray) -> np.ndarray:
+        share = (_until(merged, *self.end) - _until(merged, *self.start)) / step
         # to a billionth, so that an event on a step's edge is one
         return np.round(np.minimum(np.maximum(share, 0.0), 1.0), 9)
 

@@ -11,6 +11,8 @@ from afo_sim.model.toes import REST, rest_moment
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 
+OFF = -1.0  # input of a drive that leaves its valves to their own inputs
+
 
 def controls(built: Built, n_step: int | None = None) -> np.ndarray:
     """Inputs of every actuator at every step.
@@ -22,14 +24,15 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
 
     Returns
     -------
-    (n_step, nu): coil commands [-], supply pressure, gauge [Pa], knee angle [rad]; in walking also the
-    shank's acceleration, the ground's and the patient's moment; zero for muscles
+    (n_step, nu): coil commands [-], supply pressure, gauge [Pa], drives off, knee angle [rad]; in
+    walking also the shank's acceleration, the ground's and the patient's moment; zero for muscles
     """
     scenario, index = built.scenario, built.index
     count = n_step or scenario.n_step
     control = np.zeros((count, built.model.nu))
     control[:, index.passive] = scenario.shank.knee_angle or 0.0
     control[:, list(index.chambers.values())] = scenario.supply.pressure
+    control[:, list(index.drives.values())] = OFF
     if scenario.timer is not None:
         clock = Clock.of(np.arange(count) * scenario.timestep, scenario.timestep, scenario.timer.period)
         for chamber, times in scenario.timer.chambers.items():

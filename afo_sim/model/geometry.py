@@ -153,7 +153,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),
         tuple((name, *_path(group)) for name, group in orthosis.muscle.items()),
         tuple((m.name, m.tendons, m.chamber, m.anchors, m.friction_states) for m in circuit.muscles),
-        tuple((chamber.name, chamber.joint) for chamber in circuit.chambers),
+        tuple((c.name, c.joint, c.drive is not None) for c in circuit.chambers),
     )
     described = _Seen(seen, scenario, circuit, size, own)
     return (_made if None in times else _kept)(described)
@@ -209,6 +209,7 @@ def _made(seen: _Seen) -> Geometry:
             walking=walking_actuators(model),
             ankle_qpos=int(joint.qposadr[0]),
             ankle_dof=int(joint.dofadr[0]),
+            drives=ids.drives,
         ),
         angles=angles,
         lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),

@@ -3,7 +3,7 @@
 import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -33,6 +33,7 @@ class Index:
     walking: dict[str, int]
     ankle_qpos: int
     ankle_dof: int
+    drives: dict[str, int] = field(default_factory=dict)  # by chamber
 
 
 def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:

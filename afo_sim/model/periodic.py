@@ -21,8 +21,12 @@ def why_walked(scenario: Scenario) -> str:
         return "the scenario asks for it"
     if scenario.contact:
         return "the foot meets the floor (ground.mode), and its strides need not repeat"
+    if scenario.controller is not None:
+        return "a controller closes the loop, and its strides need not repeat"
     if gait.variability > 0.0:
         return "the stride time varies (gait.variability)"
+    if gait.pace:
+        return "the cadence changes or the walker stops (gait.pace)"
     if drift(scenario):
         assert scenario.timer is not None
         stride, period = stride_time_of(scenario), scenario.timer.period

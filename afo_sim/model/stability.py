@@ -1,7 +1,5 @@
 """Whether a time step is short enough: numbers of air and friction."""
 
-import math
-
 import mujoco
 import numpy as np
 
@@ -16,6 +14,8 @@ from afo_sim.common.units import (
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.scenario import Scenario
+from afo_sim.model.chamber_volume import least_volume
+from afo_sim.model.drive_checks import check_drives
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import laminar_slope
@@ -32,16 +32,17 @@ def check_stability(
 
     Muscle, damper, braid and cable are solved at the end of each step and set no limit. The air is explicit:
     laminar flow through open valves, and heat to the wall, must be slow against the step. So must friction
-    be where it falls with speed.
+    be where it falls with speed, and what pressure drives ask for.
 
     Returns
     -------
-    ({"air", "friction": number}, warnings)
+    ({"air", "friction", with drives "drive": number}, warnings)
     """
     friction = _friction_number(model, index, scenario)
     check_friction(friction, scenario.timestep)
     air, warnings = check_air(scenario.orthosis, scenario.timestep)
-    return {"air": air, "friction": friction}, warnings
+    drives, told = check_drives(scenario)
+    return {"air": air, "friction": friction} | drives, [*warnings, *told]
 
 
 def check_friction(friction: float, step: float) -> None:
@@ -103,9 +104,7 @@ def _too_long(reason: str, step: float, enough: float) -> InputError:
 
 def _air_rate(orthosis: Orthosis, name: str) -> float:
     """The fastest rate of a chamber: laminar flow through both valves, and heat to the wall [1/s]."""
-    chamber, muscles = orthosis.chamber[name], orthosis.muscles_of(name).values()
-    volume = chamber.tube_volume + sum(g.count * g.type.dead_volume for g in muscles)
-    volume += sum(g.count * g.type.nominal_length * math.pi * g.type.bore**2 / 4.0 for g in muscles)
+    chamber, volume = orthosis.chamber[name], least_volume(orthosis, name)
     flow = sum(laminar_slope(v.conductance, v.critical_ratio) for v in (chamber.inlet, chamber.outlet))
     mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
     heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))

@@ -18,6 +18,7 @@ from afo_sim.gait.place import Placed, fit_to_leg
 from afo_sim.model.clock import Clock
 from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned_all
 from afo_sim.model.outsole import Point, grown, worn
+from afo_sim.model.pace import Pace
 from afo_sim.model.person import Size, persons_stride, taller_than_recorded
 from afo_sim.model.toes import Resting
 
@@ -215,18 +216,23 @@ def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:
     """Gait phase, counting strides, at times.
 
     Strides of varied duration are joined by a spline through their heel strikes, so that the shank has no
-    kink where one stride passes into the next.
+    kink where one stride passes into the next. A pace that changes makes the time of all that run faster,
+    slower or not at all.
 
     Parameters
     ----------
-    gait : stride time, its variability and seed
+    gait : stride time, its variability and seed, and pace
     recorded : stride time of the cycle [s]
-    time : [s] (n,)
+    time : rising [s] (n,)
 
     Returns
     -------
     (n,), `start_phase` at time 0
     """
+    if gait.pace:
+        steady = gait.model_copy(update={"pace": ()})
+        # rounding must not walk backwards
+        return np.maximum.accumulate(phase_at(steady, recorded, Pace.of(gait).walked(time)))
     mean = gait.stride_time or recorded
     if gait.variability == 0.0:
         return gait.start_phase + time / mean

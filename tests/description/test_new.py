@@ -31,7 +31,8 @@ def every_field(kind: Any) -> set[str]:
         if is_table(inner) and "name" not in inner.model_fields:
             found |= every_field(inner)
     if kind.model_config.get("extra") == "allow":
-        found |= every_field(get_args(kind.__annotations__["__pydantic_extra__"])[1])
+        inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
+        found |= every_field(inner) if is_table(core(inner)[0]) else set()
     return found
 
 

@@ -26,6 +26,8 @@ TOLD = {
     "patient.body_height": "1.70 m",
     "gait.variability": 0.03,
     "gait.seed": 1,
+    "gait.pace": [["0.4 s", 1.1], ["1.2 s", 0.9]],
+    "gait.pace_change": "0.4 s",
     "gait.sole_thickness": "10 mm",
     "start.dorsiflexor.fill_time": "0.2 s",
     "phases.plantarflexor.inlet": [[0.6, 0.9]],
@@ -127,6 +129,7 @@ NOT_PHYSICAL = (
     "leg.toes.joint",
     "shank.pose",
     "callback",
+    "controller",  # none here
     "duration",
     "timestep",
     "record_rate",
@@ -154,6 +157,8 @@ def cases() -> list[Any]:
     for key, value in parameters().items():
         if key.startswith("phases."):
             changed = [(0, [[a + 0.02, b - 0.02] for a, b in value])]
+        elif key == "gait.pace":  # every time, then every factor
+            changed = [(0, [[nudged(a), b] for a, b in value]), (1, [[a, nudged(b)] for a, b in value])]
         elif isinstance(value, list):
             changed = [
                 (place, [nudged(x) if k == place else x for k, x in enumerate(value)])

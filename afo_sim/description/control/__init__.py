@@ -1,0 +1,1 @@
+"""Electronics as they are described: sensors, controllers, drives."""

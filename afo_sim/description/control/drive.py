@@ -1,0 +1,80 @@
+"""A pressure drive: what turns a pressure that is asked for into currents of a chamber's two valves."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+DriveTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
+DrivePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
+
+RELEASE = 0.75  # of the dead band: 15 of 20 mbar in the controller of the robot Lucy (VUB)
+SWITCHED = ("release",)  # what two-point switching alone has
+PULSED = ("period",)
+CONTROLLED = ("full_at", "integral_time", "derivative_time")  # what a PID alone has
+WITHOUT = {
+    "bang_bang": (*PULSED, *CONTROLLED, "bandwidth"),
+    "pwm": (*SWITCHED, "bandwidth"),
+    "regulator": (*SWITCHED, *PULSED, "least_on", "least_off"),
+}  # fields that change nothing, by kind
+
+
+class Drive(Described):
+    """A chamber's pressure drive; it runs natively in every step, on the chamber's own pressure."""
+
+    kind: Literal["bang_bang", "pwm", "regulator"]
+    """Switching about a dead band, pulse-width modulation of a PID, or a proportional regulator."""
+    dead_band: DrivePressure = 2e3
+    """Pressure error within which both valves stay shut; by default Lucy's 20 mbar."""
+    release: DrivePressure | None = None
+    """Pressure error at which bang_bang shuts an open valve again; 3/4 of the dead band by default."""
+    period: Annotated[float, Quantity("s", above=0.0, at_most=1.0)] = 0.02
+    """Period of the pulse-width modulation."""
+    least_on: DriveTime | None = None
+    """Least time for which a coil is switched on; shorter pulses are not given. By default the opening delay
+    of the valves for pwm, whose shorter pulses would move no air; none for the others."""
+    least_off: DriveTime = 0.0
+    """Least time for which both coils are off between; gaps of a pulse train that are shorter are none."""
+    full_at: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)] = 5e4
+    """Pressure error at which the PID asks for full current."""
+    integral_time: Annotated[float, Quantity("s", above=0.0, at_most=1e3)] | None = None
+    """Integral time of the PID; no integral by default."""
+    derivative_time: DriveTime = 0.0
+    """Derivative time of the PID."""
+    bandwidth: Annotated[float, Quantity("Hz", above=0.0, at_most=1e4)] = 20.0
+    """Bandwidth (-3 dB) of a regulator's proportional valves, instead of their delays."""
+    filter_time: DriveTime = 0.0
+    """Time constant of the drive's own pressure transducer."""
+
+    @property
+    def releases_at(self) -> float:
+        """Pressure error at which bang_bang shuts an open valve again [Pa]."""
+        return RELEASE * self.dead_band if self.release is None else self.release
+
+    def shortest_pulse(self, opening_delay: float) -> float:
+        """Least time for which a coil is switched on [s], of valves with this opening delay [s]."""
+        if self.least_on is not None:
+            return self.least_on
+        return min(opening_delay, self.period) if self.kind == "pwm" else 0.0
+
+    @property
+    def valve_bandwidth(self) -> float:
+        """Bandwidth of the valves [Hz]; 0 where they are solenoid valves."""
+        return self.bandwidth if self.kind == "regulator" else 0.0
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Fields that are set and change nothing in a drive of this kind."""
+        fields = type(self).model_fields
+        return tuple(name for name in WITHOUT[self.kind] if getattr(self, name) != fields[name].default)
+
+    @model_validator(mode="after")
+    def _has_a_hysteresis(self) -> Self:
+        if self.release is not None and self.release > self.dead_band:
+            most = f"at most the dead band's {1e-5 * self.dead_band:g} bar"
+            raise refusal("is above the dead band: an open valve would be shut at once", most, "release")
+        if self.kind == "pwm" and (self.least_on or 0.0) > self.period:
+            most = f"at most the period's {1e3 * self.period:g} ms"
+            raise refusal("is longer than the period: no pulse would ever be given", most, "least_on")
+        return self

@@ -1,0 +1,127 @@
+"""PID control, as it is described."""
+
+from typing import Annotated, Self
+
+from pydantic import model_validator
+
+from afo_sim.description.control.reference import MomentReference, PressureReference, Reference
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+QUANTITIES = {"angle": "rad", "moment": "N*m", "pressure": "Pa"}  # table → unit of the column that it is of
+GainTime = Annotated[float, Quantity("s", above=0.0, at_most=1e3)]
+Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+
+
+class AngleLoop(Described):
+    """The angle that is controlled."""
+
+    column: str = "ankle/angle"
+    """What is measured: a column of angles, or "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("rad", above=0.0, at_most=100.0)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: Reference = Reference()
+    """What is followed."""
+
+
+class MomentLoop(Described):
+    """The moment that is controlled."""
+
+    column: str = "ankle/moment/orthosis"
+    """What is measured: a column of moments, or "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("N*m", above=0.0, at_most=1e5)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: MomentReference = MomentReference()
+    """What is followed."""
+
+
+class PressureLoop(Described):
+    """The pressure that is controlled."""
+
+    column: str
+    """What is measured: a column of gauge pressures such as "chamber/dorsiflexor/pressure", or
+    "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("Pa", above=0.0, at_most=1e8)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: PressureReference = PressureReference()
+    """What is followed."""
+
+
+class PairPressures(Described):
+    """Pressures of a pair of chambers: mean + output · half_range in one, mean − output · half_range in the
+    other; none is below ambient."""
+
+    mean: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
+    """Gauge pressure of both chambers at output 0."""
+    half_range: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
+    """Pressure by which the chambers depart from the mean at output 1."""
+
+
+class Pid(Described):
+    """PID on an angle, a moment or a pressure, given to a chamber or to a pair of them.
+
+    output = (e + 1/integral_time ∫ e dt − derivative_time dy/dt) / proportional_band, within
+    ±output_limit. The derivative is of what is measured, not of the error: a step of the reference gives
+    no kick.
+    """
+
+    angle: AngleLoop | None = None
+    """An angle is controlled; or a moment, or a pressure."""
+    moment: MomentLoop | None = None
+    """A moment is controlled; or an angle, or a pressure."""
+    pressure: PressureLoop | None = None
+    """A pressure is controlled; or an angle, or a moment."""
+    raises: str = "dorsiflexor"
+    """Chamber that is filled for a positive output and vented for a negative one."""
+    lowers: str | None = None
+    """Chamber that is vented for a positive output and filled for a negative one; none by default."""
+    integral_time: GainTime | None = None
+    """Time in which the integral of a constant error grows by as much as the proportional part; no integral
+    by default."""
+    derivative_time: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] = 0.0
+    """Time by which the derivative looks ahead."""
+    derivative_filter: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] | None = None
+    """Time constant of the derivative's first-order low-pass; a tenth of derivative_time by default."""
+    output_limit: Annotated[float, Quantity("", above=0.0, at_most=1.0)] = 1.0
+    """Greatest output, to either side; there the integral waits."""
+    least_output: Share = 0.0
+    """Output below which the valves stay shut; of no effect on pressures."""
+    pressures: PairPressures | None = None
+    """Pressures that the chambers' drives are asked for; without it the valves are switched directly."""
+
+    @property
+    def quantity(self) -> str:
+        """What is controlled: "angle", "moment" or "pressure"."""
+        return next(name for name in QUANTITIES if getattr(self, name) is not None)
+
+    @property
+    def loop(self) -> AngleLoop | MomentLoop | PressureLoop:
+        """The table of what is controlled."""
+        found: AngleLoop | MomentLoop | PressureLoop = getattr(self, self.quantity)
+        return found
+
+    @property
+    def cycle(self) -> float | None:
+        """Period of what is followed [s]; None where it does not repeat."""
+        return self.loop.reference.cycle
+
+    @model_validator(mode="after")
+    def _controls_one_quantity(self) -> Self:
+        there = [name for name in QUANTITIES if getattr(self, name) is not None]
+        if len(there) != 1:
+            said = "is missing: nothing is controlled" if not there else f"stands beside {there[0]}"
+            raise refusal(said, "one of the tables angle, moment, pressure", there[-1] if there else "angle")
+        return self
+
+    @model_validator(mode="after")
+    def _has_two_chambers(self) -> Self:
+        if self.raises == self.lowers:
+            raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")
+        if self.pressures is not None and self.least_output > 0.0:
+            raise refusal("goes with valves, and pressures are asked for", "0", "least_output")
+        return self
