@@ -1,0 +1,101 @@
+"""Commands to chambers by name: two valves' coils, or a pressure that a drive makes of them."""
+
+import numbers
+from collections.abc import Iterable, Mapping
+
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.units import LEAST_NUMBER
+
+Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa], or two coils
+COILS = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), "both": (1.0, 1.0), "shut": (0.0, 0.0)}
+TIMED = "timed"
+HIGHEST = 2e6  # pressure that may be asked for, gauge [Pa]
+WORDS = "inlet, outlet, both, shut, or the two coils (inlet, outlet) from 0 to 1"
+
+
+def coils(
+    commands: Mapping[str, Command], chambers: Iterable[str], allowed: str = WORDS
+) -> dict[str, tuple[float, float]]:
+    """Coils (inlet, outlet) [-] of the chambers that are commanded; a refusal tells `allowed`.
+
+    Raises
+    ------
+    InputError
+        There is no such chamber, or it is no command.
+    """
+    known = list(chambers)
+    found = {}
+    for chamber, command in commands.items():
+        if chamber not in known:
+            raise unknown(chamber, known, field="chamber", problem="the orthosis has no such chamber")
+        if isinstance(command, str):
+            if command not in COILS:
+                raise InputError("is no command", field=chamber, value=command, allowed=allowed)
+            found[chamber] = COILS[command]
+            continue
+        try:
+            inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]
+        except (TypeError, ValueError):
+            raise InputError("is no command", field=chamber, value=command, allowed=allowed) from None
+        if not (0.0 <= inlet <= 1.0 and 0.0 <= outlet <= 1.0):
+            raise InputError("is outside a coil's range", field=chamber, value=command, allowed=allowed)
+        found[chamber] = (inlet, outlet)
+    return found
+
+
+def checked_pressure(pressure: float) -> float:
+    """A supply's gauge pressure [Pa]; InputError unless it is a number that is not negative."""
+    if not isinstance(pressure, numbers.Real) or not 0.0 <= pressure <= 2e6:
+        allowed = "a number from 0 to 2e6 Pa, gauge"
+        raise InputError("is no supply pressure", field="supply_pressure", value=pressure, allowed=allowed)
+    if 0.0 < pressure < LEAST_NUMBER:
+        problem = "is a number of Pa: was it meant in bar?"
+        raise InputError(problem, field="supply_pressure", value=pressure, allowed="4e5, which is 4 bar")
+    return float(pressure)
+
+
+def checked(
+    commands: object, chambers: Iterable[str], driven: Iterable[str] = ()
+) -> dict[str, tuple[float, float] | float | None]:
+    """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's timing.
+
+    Parameters
+    ----------
+    commands : what a controller gave: a mapping of chambers to commands
+    chambers : of the orthosis
+    driven : chambers that have a pressure drive
+
+    Raises
+    ------
+    InputError
+        It is no mapping, there is no such chamber, or it is no command.
+    """
+    if not isinstance(commands, Mapping):
+        allowed = 'a mapping of chambers, such as {"dorsiflexor": "inlet"}'
+        raise InputError("is no command", field="command", value=commands, allowed=allowed)
+    known, drives = list(chambers), set(driven)
+    found: dict[str, tuple[float, float] | float | None] = {}
+    for chamber, command in commands.items():
+        if chamber not in known:
+            raise unknown(chamber, known, field="chamber", problem="the orthosis has no such chamber")
+        if isinstance(command, str) and command == TIMED:
+            found[chamber] = None
+        elif isinstance(command, numbers.Real) and not isinstance(command, bool):
+            found[chamber] = _pressure(chamber, float(command), drives)
+        else:
+            asks = f"{WORDS}; {TIMED}"
+            if chamber in drives:
+                asks += f"; or a number, a gauge pressure from 0 to {HIGHEST:g} Pa"
+            found |= coils({chamber: command}, known, asks)
+    return found
+
+
+def _pressure(chamber: str, pressure: float, driven: set[str]) -> float:
+    """A pressure that a chamber's drive is asked for [Pa]."""
+    if chamber not in driven:
+        problem = f"is a pressure, and the chamber has no drive: describe [drive.{chamber}]"
+        raise InputError(problem, field=chamber, value=pressure, allowed=WORDS)
+    if not 0.0 <= pressure <= HIGHEST:
+        allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"
+        raise InputError("is out of range", field=chamber, value=pressure, allowed=allowed)
+    return pressure

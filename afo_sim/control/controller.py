@@ -1,0 +1,40 @@
+"""The controller: observation → command at a control rate."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from afo_sim.control.command import Command
+from afo_sim.control.observation import Observation
+
+
+class Controller(Protocol):
+    """What chooses the commands of the next control period. Any function of an observation is one.
+
+    A command names chambers; those that it does not name keep their last one. See `command.py`.
+
+    An object may have, beside:
+
+    reset() : called before the first step of each run
+    tell() -> {name: float} : what is recorded beside the commands, as columns "controller/<name>"; the names
+        and units are those of `TOLD`
+    asks : the columns that it reads, as names or `Asked`; held against what there is before a run begins
+    """
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The commands by chamber."""
+        ...
+
+
+# Columns "controller/<name>" that controllers may tell: {name: (unit, meaning)}
+TOLD: dict[str, tuple[str, str]] = {
+    "state": ("", "number of the state machine's state, from 0"),
+    "phase": ("", "estimated gait phase, 0 = heel strike, up to 1"),
+    "stride_time": ("s", "estimated duration of a stride"),
+    "reference": ("rad", "angle that is asked for, dorsiflexion positive"),
+    "reference_moment": ("N*m", "moment that is asked for, dorsiflexion positive"),
+    "reference_pressure": ("Pa", "pressure that is asked for, gauge"),
+    "error": ("rad", "reference less measured"),
+    "output": ("", "of the controller, −1 to 1"),
+    "activation": ("", "of the muscle that the electrodes see, 0 to 1"),
+    "toe_load": ("N", "that the controller sees"),
+}

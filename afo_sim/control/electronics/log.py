@@ -1,0 +1,178 @@
+"""Logs of switched valves: a CSV with a row wherever a chamber's coils change, and how two of them differ."""
+
+import math
+import pathlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from afo_sim.common.csv_table import Table, read_table
+from afo_sim.common.errors import InputError, unknown
+
+TITLES = ("time_ms", "chamber", "inlet", "outlet")
+EXAMPLE = "time_ms,chamber,inlet,outlet"
+Coils = tuple[bool, bool]  # inlet, outlet
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A chamber's coils from a time on [s]."""
+
+    time: float
+    coils: Coils
+
+
+@dataclass(frozen=True)
+class Log:
+    """Switchings by chamber in the order of time, the first at the beginning; `end` is the last time [s]."""
+
+    switches: Mapping[str, tuple[Switch, ...]]
+    end: float
+
+    @classmethod
+    def of(cls, rows: Iterable[tuple[float, str, Coils]], end: float, chambers: Sequence[str]) -> "Log":
+        """From rows in the order of time; rows that change nothing are left out."""
+        found: dict[str, list[Switch]] = {chamber: [] for chamber in chambers}
+        for time, chamber, coils in rows:
+            before = found[chamber]
+            if not before or before[-1].coils != coils:
+                before.append(Switch(time, coils))
+        return cls({chamber: tuple(switches) for chamber, switches in found.items()}, end)
+
+    def text(self) -> str:
+        """As CSV: in the order of time, and at the end a row for each chamber, which tells that it lasted."""
+        rows = [(s.time, k, name, s) for k, (name, told) in enumerate(self.switches.items()) for s in told]
+        rows += [
+            (self.end, k, name, told[-1]) for k, (name, told) in enumerate(self.switches.items()) if told
+        ]
+        lines = [
+            f"{1e3 * time:.6f},{name},{s.coils[0]:d},{s.coils[1]:d}"
+            for time, _, name, s in sorted(rows, key=lambda row: row[:2])
+        ]
+        return "\n".join([",".join(TITLES), *lines, ""])
+
+    def coils_at(self, time: float) -> dict[str, Coils]:
+        """Coils at a time [s]; of chambers that have switched until then."""
+        return {
+            chamber: [s.coils for s in told if s.time <= time][-1]
+            for chamber, told in self.switches.items()
+            if told and told[0].time <= time
+        }
+
+
+def read_log(file: pathlib.Path, chambers: Sequence[str]) -> Log:
+    """Read a CSV of switchings, as the host program and the sketch print it.
+
+    Parameters
+    ----------
+    file : columns time_ms [ms], chamber, inlet, outlet (0 or 1)
+    chambers : of the orthosis
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, has other columns, an unknown chamber, times that fall, or no 0 or 1.
+    """
+    if not file.is_file():
+        raise InputError("there is no such file", file=file, field="--read", allowed="a log in CSV")
+    table = read_table(file, EXAMPLE)
+    titles = [title.strip() for title in table.titles]
+    for title in TITLES:
+        if title not in titles:
+            problem = f"the column {title!r} is missing"
+            raise InputError(problem, file=file, field="header", value=",".join(titles), allowed=EXAMPLE)
+    rows = [_row(table, number, dict(zip(titles, cells, strict=True))) for number, cells in table.rows]
+    if not rows:
+        raise InputError("holds no switching", file=file, allowed=EXAMPLE)
+    for (number, _), (row, after) in zip(table.rows[1:], pairwise(rows), strict=True):
+        if after[0] < row[0]:
+            problem = f"line {number}: the time falls"
+            allowed = "one run, in the order of time"
+            raise InputError(problem, file=file, field="time_ms", value=1e3 * after[0], allowed=allowed)
+    for number, row in zip((number for number, _ in table.rows), rows, strict=True):
+        if row[1] not in chambers:
+            problem = f"line {number}: the orthosis has no such chamber"
+            raise unknown(row[1], chambers, file=file, field="chamber", problem=problem)
+    return Log.of(rows, rows[-1][0], chambers)
+
+
+def _row(table: Table, number: int, cells: Mapping[str, str]) -> tuple[float, str, Coils]:
+    try:
+        time = float(cells["time_ms"])
+    except ValueError:
+        time = math.nan
+    if not 0.0 <= time < 1e12:
+        problem, allowed = f"line {number}: is no time", "milliseconds from 0 on"
+        raise InputError(problem, file=table.file, field="time_ms", value=cells["time_ms"], allowed=allowed)
+    coils = []
+    for side in ("inlet", "outlet"):
+        text = cells[side].strip()
+        if text not in ("0", "1"):
+            problem = f"line {number}: is no coil that is on or off"
+            raise InputError(problem, file=table.file, field=side, value=text, allowed="0 or 1")
+        coils.append(text == "1")
+    return round(1e-3 * time, 9), cells["chamber"].strip(), (coils[0], coils[1])
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How a chamber's switchings differ from the simulation's.
+
+    counts : switchings of the log and of the simulation, in the time that both have; how they begin is none
+    first : the first one that is missing, is another, or is off by more than `within`; "" where none is
+    largest : largest difference of the times of switchings that both have [s]
+    """
+
+    chamber: str
+    counts: tuple[int, int]
+    first: str
+    largest: float
+
+
+def differences(log: Log, simulated: Log, within: float) -> list[Difference]:
+    """Each chamber's switchings, one by one, in the time that both have.
+
+    Parameters
+    ----------
+    log, simulated : what is compared with what
+    within : difference of times that is passed over [s]
+    """
+    end = min(log.end, simulated.end)
+    return [
+        _difference(name, log.switches.get(name, ()), simulated.switches[name], end, within)
+        for name in simulated.switches
+    ]
+
+
+def _difference(
+    name: str, logged: Sequence[Switch], simulated: Sequence[Switch], end: float, within: float
+) -> Difference:
+    counts = (_count(logged, end), _count(simulated, end))
+    largest, first = 0.0, ""
+    for number in range(max(len(logged), len(simulated))):
+        one, other = (told[number] if number < len(told) else None for told in (logged, simulated))
+        if min(switch.time for switch in (one, other) if switch is not None) >= end - within:
+            break  # one of the two had ended
+        if one is None or other is None or one.coils != other.coils:
+            first = first or _told(number, one, other)
+            break
+        largest = max(largest, abs(one.time - other.time))
+        if abs(one.time - other.time) > within and not first:
+            first = _told(number, one, other)
+    return Difference(name, counts, first, largest)
+
+
+def _count(told: Sequence[Switch], end: float) -> int:
+    return sum(switch.time < end for switch in told[1:])
+
+
+def _told(number: int, one: Switch | None, other: Switch | None) -> str:
+    place = f"switching {number}" if number else "at the beginning"
+    return f"{place}: {_said(one)}, simulated {_said(other)}"
+
+
+def _said(switch: Switch | None) -> str:
+    if switch is None:
+        return "nothing"
+    words = {(False, False): "shut", (True, False): "inlet", (False, True): "outlet", (True, True): "both"}
+    return f"{words[switch.coils]} at {1e3 * switch.time:.3f} ms"

@@ -1,0 +1,75 @@
+"""Pressure by muscle activation: rectified, delayed, low-passed with two time constants."""
+
+import math
+from collections import deque
+from collections.abc import Mapping
+
+from afo_sim.control.asked import Asked
+from afo_sim.control.command import Command
+from afo_sim.control.hysteresis import switched
+from afo_sim.control.observation import Observation
+from afo_sim.description.control.emg import Emg
+from afo_sim.description.control.threshold import in_si
+from afo_sim.description.scenario import Scenario
+
+
+def activated(activation: float, excitation: float, dt: float, rise: float, fall: float) -> float:
+    """Activation after a time with a constant excitation: a' = (u − a)/τ, solved exactly.
+
+    Parameters
+    ----------
+    activation, excitation : a and u, from 0 to 1 [-]
+    dt : time [s]
+    rise, fall : τ where u is above a, and where it is not [s]; 0 follows at once
+    """
+    constant = rise if excitation > activation else fall
+    if constant == 0.0:
+        return excitation
+    return excitation + (activation - excitation) * math.exp(-dt / constant)
+
+
+class EmgController:
+    """A controller: a chamber by activation.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for
+    """
+
+    def __init__(self, description: Emg, scenario: Scenario):
+        self.description, self.full = description, in_si(description.full)
+        self.sign = 1.0 if description.side == "dorsiflexor" else -1.0
+        self.asks = [Asked(description.column, "controller.emg", "full", description.full)]
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin relaxed."""
+        self.activation, self.filling = 0.0, False
+        self.excitations: deque[float] = deque()  # on their way, the oldest first
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The command at the present activation."""
+        told = self.description
+        excitation = self._delayed(self.sign * seen[told.column] / self.full, seen.period)
+        times = told.activation_time, told.deactivation_time
+        self.activation = activated(self.activation, excitation, seen.period, *times)
+        if told.pressure is not None:
+            return {told.chamber: told.pressure * self.activation}
+        self.filling = switched(self.filling, self.activation, told.vent_below, told.fill_above)
+        if self.filling:
+            return {told.chamber: "inlet"}
+        return {told.chamber: "outlet" if self.activation < told.vent_below else "shut"}
+
+    def _delayed(self, share: float, period: float) -> float:
+        """The excitation of a delay ago, from 0 to 1; 0 before the first."""
+        self.excitations.append(min(max(share, 0.0), 1.0))
+        waiting = round(self.description.delay / period)
+        return self.excitations.popleft() if len(self.excitations) > waiting else 0.0
+
+    def tell(self) -> dict[str, float]:
+        """The activation, and the pressure that is asked for where there is a drive."""
+        found = {"activation": self.activation}
+        if self.description.pressure is not None:
+            found["reference_pressure"] = self.description.pressure * self.activation
+        return found

@@ -1,0 +1,256 @@
+"""The gait phase from the shank's angle: an oscillator that learns the walker, and stands where he stands.
+
+The walker's first swing starts it: from its highest angle to its lowest the shank takes a known share of the
+stride. From there an oscillator (`physics/oscillator.py`) follows the angle. What it knows before the first
+stride is the population's shank (`shank_template.py`), which also says where in the shape the heel strikes.
+It learns the walker's own shape. A foot switch, where there is one, tells it the walker's own heel strike.
+"""
+
+import math
+from collections import deque
+
+import numpy as np
+
+from afo_sim.control.shank_template import HARMONICS, Template, after_swing
+from afo_sim.physics.oscillator import SHAPE, advance, correct, origin, series, turn
+
+# The numbers below are assumed; they were tried on the shipped walkers (docs/phase.md).
+RANGE = math.radians(25.0)  # that the shank moves in a swing at least
+PAST = math.radians(6.0)  # that the shank has come back from an extreme when it counts as one
+SLOWEST, FASTEST = 0.2, 3.0  # rate of strides [1/s]
+LOST = math.radians(20.0)  # by which the shank differs from what is expected where it has lost the walker
+AGREES = 0.08  # phase by which a swing may differ from the oscillator before this begins anew [-]
+# What is not known when it begins: phase [-], rate [-] of itself, mean and first harmonic of the angle; the
+# others go with one over their order.
+PHASE, RATE, MEAN, FIRST = 0.04, 0.25, math.radians(6.0), math.radians(4.0)
+UNSTEADY = 0.3  # by which the rate wanders in a stride, of itself
+UNLIKE = math.radians(0.2)  # by which the shape wanders in a second
+# Error of a sample every 10 ms: at first of the shape, which it forgets in so many strides; later of the
+# sensor, and of strides that differ.
+BEGUN, LEARNT, FORGOTTEN, SAMPLE = math.radians(3.5), math.radians(1.5), 2.5, 0.01
+STRIKE = 0.006  # error of a foot switch [-]
+# Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
+# is looked at for a share of the stride, within bounds; for the longest while no stride is known.
+STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
+WAKING = 0.5, 0.01  # what is not known of who stands: rate [1/s], phase [-]
+SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
+AVERAGED = 2.0  # how often a stride the rate that is told is renewed
+KNOWN = 0.9  # strides that it has followed until it is ready
+BACK = 0.05  # phase by which it waits instead of running back [-]
+
+
+class PhaseEstimate:
+    """Estimator of gait phase and stride time from samples of the shank's angle.
+
+    Parameters
+    ----------
+    lead : time by which it tells the phase ahead of the sample, as old as samples are [s]
+    """
+
+    def __init__(self, lead: float = 0.0) -> None:
+        self._lead = lead
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the walker."""
+        self._swings = _Swings()
+        self._window = WINDOW[1]  # in which who stands is found [s]
+        self._lately: deque[float] = deque()  # samples of it
+        self._state = np.zeros(SHAPE + 2 * HARMONICS + 1)
+        self._covariance = np.zeros((len(self._state), len(self._state)))
+        self._wave = np.zeros(len(self._state))
+        self._striking = np.zeros(len(self._state))
+        self._striking[0] = 1.0  # of the state, what a foot switch tells
+        self._follows = False
+        self._followed = 0.0  # strides
+        self._lost = False  # until the next swing
+        self._told = -math.inf  # phase, with whole strides
+        self._rate = 0.0  # of strides of late [1/s]
+        self._kept = (self._state, self._covariance)  # when a swing agreed last
+        self._origin = 0.0  # of the shape, to which it is held
+        self._unstruck = math.inf  # strides since the foot switch told
+        self.stopped = False
+
+    @property
+    def phase(self) -> float:
+        """Gait phase, 0 = heel strike, below 1; NaN before the first swing."""
+        return self._told % 1.0 if self._follows else math.nan
+
+    @property
+    def stride_time(self) -> float:
+        """Duration of a stride at the rate of late [s]: up to 5 s of who stands, NaN before a first swing."""
+        return 1.0 / max(self._rate, SLOWEST) if self._follows else math.nan
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has followed the walker long enough to be believed."""
+        return self._follows and not self._lost and self._followed >= KNOWN
+
+    def update(self, value: float, dt: float, struck: bool = False) -> None:
+        """Take in a sample.
+
+        Parameters
+        ----------
+        value : shank's angle from the vertical, knee ahead of ankle positive [rad]
+        dt : time since the sample before [s]
+        struck : whether a switch under the heel has closed since the sample before
+        """
+        if not (math.isfinite(value) and dt > 0.0):
+            return  # a sample that was lost
+        self.stopped = self._stands(value, dt)
+        if self.stopped:
+            self._swings = _Swings()
+            self._stand()
+            self._averaged(dt)
+            return
+        swing = self._swings.after(value, dt)
+        if swing is not None:
+            self._swung(swing)
+        if self._follows:
+            self._follow(value, dt, struck)
+
+    def _stands(self, value: float, dt: float) -> bool:
+        """Whether the shank has hardly moved of late."""
+        self._lately.append(value)
+        enough = max(round(self._window / dt), 2)
+        while len(self._lately) > enough:
+            self._lately.popleft()
+        return len(self._lately) == enough and float(np.std(self._lately)) < STILL
+
+    def _stand(self) -> None:
+        """The phase stays; how fast it goes on is not known."""
+        rate, phase = WAKING
+        self._state[1] = 0.0
+        self._covariance[1, :] = self._covariance[:, 1] = 0.0
+        self._covariance[1, 1] = rate**2
+        self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
+
+    def _loosen(self, phase: float, rate: float) -> None:
+        """Forget how phase and rate go with the rest; their variances are told."""
+        self._covariance[:SHAPE, :] = 0.0
+        self._covariance[:, :SHAPE] = 0.0
+        self._covariance[0, 0], self._covariance[1, 1] = phase, rate
+
+    def _swung(self, swing: "_Swing") -> None:
+        """Begin with a swing, or anew where the oscillator has lost the walker."""
+        template = after_swing(swing.duration)
+        rate = (template.lowest - template.highest) / swing.duration
+        if not SLOWEST < rate < FASTEST:
+            return
+        self._window = min(max(SHARE * template.stride_time, WINDOW[0]), WINDOW[1])
+        phase = template.lowest + rate * swing.ago
+        if not self._follows:
+            self._learn(template, swing)
+        elif abs(_apart(self._state[0], phase)) < AGREES and not self._lost:
+            self._kept = self._state.copy(), self._covariance.copy()
+            return
+        else:  # what it has learnt since then was not this walker's shape
+            self._state[:], self._covariance[:, :] = self._kept
+        self._follows, self._followed, self._lost = True, 0.0, False
+        self._told, self._rate = -math.inf, rate
+        self._state[:SHAPE] = phase, rate
+        self._loosen(PHASE**2, (RATE * rate) ** 2)
+        self._kept = self._state.copy(), self._covariance.copy()
+
+    def _learn(self, template: Template, swing: "_Swing") -> None:
+        """Begin with the population's shape between this walker's extremes."""
+        share = (swing.high - swing.low) / (template.high - template.low)
+        self._state[SHAPE:] = share * template.series
+        self._state[SHAPE] += 0.5 * (swing.high + swing.low - share * (template.high + template.low))
+        self._origin = origin(self._state)
+        order = np.repeat(np.arange(1, HARMONICS + 1), 2)
+        self._covariance[:, :] = np.diag(np.concatenate([[0.0, 0.0, MEAN**2], (FIRST / order) ** 2]))
+
+    def _follow(self, value: float, dt: float, struck: bool) -> None:
+        """Go on by a sample."""
+        state, covariance, wave = self._state, self._covariance, self._wave
+        rate = float(state[1])
+        self._followed += rate * dt
+        # as much in a stride of any duration; who starts has a rate of 0
+        advance(state, covariance, dt, UNSTEADY**2 * max(rate**3, 0.1), UNLIKE**2)
+        surprise = value - series(state, wave)[0]
+        if self._lost or (self._followed > KNOWN and abs(surprise) > LOST):
+            self._lost = True  # it learns nothing, and goes on as before until the next swing
+            self._told = float(state[0])
+            return
+        error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._followed / FORGOTTEN)
+        correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
+        if struck:
+            late = _apart(0.5 * dt * state[1], state[0])  # it closed half a sample ago
+            if abs(late) > AGREES:
+                state[0] += late
+                self._loosen(STRIKE**2, float(covariance[1, 1]))
+                self._told = -math.inf
+            else:
+                correct(state, covariance, self._striking, late, STRIKE**2)
+            self._unstruck = 0.0
+        self._hold(rate * dt)
+        state[1] = min(max(state[1], 0.0), FASTEST)
+        self._averaged(dt)
+        phase = float(state[0] + state[1] * self._lead)
+        if not 0.0 < self._told - phase < BACK:
+            self._told = phase
+
+    def _averaged(self, dt: float) -> None:
+        """The rate over about half a stride: within a stride it errs to either side."""
+        self._rate += (self._state[1] - self._rate) * min(AVERAGED * dt * max(self._rate, SLOWEST), 1.0)
+
+    def _hold(self, gone: float) -> None:
+        """Keep the shape where it lies in the stride, else each stride's share of errors would turn it on.
+
+        A foot switch says where that is. Without one it is where the population's fundamental lies.
+        """
+        self._unstruck += gone
+        if self._unstruck < SEEN:
+            self._origin = origin(self._state)
+        else:
+            turn(self._state, gone * HOLD * _apart(self._origin, origin(self._state)))
+
+
+def _apart(phase: float, other: float) -> float:
+    """How far a phase is ahead of another, from −½ to ½ [-]."""
+    return (phase - other + 0.5) % 1.0 - 0.5
+
+
+class _Swing:
+    """The shank from its highest angle to its lowest [rad], the time that took, and the time since [s]."""
+
+    def __init__(self, high: float, low: float, duration: float, ago: float) -> None:
+        self.high, self.low, self.duration, self.ago = high, low, duration, ago
+
+
+class _Swings:
+    """Looks for swings: the shank's highest angle, and the lowest after it."""
+
+    def __init__(self) -> None:
+        self._falls = False
+        self._before = self._low = math.inf
+        self._high = -math.inf
+        self._since_high = self._since_low = 0.0
+
+    def after(self, value: float, dt: float) -> _Swing | None:
+        """The swing whose end this sample shows; None of most samples."""
+        self._since_high += dt
+        self._since_low += dt
+        if self._falls:
+            return self._falling(value)
+        self._before = min(self._before, value)
+        if value > self._high:
+            self._high, self._since_high = value, 0.0
+        elif value < self._high - PAST:
+            if self._high - self._before > RANGE:
+                self._falls, self._low, self._since_low = True, value, 0.0
+            else:  # nothing came before it
+                self._high, self._since_high = value, 0.0
+        return None
+
+    def _falling(self, value: float) -> _Swing | None:
+        if value < self._low:
+            self._low, self._since_low = value, 0.0
+            return None
+        if value < self._low + PAST:
+            return None
+        swing = _Swing(self._high, self._low, self._since_high - self._since_low, self._since_low)
+        self._falls, self._before = False, self._low
+        self._high, self._since_high = value, 0.0
+        return swing if swing.high - swing.low > RANGE else None

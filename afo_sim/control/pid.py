@@ -1,0 +1,128 @@
+"""PID control of an angle, a moment or a pressure."""
+
+import math
+
+from afo_sim.control.asked import Asked
+from afo_sim.control.command import Command
+from afo_sim.control.observation import Observation, Told
+from afo_sim.control.pair import OpenPeriods, apart, check_chambers
+from afo_sim.control.reference import asked
+from afo_sim.description.control.pid import QUANTITIES, Pid
+from afo_sim.description.scenario import Scenario
+
+FILTER = 0.1  # of the derivative's time, where no filter is described
+TELLS = {"angle": "reference", "moment": "reference_moment", "pressure": "reference_pressure"}
+
+
+class Law:
+    """The PID law itself, on numbers of whatever unit: error and measurement → output.
+
+    u = (e + I − D)/band, held within ±limit
+    dI/dt = e/Ti, but not while u is at its limit and e would drive it further: no wind-up
+    D + Tf dD/dt = Td dy/dt, by backward differences: a step of the reference gives no kick
+
+    Parameters
+    ----------
+    band : error that alone gives output 1, in the unit of the error
+    integral_time : Ti [s], None for no integral
+    derivative_time, derivative_filter : Td and Tf [s]
+    limit : greatest output [-]
+    """
+
+    def __init__(
+        self,
+        band: float,
+        integral_time: float | None,
+        derivative_time: float,
+        derivative_filter: float,
+        limit: float,
+    ):
+        self.band, self.limit = band, limit
+        self.integral_time = integral_time
+        self.derivative_time, self.derivative_filter = derivative_time, derivative_filter
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all."""
+        self.integral = self.derivative = 0.0
+        self.before: float | None = None
+
+    def __call__(self, error: float, measured: float, period: float) -> float:
+        """Output [-] of the next period.
+
+        Parameters
+        ----------
+        error : reference less measured, beyond the dead band
+        measured : in the same unit
+        period : since the last call [s]
+        """
+        change = 0.0 if self.before is None else measured - self.before
+        self.before = measured
+        if self.derivative_time:
+            filtered = self.derivative_filter * self.derivative + self.derivative_time * change
+            self.derivative = filtered / (self.derivative_filter + period)
+        added = 0.0 if self.integral_time is None else error * period / self.integral_time
+        wanted = (error + self.integral + added - self.derivative) / self.band
+        if abs(wanted) <= self.limit or wanted * error < 0.0:
+            self.integral += added
+        return min(max(wanted, -self.limit), self.limit)
+
+
+class PidController:
+    """PID on a column, its output given to valves directly or to drives as pressures.
+
+    Parameters
+    ----------
+    described : gains, column, chambers
+    scenario : that it is for
+
+    Raises
+    ------
+    InputError
+        The orthosis has no such chamber, or pressures are asked for where there is no drive.
+    """
+
+    def __init__(self, described: Pid, scenario: Scenario):
+        driven = described.pressures is not None
+        check_chambers("pid", described.raises, described.lowers, scenario, driven=driven)
+        self.described, self.loop = described, described.loop
+        table, unit = f"controller.pid.{described.quantity}", QUANTITIES[described.quantity]
+        self.asks = [Asked(self.loop.column, table, "column", unit=unit)]
+        if self.loop.reference.column is not None:
+            self.asks.append(Asked(self.loop.reference.column, f"{table}.reference", "column", unit=unit))
+        lag = described.derivative_filter
+        self.law = Law(
+            self.loop.proportional_band,
+            described.integral_time,
+            described.derivative_time,
+            FILTER * described.derivative_time if lag is None else lag,
+            described.output_limit,
+        )
+        self.valves = OpenPeriods(described.raises, described.lowers, described.least_output)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last run."""
+        self.law.reset()
+        self.valves.reset()
+        self.told: dict[str, float] = {}
+
+    def __call__(self, seen: Observation) -> dict[str, Command]:
+        """Commands of the next period."""
+        reference, measured = asked(self.loop.reference, seen), seen[self.loop.column]
+        error = reference - measured
+        beyond = math.copysign(max(abs(error) - self.loop.dead_band, 0.0), error)
+        output = self.law(beyond, measured, seen.period)
+        self.told = {TELLS[self.described.quantity]: reference, "output": output}
+        if self.described.quantity == "angle":
+            self.told["error"] = error
+        pressures = self.described.pressures
+        if pressures is None:
+            return self.valves(output)
+        return apart(
+            self.described.raises, self.described.lowers, pressures.mean, output * pressures.half_range
+        )
+
+    def tell(self) -> Told:
+        """What was asked for, the error of an angle, and the output."""
+        return self.told

@@ -1,0 +1,150 @@
+"""The state machine: states with commands, and conditions on what is seen that lead from one to another."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from afo_sim.control.asked import Asked
+from afo_sim.control.command import COILS, Command
+from afo_sim.control.observation import Observation
+from afo_sim.description.control.state_machine import STATE_TIME, StateMachine
+from afo_sim.description.control.threshold import in_si
+from afo_sim.description.scenario import Scenario
+
+DIGITS = 9  # to which the time in a state is rounded: to a nanosecond, so that a tick on a threshold counts
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A condition that leads from a state to another; states by their number.
+
+    column : what is compared; "state_time" is the time in the state [s]
+    above : whether it holds at the threshold and above it; else below it
+    threshold : [SI]
+    after : least time in the state before it may fire [s]
+    """
+
+    source: int
+    to: int
+    column: str
+    above: bool
+    threshold: float
+    after: float
+
+    def holds(self, state_time: float, values: Mapping[str, float]) -> bool:
+        """Whether it fires at this time in its state [s], with these values by column [SI]."""
+        if state_time < self.after:
+            return False
+        value = state_time if self.column == STATE_TIME else values[self.column]
+        return value >= self.threshold if self.above else value < self.threshold
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A state machine, whole: what a microcontroller needs to be the same.
+
+    states : names
+    start : number of the first
+    commands : of each state, by chamber: two coils (inlet, outlet) [-], or a gauge pressure [Pa]; a chamber
+        that is not named keeps its command
+    transitions : in the order in which they are looked at
+    """
+
+    states: tuple[str, ...]
+    start: int
+    commands: tuple[Mapping[str, tuple[float, float] | float], ...]
+    transitions: tuple[Transition, ...]
+
+    def columns(self, state: int | None = None) -> list[str]:
+        """Columns that its transitions compare, each once; those of one state where it is told."""
+        asked = (t.column for t in self.transitions if state is None or t.source == state)
+        return [column for column in dict.fromkeys(asked) if column != STATE_TIME]
+
+
+def advance(machine: Machine, state: int, state_time: float, values: Mapping[str, float]) -> int:
+    """The state of the next control period: that of the first transition that fires, or the same.
+
+    Parameters
+    ----------
+    machine : see `Machine`
+    state : present state
+    state_time : since it was entered [s]
+    values : by column [SI], of those at least that this state's transitions compare
+    """
+    for transition in machine.transitions:
+        if transition.source == state and transition.holds(state_time, values):
+            return transition.to
+    return state
+
+
+def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
+    """The machine that is described.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for
+    """
+    names = list(description.state)
+    return Machine(
+        states=tuple(names),
+        start=names.index(description.start),
+        commands=tuple(
+            {chamber: _command(told) for chamber, told in state.chambers.items()}
+            for state in description.state.values()
+        ),
+        transitions=tuple(
+            Transition(
+                source=names.index(told.state),
+                to=names.index(told.to),
+                column=told.column,
+                above=told.above is not None,
+                threshold=in_si(told.above if told.above is not None else str(told.below)),
+                after=told.after,
+            )
+            for told in description.transition
+        ),
+    )
+
+
+def _command(told: str | tuple[float, float] | float) -> tuple[float, float] | float:
+    return COILS[told] if isinstance(told, str) else told
+
+
+class StateMachineController:
+    """A controller: looks at the transitions of its state once in each control period.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for
+    """
+
+    def __init__(self, description: StateMachine, scenario: Scenario):
+        self.machine = machine_of(description, scenario)
+        self.asks = _asked(description)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew in the first state."""
+        self.state, self.ticks = self.machine.start, 0  # periods since the state was entered
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The commands of the state that it comes to."""
+        values = {column: seen[column] for column in self.machine.columns(self.state)}
+        state = advance(self.machine, self.state, round(self.ticks * seen.period, DIGITS), values)
+        self.ticks = 1 if state != self.state else self.ticks + 1
+        self.state = state
+        return self.machine.commands[state]
+
+    def tell(self) -> dict[str, float]:
+        """The number of its state."""
+        return {"state": float(self.state)}
+
+
+def _asked(description: StateMachine) -> list[Asked]:
+    """Columns that are compared, and the texts that have to be in their units."""
+    return [
+        Asked(told.column, f"controller.state_machine.transition.{number}", kind, getattr(told, kind))
+        for number, told in enumerate(description.transition)
+        for kind in (("above",) if told.above is not None else ("below",))
+    ]

@@ -1,0 +1,61 @@
+"""Push-off in proportion to the load under the toes, and a lifted foot while they bear little."""
+
+from collections.abc import Mapping
+
+from afo_sim.control.asked import Asked
+from afo_sim.control.command import Command
+from afo_sim.control.hysteresis import switched
+from afo_sim.control.observation import Observation
+from afo_sim.description.control.toe_load import ToeLoad
+from afo_sim.description.scenario import Scenario
+
+
+class ToeLoadController:
+    """A controller: p = p_peak F / F_peak for push-off, up to p_peak; the lifting chamber by two thresholds.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for
+    """
+
+    def __init__(self, description: ToeLoad, scenario: Scenario):
+        self.description = description
+        self.asks = [Asked(description.column, "controller.toe_load", unit="N")]
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with toes that bear nothing."""
+        self.load, self.loaded, self.pushing = 0.0, False, False
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The commands at the load that is measured."""
+        told = self.description
+        self.load = seen[told.column]
+        share = self.load / told.peak
+        self.loaded = switched(self.loaded, share, told.unloaded, told.loaded)
+        self.pushing = switched(self.pushing, share, told.vent_below, told.fill_above)
+        commands: dict[str, Command] = {}
+        if told.lifts is not None:
+            commands[told.lifts] = self._lift()
+        if told.pushes is not None:
+            commands[told.pushes] = self._push(share)
+        return commands
+
+    def _lift(self) -> Command:
+        pressure = self.description.lift_pressure
+        if pressure is None:
+            return "outlet" if self.loaded else "inlet"
+        return 0.0 if self.loaded else pressure
+
+    def _push(self, share: float) -> Command:
+        told = self.description
+        if told.push_pressure is not None:
+            return told.push_pressure * min(max(share, 0.0), 1.0)
+        if self.pushing:
+            return "inlet"
+        return "outlet" if share < told.vent_below else "shut"
+
+    def tell(self) -> dict[str, float]:
+        """The load, and whether the toes bear much."""
+        return {"toe_load": self.load, "state": float(self.loaded)}

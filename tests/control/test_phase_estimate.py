@@ -1,0 +1,167 @@
+"""The phase estimated from the shank of every shipped walker, against the phase that laid the walk out."""
+
+import importlib.util
+import math
+import pathlib
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from afo_sim.control.phase_estimate import PhaseEstimate
+from afo_sim.control.shank_template import SHANK, after_swing, templates
+
+ROOT = pathlib.Path(__file__).parents[2]
+ALLOWED = 3.0  # of the cycle, from the third stride on [%]
+ALONE_ALLOWED = 4.0  # where no foot switch ever told the heel strike; docs/phase.md says so [%]
+
+
+def _script() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("phase_table", ROOT / "scripts" / "phase_table.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["phase_table"] = module  # its dataclasses look for it
+    spec.loader.exec_module(module)
+    return module
+
+
+table = _script()
+SHIPPED = [name for name in table.walkers() if "," not in name]
+HARD = ("5 % varied", "a stop")  # an even walk is a part of the second
+
+
+@pytest.mark.parametrize("walker", SHIPPED)
+@pytest.mark.parametrize("condition", HARD)
+def test_with_a_foot_switch_no_error_is_above_three_percent(walker: str, condition: str) -> None:
+    most, rms = table.worst(walker, condition, switch=table.ALWAYS, noise=table.NOISE, seeds=1)
+    assert most <= ALLOWED and rms <= 1.5
+
+
+@pytest.mark.slow  # all together
+@pytest.mark.parametrize("walker", SHIPPED)
+def test_who_was_calibrated_in_four_strides_needs_no_switch(walker: str) -> None:
+    most, _ = table.worst(walker, "5 % varied", switch=table.CALIBRATED, noise=table.NOISE, seeds=1)
+    assert most <= ALLOWED
+
+
+@pytest.mark.slow  # all together
+@pytest.mark.parametrize("walker", SHIPPED)
+def test_the_shank_alone_is_off_by_what_walkers_differ(walker: str) -> None:
+    even, _ = table.worst(walker, "a stop", switch=table.ALONE, noise=0.0)
+    assert even <= ALLOWED
+    varied, _ = table.worst(walker, "5 % varied", switch=table.ALONE, noise=table.NOISE, seeds=2)
+    assert varied <= ALONE_ALLOWED
+
+
+def test_who_stands_is_found_and_the_phase_stays() -> None:
+    trial = table.estimated("bovi2011_natural", "a stop", noise=table.NOISE)
+    stands = np.concatenate([[False], np.diff(trial.walked) == 0.0])
+    begun, end = trial.time[stands][0], trial.time[stands][-1]
+    inside = (trial.time > begun + 0.3) & (trial.time < end)
+    assert trial.stopped[inside].all()
+    assert np.ptp(trial.phase[inside]) == 0.0
+    walks = np.diff(trial.walked, prepend=-1.0) > 0.5 * 0.01 / 1.1
+    assert not trial.stopped[walks].any()  # nor at half the cadence is anybody taken to stand
+
+
+@pytest.mark.parametrize("stride_time", [2.2, 2.8])
+@pytest.mark.parametrize("walker", ["gatk_mean", "opensim_walk"])
+def test_who_walks_slowly_is_not_taken_to_stand(walker: str, stride_time: float) -> None:
+    walked = np.arange(0.0, 12.0, 0.01 / stride_time)
+    shank = table._cycle(walker).signal("shank_angle", walked)
+    struck = np.append(False, np.diff(np.floor(walked)) > 0.0)
+    estimate, stopped, error = PhaseEstimate(), [], []
+    for angle, strikes, true in zip(shank, struck, walked, strict=True):
+        estimate.update(float(angle), 0.01, bool(strikes))
+        stopped.append(estimate.stopped)
+        error.append((estimate.phase - true + 0.5) % 1.0 - 0.5)
+    assert not any(stopped)
+    assert 100.0 * np.abs(error)[walked > 5.0].max() <= ALLOWED  # the first strides learn his shape
+
+
+def test_the_stride_time_follows_the_cadence() -> None:
+    even = table.estimated("gatk_mean")
+    assert np.ptp(even.walked) > 13.0
+    estimate = PhaseEstimate()
+    for angle in even.shank:
+        estimate.update(float(angle), 0.01)
+    own = float(np.polyfit(even.walked, even.time, 1)[0])
+    assert estimate.stride_time == pytest.approx(own, rel=0.03)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.005, 0.001])
+def test_other_control_rates_do_as_well(period: float) -> None:
+    trial = table.estimated("opensim_walk", "5 % varied", switch=table.ALWAYS, period=period)
+    assert 100.0 * np.abs(trial.error[trial.counts]).max() <= ALLOWED
+
+
+def test_a_lead_makes_up_for_the_age_of_the_samples() -> None:
+    late, led = (
+        table.estimated("bovi2011_natural", switch=table.ALWAYS, age=0.05, lead=lead) for lead in (0.0, 0.05)
+    )
+    # an old sample is 0.05 s of 1.09 s late; the switch is as old
+    behind = np.mean(led.error[led.counts]) - np.mean(late.error[late.counts])
+    assert behind == pytest.approx(0.05 / 1.0929, rel=0.1)
+    assert np.abs(led.error[led.counts]).max() < 0.03
+
+
+def test_who_goes_on_with_another_part_of_the_stride_is_found_again() -> None:
+    trial = table.estimated("bovi2011_natural")
+    jump = np.searchsorted(trial.walked, 5.3)
+    onward = np.searchsorted(trial.walked, 6.7)  # the same angles go on 1.4 strides later
+    shank = np.concatenate([trial.shank[:jump], trial.shank[onward:]])
+    walked = np.concatenate([trial.walked[:jump], trial.walked[onward:]])
+    estimate, told = PhaseEstimate(), []
+    for angle in shank:
+        estimate.update(float(angle), 0.01)
+        told.append(estimate.phase)
+    error = (np.array(told) - walked + 0.5) % 1.0 - 0.5
+    assert 100.0 * np.abs(error[walked > 8.7]).max() <= ALLOWED
+
+
+def test_nothing_is_known_before_the_first_swing_and_after_a_reset() -> None:
+    estimate = PhaseEstimate()
+    for _ in range(300):
+        estimate.update(0.1, 0.01)
+    assert not estimate.ready and math.isnan(estimate.phase) and math.isnan(estimate.stride_time)
+    assert estimate.stopped
+    trial = table.estimated("gatk_mean", noise=table.NOISE)
+    runs = []
+    for _ in range(2):
+        estimate.reset()
+        told = []
+        for angle in trial.shank[:500]:
+            estimate.update(float(angle), 0.01)
+            told.append((estimate.phase, estimate.ready))
+        runs.append(told)
+    assert np.array_equal(runs[0], runs[1], equal_nan=True)
+    ready = np.array([ready for _, ready in runs[0]])
+    assert 1.5 < trial.walked[int(np.argmax(ready))] < 2.0 and ready[-1]
+
+
+def test_the_phase_does_not_run_backwards() -> None:
+    trial = table.estimated("gatk_stride1", "a stop", noise=table.NOISE)
+    step = (np.diff(trial.phase) + 0.5) % 1.0 - 0.5
+    known = np.isfinite(step) & (trial.walked[1:] > 2.0)
+    assert step[known].min() >= -1e-12
+
+
+def test_lost_samples_are_left_out() -> None:
+    trial = table.estimated("bovi2011_natural")
+    estimate = PhaseEstimate()
+    for k, angle in enumerate(trial.shank):
+        estimate.update(math.nan if k % 37 == 0 else float(angle), 0.01)
+    assert estimate.ready and math.isfinite(estimate.phase)
+
+
+def test_the_template_is_the_published_curve_at_its_own_stride_time() -> None:
+    template = min(templates(), key=lambda template: abs(template.stride_time - 1.046))
+    phase = np.arange(0.0, 1.0, 0.05)
+    order = np.arange(1, len(template.series) // 2 + 1)
+    wave = 2.0 * np.pi * np.outer(phase, order)
+    shape = template.series[0] + np.cos(wave) @ template.series[1::2] + np.sin(wave) @ template.series[2::2]
+    assert np.degrees(shape) == pytest.approx(SHANK[:-1], abs=1.0)  # six harmonics
+    assert np.ptp(np.degrees(shape) - SHANK[:-1]) > 0.0
+    quick, slow = after_swing(0.25), after_swing(0.45)
+    assert quick.stride_time < slow.stride_time and quick.highest < slow.highest
