@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from afo_sim.limb.importing import import_leg as import_leg
     from afo_sim.metrics.metric import Metric as Metric
     from afo_sim.model.described import build as build
+    from afo_sim.model.pressure_map import pressure_map as pressure_map
     from afo_sim.model.refit import refit as refit
     from afo_sim.show.drawing import draw as draw
     from afo_sim.show.library import figure as figure
@@ -47,7 +48,10 @@ if TYPE_CHECKING:
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
+    from afo_sim.simulation.simulator import Simulator as Simulator
+    from afo_sim.simulation.simulators import Simulators as Simulators
     from afo_sim.study.effects import effects as effects
+    from afo_sim.study.frequency_response import bode as bode
     from afo_sim.study.library import optimise as optimise
     from afo_sim.study.library import sweep as sweep
     from afo_sim.study.parameter import span as span
@@ -56,10 +60,13 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "run": "simulation.run",
+    "Simulator": "simulation.simulator",
+    "Simulators": "simulation.simulators",
     "load": "description.reader",
     "build": "model.described",
     "import_leg": "limb.importing",
     "export_leg": "limb.exporting",
+    "pressure_map": "model.pressure_map",
     "refit": "model.refit",
     "attach": "limb.attaching",
     "attached": "limb.attached_files",
@@ -79,6 +86,7 @@ _PUBLIC = {
     "uncertainty": "study.uncertainty.library",
     "optimise": "study.library",
     "effects": "study.effects",
+    "bode": "study.frequency_response",
     "validate": "validation.table",
     "dm_control_physics": "bridge.library",
     "view": "show.library",

@@ -8,6 +8,7 @@ import numpy as np
 from afo_sim.metrics import peak
 from afo_sim.metrics.inversion import inversion_peaks
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
+from afo_sim.metrics.switching import switching_by_the_minute
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
@@ -104,4 +105,5 @@ def ankle_metrics(
         found[f"air_per_cycle_{name}"] = air
         total += air
     found["air_per_cycle"] = total
+    found |= dict(switching_by_the_minute(columns, timestep))
     return {name: measured(name, value) for name, value in found.items()}

@@ -36,6 +36,7 @@ from afo_sim.metrics.metric import (
 from afo_sim.metrics.need import SIDES, SWING, needs
 from afo_sim.metrics.push_off import against_push_off, push_off
 from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
+from afo_sim.metrics.switching import switching
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
@@ -194,7 +195,7 @@ def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dic
     """
     parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
     if has_orthosis(stride.columns):
-        parts += [against_push_off, _torque, inversion, _work, _air]
+        parts += [against_push_off, _torque, inversion, _work, _air, switching]
     return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
 
 

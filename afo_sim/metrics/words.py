@@ -16,7 +16,7 @@ from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, entry
 
 UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "N*m/kg": 3, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
-DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "": 0, "N": 0, "kPa": 1, "d": 0}
+DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "": 0, "N": 0, "kPa": 1, "d": 0, "h": 0}
 
 RECORDED = "this same foot with the healthy ankle angle of this walk"
 

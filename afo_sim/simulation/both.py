@@ -18,6 +18,7 @@ from afo_sim.model.periodic import why_walked
 from afo_sim.model.person import person_of
 from afo_sim.model.walk import stride_time_of
 from afo_sim.simulation.both_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
@@ -36,7 +37,7 @@ IDEAL = (
     "the supply's pressure is constant, whatever is drawn from it: neither leg disturbs the other, and what "
     "they share is air alone"
 )
-LAST = "the flow is of the timer's last whole period; the air per cycle is the mean of all, the first one too"
+LAST = "the flow is of the last whole period; the air per cycle is the mean of all, the first one too"
 FIRST = "the flow is of one settled stride of each leg; the strides after a stop stand in each leg's own run"
 
 Description = str | os.PathLike[str] | Scenario | Mapping[str, Any]
@@ -49,7 +50,7 @@ class Both:
 
     right, left : recordings, each from its own heel strike
     apart : share of a stride by which the left leg is behind the right one
-    cycle : time of one stride, or of the timer's period [s]
+    cycle : time of one stride, or the period of the timer or of what a controller follows [s]
     phase : of the right leg's stride, 0 at its heel strike (n,)
     flow : drawn from the source at these phases by "right", "left" and "both" [kg/s] (n,)
     numbers : air and flow of either leg and of both, with their units
@@ -244,19 +245,22 @@ def _named(legs: Mapping[Side, Recording]) -> list[str]:
 
 
 def _period(scenario: Scenario) -> float:
-    """The stride time, or the timer's period [s].
+    """The stride time, or that of the timer or of what a controller follows [s].
 
     Raises
     ------
     InputError
-        There is neither.
+        There is none of them.
     """
-    if scenario.walking:
-        return stride_time_of(scenario)
-    if scenario.timer is None:
-        problem = "has neither strides nor a timer: there is no cycle over which two legs draw air"
-        raise InputError(problem, field="timer", allowed="a walking scenario, or one with a timer")
-    return scenario.timer.period
+    period = stride_time_of(scenario) if scenario.walking else described_cycle(scenario)
+    if period is None:
+        problem = "has no strides, and its valves follow nothing that repeats: two legs share no cycle of air"
+        raise InputError(
+            problem,
+            field="timer" if scenario.controller is None else "controller",
+            allowed="a scenario that walks, a timer, or a controller that follows a sine or a clock",
+        )
+    return period
 
 
 def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
@@ -275,10 +279,13 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
         if scenario.gait is not None and scenario.gait.variability > 0.0:
             problem = f"the {side} leg's stride time varies: its strides lie beside no others"
             raise InputError(problem, field="gait.variability", allowed="0, for both legs")
+        if scenario.gait is not None and scenario.gait.pace:
+            problem = f"the {side} leg's cadence changes: no stride of it stands for all"
+            raise InputError(problem, field="gait.pace", allowed="none, for both legs")
     if not (right.orthosis.chamber or left.orthosis.chamber):
         problem = "neither leg's orthosis has a chamber: they draw no air"
         raise InputError(problem, field="orthosis", allowed="one with muscles, at least on one leg")
-    what = "stride" if right.walking else "timer's period"
+    what = "stride" if right.walking else "period"
     _same(
         _period(right),
         _period(left),
@@ -291,7 +298,7 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
     if not 0.0 <= shift < 1.0:
         raise InputError("is out of range", field="apart", value=apart, allowed="0 to below 1 (of a stride)")
     if shift and not right.walking:
-        problem = "one timer switches the valves of both legs of a seated person: there are no strides"
+        problem = "the valves of both legs of a seated person are switched together: there are no strides"
         raise InputError(problem, field="apart", value=apart, allowed="0, or a scenario that walks")
     return shift
 

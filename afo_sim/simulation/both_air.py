@@ -9,11 +9,13 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import STANDARD_DENSITY, parse_quantity
 from afo_sim.description.places import Side
+from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import progress, settled, strides
 from afo_sim.metrics.verdict import AIR, Answer, Status, verdict
 from afo_sim.simulation.bottle import air_given
+from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.judged import limits_of
 from afo_sim.simulation.recording import Recording
 
@@ -24,7 +26,7 @@ RANKS: tuple[Status, ...] = ("good", "doubtful", "unknown", "bad")  # the later,
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """Rows of one cycle: the last settled stride, or the timer's last whole period.
+    """Rows of one cycle: the last settled stride, or the last whole period of what switches the valves.
 
     phase : of each row, 0 to below 1 (n,)
     columns : of the recording at these rows
@@ -72,11 +74,12 @@ def _stride_of(recording: Recording) -> Cycle:
 
 def _period_of(recording: Recording) -> Cycle:
     time = recording["time"]
-    period = parse_quantity(recording.scenario["timer"]["period"], "s")
+    period = described_cycle(load("scenario", recording.scenario))
+    assert period is not None  # else there are no two legs
     end = 2.0 * time[-1] - time[-2] if len(time) > 1 else 0.0
     last = int(np.floor(end / period + 1e-9)) - 1
     if last < 0:
-        problem = f"is shorter than the timer's period of {period:g} s, over which air is told"
+        problem = f"is shorter than the period of {period:g} s, over which air is told"
         raise InputError(
             problem, field="duration", value=recording.scenario["duration"], allowed="a longer one"
         )

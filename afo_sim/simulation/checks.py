@@ -16,7 +16,6 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.metrics.metric import OTHER
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import words
-from afo_sim.simulation.columns import describe
 from afo_sim.simulation.criterion import (
     CHECKS,
     GRACE,
@@ -113,7 +112,7 @@ class Expectation:
 
     def expecting(self, kind: str, limits: object) -> Self:
         """Add the check named `kind`, with limits written as in a checks file."""
-        unit = times_seconds(describe(self.columns[0])[0], -1 if self.is_rate else 0)
+        unit = times_seconds(self.run.describe(self.columns[0])[0], -1 if self.is_rate else 0)
         if kind in TOTALS and kind != "range_between":
             unit = "s" if kind == "rise_time_below" else times_seconds(unit, 1)
         checks = {*self.checks, read_criterion(kind, limits, unit)}
@@ -215,7 +214,7 @@ def expect(run: Recording, column: str | Sequence[str]) -> Expectation:
     for name in columns:
         if name not in run.columns:
             raise _unknown("the recording has no such column", field, name, run.columns)
-    units = {describe(name)[0] for name in columns}
+    units = {run.describe(name)[0] for name in columns}
     if len(units) > 1:
         raise InputError("adds columns of different units", field=field, value=", ".join(sorted(units)))
     return Expectation(run, columns)

@@ -1,14 +1,16 @@
 """Every column of a recording: name, unit, sign and formula. A new column is a new row of COLUMNS."""
 
+import functools
 import itertools
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
+from afo_sim.control.controller import TOLD
 from afo_sim.metrics.strides import SOLVED
 from afo_sim.model.mounting import SUBTALAR
 from afo_sim.model.subtalar import free
@@ -24,7 +26,7 @@ INTERNAL = "internal, dorsiflexion positive"
 
 
 def _time(f: Frame) -> np.ndarray:
-    return (f.first_step + np.arange(f.n)) * f.built.scenario.timestep
+    return f.numbers * f.built.scenario.timestep
 
 
 def _passive_moment(f: Frame) -> np.ndarray:
@@ -95,6 +97,34 @@ def _mass_flow_in(f: Frame, chamber: int) -> np.ndarray:
 def _mass_flow_out(f: Frame, chamber: int) -> np.ndarray:
     inlet, outlet, _ = _flows(f, chamber)
     return np.maximum(outlet, 0.0) + np.maximum(-inlet, 0.0)
+
+
+def _drive_of(built: "Built", chamber: int) -> int | None:
+    """The drive of a chamber's actuator; None where it has none."""
+    index = built.index
+    return next(
+        (index.drives[name] for name, i in index.chambers.items() if i == chamber and name in index.drives),
+        None,
+    )
+
+
+def _target(f: Frame, chamber: int) -> np.ndarray:
+    drive = _drive_of(f.built, chamber)
+    assert drive is not None
+    asked = f.control[:, drive]
+    return np.where(asked < 0.0, np.nan, asked)
+
+
+def _coil(f: Frame, valve: int) -> np.ndarray:
+    if native.is_driven(f.built.model, valve):
+        return native.read_coil(f.built.model, f.rows["userdata"], valve)
+    return f.control[:, valve]
+
+
+def _switches(f: Frame, valve: int) -> np.ndarray:
+    index = f.built.index
+    chamber, side = {i: name for name, i in index.valves.items()}[valve].rsplit("_", 1)
+    return native.read_switches(f.built.model, f.rows["act"], index.drives[chamber], side == "outlet")
 
 
 def _valve_flow(f: Frame, valve: int) -> np.ndarray:
@@ -225,7 +255,21 @@ COLUMNS = (
     Column("chamber/*/temperature", "K", "absolute", _temperature),
     Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, through either valve", _mass_flow_in),
     Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, through either valve", _mass_flow_out),
-    Column("valve/*/coil", "", "command, 0 to 1", lambda f, i: f.control[:, i]),
+    Column(
+        "chamber/*/target",
+        "Pa",
+        "gauge; what its pressure drive is asked for, not a number where that is off",
+        _target,
+        of=lambda built, i: _drive_of(built, i) is not None,
+    ),
+    Column("valve/*/coil", "", "command, 0 to 1", _coil),
+    Column(
+        "valve/*/switches",
+        "",
+        "how often its pressure drive has switched the coil on since the start",
+        _switches,
+        of=lambda built, i: native.is_driven(built.model, i),
+    ),
     Column(
         "valve/*/opening",
         "",
@@ -255,12 +299,46 @@ DESCRIBED[SOLVED] = (
 )
 
 
-def describe(column: str) -> tuple[str, str]:
-    """(unit, sign) of a column."""
+DESCRIBED |= {f"controller/{name}": told for name, told in TOLD.items()}
+
+
+SENSOR = "sensor/"
+
+
+def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[str, str]:
+    """(unit, sign) of a column; a sensor's are those of the column that it reads.
+
+    Parameters
+    ----------
+    column : its name
+    scenario : resolved, of the run; needed for "sensor/<name>"
+
+    Raises
+    ------
+    InputError
+        The scenario has no such sensor.
+    """
+    if column.startswith(SENSOR):
+        return _of_sensor(column, (scenario or {}).get("sensor") or {})
     if column in DESCRIBED:
         return DESCRIBED[column]
     kind, _, *last = column.split("/")
     return DESCRIBED["/".join([kind, "*", *last])]
+
+
+def _of_sensor(column: str, sensors: Mapping[str, Any]) -> tuple[str, str]:
+    name, _, output = column.removeprefix(SENSOR).partition("/")
+    if name not in sensors:
+        problem = "is no sensor of the scenario, which tells its unit"
+        raise unknown(column, [f"{SENSOR}{known}" for known in sensors], field="column", problem=problem)
+    if output:
+        return "V", "physical output"
+    sensor = sensors[name]
+    bought = sensor.get("type") or {}
+    if any(table.get("threshold") is not None for table in (sensor, bought)):
+        return "", "1 above the threshold, 0 below"
+    unit, sign = describe(sensor["column"])
+    return unit, f"reading of {sensor['column']}: {sign}"
 
 
 def columns_of(frame: Frame) -> dict[str, np.ndarray]:
@@ -274,9 +352,36 @@ def columns_of(frame: Frame) -> dict[str, np.ndarray]:
         columns = list(group)
         for name, number in _owners(built, kind):
             for column in columns:
+                if kind and not column.of(built, number):
+                    continue
                 values = column.formula(frame, number) if kind else column.formula(frame)
                 found[column.name.replace("*", name)] = values
     return found
+
+
+def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:
+    """The formula of every column of a run, by name; of a frame it gives (n,).
+
+    Parameters
+    ----------
+    built : compiled scenario
+    whole : whether also of those that need fields which only a whole recording has
+    """
+    found: dict[str, Callable[[Frame], np.ndarray]] = {}
+    for column in COLUMNS:
+        if not column.where(built) or (column.whole and not whole):
+            continue
+        starred = "*" in column.name
+        for owner, number in _owners(built, column.name.split("/")[0] if starred else ""):
+            if starred and not column.of(built, number):
+                continue
+            formula = functools.partial(_numbered, column.formula, number) if starred else column.formula
+            found[column.name.replace("*", owner)] = formula
+    return found
+
+
+def _numbered(formula: Callable[..., np.ndarray], number: int, frame: Frame) -> np.ndarray:
+    return formula(frame, number)
 
 
 def column_at(
@@ -291,16 +396,10 @@ def column_at(
     rows, control, step : as of a `Frame`
     """
     frame = Frame(built, rows, control, step) if built.walk is None else WalkFrame(built, rows, control, step)
-    found = {
-        column.name.replace("*", owner): (column, number)
-        for column in COLUMNS
-        if column.where(built)
-        for owner, number in _owners(built, column.name.split("/")[0] if "*" in column.name else "")
-    }
+    found = formulas(built)
     if name not in found:
         raise unknown(name, found, field="column", problem="a run of this scenario has no such column")
-    column, number = found[name]
-    return column.formula(frame, number) if "*" in column.name else column.formula(frame)
+    return found[name](frame)
 
 
 def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:

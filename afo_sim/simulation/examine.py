@@ -34,6 +34,7 @@ from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
 from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
+from afo_sim.simulation.sensed import sensor_columns
 from afo_sim.simulation.trust import trust_warnings
 
 FEWEST = 3  # rows that have an energy balance
@@ -95,13 +96,14 @@ COMPARISONS = frozenset(row.name for row in TOLD[reference_metrics])
 ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES | HELD
 
 
-def make_recording(built: Built, rollout: Rollout) -> Recording:
+def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recording:
     """Name the rows of a roll-out, and compute metrics and warnings.
 
     Parameters
     ----------
     built : compiled scenario
     rollout : aligned rows and inputs
+    seed : of the sensors' noise, added to their own
 
     Returns
     -------
@@ -109,16 +111,25 @@ def make_recording(built: Built, rollout: Rollout) -> Recording:
     """
     examined, stride = name_rows(built, rollout), built.scenario.record_stride
     n = len(examined.columns["time"])
+    columns = examined.columns | _sensed(built, rollout, examined.columns, seed)
     return recording_of(
         built,
         built.scenario,
         # copies: the recording is its user's, while the recorded walking is shared by later runs
-        columns={name: np.array(values[::stride]) for name, values in examined.columns.items()},
+        columns={name: np.array(values[::stride]) for name, values in columns.items()},
         found=examined.found,
         warnings=(*built.warnings, *examined.limits, *examined.found.warnings),
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
         timing=timing_of(n, rollout.wall_seconds),
     )
+
+
+def _sensed(
+    built: Built, rollout: Rollout, columns: dict[str, np.ndarray], seed: int
+) -> dict[str, np.ndarray]:
+    """Readings of a whole run's sensors; a stretch that somebody watches has none."""
+    whole = rollout.first_step == 0 and (bool(rollout.final) or rollout.failure is not None)
+    return sensor_columns(built, columns, seed) if whole and len(columns["time"]) else {}
 
 
 def recording_of(
@@ -177,7 +188,7 @@ def examine(
     solved : the last whole stride is the settled one
     asked : metrics and warnings
     """
-    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
+    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.told
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
@@ -266,7 +277,12 @@ def _metrics(
 
 
 def _period(scenario: Scenario) -> float:
-    """Period of one cycle: the timer's, or all of the run [s]."""
+    """Period of one cycle: the timer's, or that of the controller, or all of the run [s]."""
+    return described_cycle(scenario) or scenario.duration
+
+
+def described_cycle(scenario: Scenario) -> float | None:
+    """Time after which the valves' commands repeat of themselves [s]; None where none is described."""
     if scenario.timer is not None:
         return scenario.timer.period
-    return scenario.duration
+    return None if scenario.controller is None else scenario.controller.cycle

@@ -14,7 +14,6 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, json_text, settle, together
 from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.columns import describe
 from afo_sim.simulation.kept_model import labelled, packed, unpacked
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
@@ -35,6 +34,7 @@ class Run(Protocol):
     def model_binary(self) -> bytes: ...
     @property
     def parameters(self) -> dict[str, list[float]]: ...
+    def describe(self, column: str) -> tuple[str, str]: ...
     def summary(self) -> dict[str, Any]: ...
 
 
@@ -71,7 +71,7 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
 
     fields = []
     for name in recording.columns:
-        unit, sign = describe(name)
+        unit, sign = recording.describe(name)
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
     run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
     schema = pa.schema(fields, metadata={RUN_KEY: json_text(run)})

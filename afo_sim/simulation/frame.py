@@ -31,6 +31,11 @@ class Frame:
         return len(self.rows["time"])
 
     @property
+    def numbers(self) -> np.ndarray:
+        """Numbers of the rows' steps (n,)."""
+        return self.first_step + np.arange(self.n)
+
+    @property
     def whole(self) -> bool:
         """Whether every field was recorded, not only what metrics need."""
         return "qacc" in self.rows
@@ -53,6 +58,7 @@ class Column:
     formula : of a frame, and of the actuator or joint id where the name has a "*"
     whole : it needs fields that metrics do not
     where : whether a scenario has it
+    of : whether the muscle, chamber, valve or joint of that id has it
     """
 
     name: str
@@ -61,3 +67,4 @@ class Column:
     formula: Callable[..., np.ndarray]
     whole: bool = False
     where: Callable[["Built"], Any] = lambda built: True
+    of: Callable[["Built", int], Any] = lambda built, owner: True

@@ -6,10 +6,10 @@ import numpy as np
 
 from afo_sim.metrics.metric import Metric
 from afo_sim.model.build import Built
-from afo_sim.simulation import bottle, safety
+from afo_sim.simulation import bottle, safety, valve_life
 
 # {metric: metrics of a stride that it is computed from}
-NEEDED: dict[str, frozenset[str]] = bottle.NEEDED | safety.NEEDED
+NEEDED: dict[str, frozenset[str]] = bottle.NEEDED | safety.NEEDED | valve_life.NEEDED
 NAMES = frozenset(NEEDED)
 
 
@@ -21,7 +21,7 @@ def held_metrics(
     *,
     solved: bool = False,
 ) -> dict[str, Metric]:
-    """Air by the bottle and safety margins.
+    """Air by the bottle, safety margins and the valves' life.
 
     Parameters
     ----------
@@ -35,5 +35,5 @@ def held_metrics(
     if not names:
         return {}
     margins = safety.safety_metrics(built, columns, solved=solved, wanted=wanted)
-    found = bottle.bottle_metrics(built, totals) | margins
+    found = bottle.bottle_metrics(built, totals) | margins | valve_life.life_metrics(built, columns)
     return {name: metric for name, metric in found.items() if name in names}

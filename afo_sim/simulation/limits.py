@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from afo_sim.common.units import LEAST_NUMBER
 from afo_sim.description.muscle import Muscle
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
@@ -28,6 +29,7 @@ def limit_warnings(
     columns : of every step
     static : static force of each leading muscle in these rows [N]; its tension by default
     """
+    yield from _target_warnings(built, columns)
     time = columns["time"]
     groups = muscle_names(built.scenario.orthosis)
     for name, group in groups.items():
@@ -75,6 +77,29 @@ def limit_warnings(
         if turned.min() <= lower or turned.max() >= upper:
             yield "the foot reaches a stop of the subtalar joint (leg.subtalar.range)"
     yield from skin_warnings(built, columns)
+
+
+def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[str]:
+    """Warnings of pressures that a drive is asked for and that can hardly be meant."""
+    supply = built.scenario.supply.pressure
+    for chamber in built.scenario.drive:
+        asked = columns.get(f"chamber/{chamber}/target", np.zeros(0))
+        most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
+        if len(asked) and np.isnan(asked).all():
+            yield (
+                f"drive of chamber {chamber!r}: is never asked for a pressure, and changes nothing but the "
+                "valves of a regulator: a controller asks it"
+            )
+        elif 0.0 < most < LEAST_NUMBER:
+            yield (
+                f"drive of chamber {chamber!r}: is never asked for more than {most:.3g} Pa; "
+                "a command is a number of Pa: was it meant in bar?"
+            )
+        elif most > supply * (1.0 + SLIGHTLY):
+            yield (
+                f"drive of chamber {chamber!r}: is asked for up to {1e-5 * most:.3g} bar, "
+                f"above the supply's {1e-5 * supply:.3g} bar, which it cannot reach"
+            )
 
 
 def _law_warnings(

@@ -35,10 +35,19 @@ class Policy:
     choose : inputs (n, n_input) of the n steps of a Moment
     period : steps from one choice to the next; None lets the roll-out decide, for inputs that follow from the
         steps alone
+    told : of the steps first…stop, what the policy tells beside its inputs, as columns (n,); nothing by
+        default
+
+    `choose` raises `PolicyFault` where a simulation has to end.
     """
 
     choose: Callable[[Moment], np.ndarray]
     period: int | None = None
+    told: Callable[[int, int], Rows] | None = None
+
+
+class PolicyFault(Exception):
+    """A policy cannot choose: the simulation ends here, with this sentence; what came before is kept."""
 
 
 def fixed(inputs: np.ndarray) -> Policy:

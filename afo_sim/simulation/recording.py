@@ -90,6 +90,10 @@ class Recording:
                 nearest=nearest_name(column, self.columns),
             ) from None
 
+    def describe(self, column: str) -> tuple[str, str]:
+        """(unit, sign) of one of its columns."""
+        return describe(column, self.scenario)
+
     @property
     def ok(self) -> bool:
         """Whether the simulation ran to its end."""
@@ -102,7 +106,7 @@ class Recording:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
-        return frame(self.columns, describe)
+        return frame(self.columns, self.describe)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The columns [SI] as an xarray Dataset over `time` (needs xarray).
@@ -111,7 +115,7 @@ class Recording:
         status, and the metrics as texts with their units.
         """
         facts = {"scenario": self.scenario["name"], "status": self.status}
-        return dataset(self.columns, describe, facts | {n: str(m) for n, m in self.metrics.items()})
+        return dataset(self.columns, self.describe, facts | {n: str(m) for n, m in self.metrics.items()})
 
     def save(
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None

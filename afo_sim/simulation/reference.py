@@ -54,6 +54,9 @@ def reference_of(scenario: Scenario) -> Scenario:
         "start": None,
         "timer": None,
         "phases": None,
+        "controller": None,
+        "drive": {},
+        "sensor": {},
         "gait": gait.model_copy(update={"settled": "solved"}),
     }
     if kind == "orthosis-off":

@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import SimulationError
-from afo_sim.simulation.policy import Policy, Rows
+from afo_sim.common.errors import ControllerError, SimulationError
+from afo_sim.simulation.policy import Policy, PolicyFault, Rows
 from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Stepper, Stop
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
@@ -42,6 +42,7 @@ class Rollout:
     wall_seconds : its share of the time that stepping took
     first_step : number of the first row's step
     final : the state after the last step, {name: (width,)}
+    told : columns that the policy tells (n,)
     """
 
     rows: Rows
@@ -50,6 +51,7 @@ class Rollout:
     wall_seconds: float = 0.0
     first_step: int = 0
     final: Rows = field(default_factory=dict)
+    told: Rows = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -207,6 +209,7 @@ class _Run:
     def __init__(self, cases: Sequence[Case], n_step: int, recipe: Recipe, workspace: Workspace):
         self.cases, self.n_step, self.recipe, self.workspace = cases, n_step, recipe, workspace
         self.stops: dict[int, tuple[int, str]] = {}  # simulation: steps done, why it stopped
+        self.faults: set[int] = set()  # simulations whose policy gave up
         if not cases:
             return
         periods = {case.policy.period for case in cases} - {None}
@@ -214,7 +217,7 @@ class _Run:
             raise ValueError(f"policies of one roll-out choose at different periods: {periods}")
         self.block = min(recipe.block, *(period for period in periods if period), n_step) or 1
         n, kept = len(cases), -(-n_step // recipe.stride)
-        self.in_place = recipe.stride == 1 and (n == 1 or self.block == n_step)
+        self.in_place = recipe.stride == 1 and (n == 1 or (self.block == n_step and not periods))
         self.start = first_states(cases)
         self.now = {name: values.copy() for name, values in self.start.items()}
         self.widths = widths(cases[0].model, recipe.fields)
@@ -252,6 +255,10 @@ class _Run:
 
     def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
         inputs = self._inputs(alive, steps, before)
+        if any(k in self.stops for k in alive):  # a policy gave up
+            alive, inputs = self._going(alive, inputs)
+            if not alive:
+                return
         out = self._out(alive, steps)
         out["time"][:] = np.nan  # tells the rows that no step has written
         stopped = stepper.advance(alive, inputs, out)
@@ -267,7 +274,7 @@ class _Run:
 
     def _inputs(self, alive: list[int], steps: range, before: int) -> np.ndarray:
         """Inputs of a block, as the policies choose them; of the rows that are kept they are kept."""
-        chosen = [self.cases[k].policy.choose(_Moment(self, k, steps, before)) for k in alive]
+        chosen = [self._chosen(k, steps, before) for k in alive]
         stride = self.recipe.stride
         into = slice(-(-steps.start // stride), -(-steps.stop // stride))
         for k, rows in zip(alive, chosen, strict=True):
@@ -275,6 +282,20 @@ class _Run:
         if self.in_place:
             return self.control[:, steps.start : steps.stop]
         return np.ascontiguousarray(chosen)
+
+    def _chosen(self, k: int, steps: range, before: int) -> np.ndarray:
+        """Inputs of one simulation; of one whose policy gives up, none."""
+        try:
+            return self.cases[k].policy.choose(_Moment(self, k, steps, before))
+        except PolicyFault as fault:
+            self.stops[k] = steps.start, str(fault)
+            self.faults.add(k)
+            return np.zeros((len(steps), self.control.shape[-1]))
+
+    def _going(self, alive: list[int], inputs: np.ndarray) -> tuple[list[int], np.ndarray]:
+        """The simulations that go on, and their inputs."""
+        places = [place for place, k in enumerate(alive) if k not in self.stops]
+        return [alive[place] for place in places], np.ascontiguousarray(inputs[places])
 
     def _out(self, alive: list[int], steps: range) -> Rows:
         """Arrays that a block is recorded into."""
@@ -316,15 +337,27 @@ class _Run:
         """Steps first…stop of a simulation."""
         stride = self.recipe.stride
         kept = slice(-(-first // stride), -(-stop // stride))
-        return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first)
+        tell = self.cases[k].policy.told
+        told = (
+            {}
+            if tell is None
+            else {name: v[-first % stride :: stride] for name, v in tell(first, stop).items()}
+        )
+        return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first, told=told)
 
     def rollout(self, k: int, wall: float) -> Rollout:
         """The simulation number k up to its end or its failure; `wall` is the time it took [s]."""
         done, reason = self.stops.get(k, (self.n_step, None))
         found = self.stretch(k, 0, done)
-        failure = None if reason is None else failed(self.cases[k].model, reason, done, self.cases[k].number)
+        failure = None if reason is None else self._failure(k, reason, done)
         final = {name: values[k].copy() for name, values in self.now.items()}
-        return Rollout(found.rows, found.control, failure, wall, 0, final)
+        return Rollout(found.rows, found.control, failure, wall, 0, final, found.told)
+
+    def _failure(self, k: int, reason: str, done: int) -> SimulationError:
+        model, number = self.cases[k].model, self.cases[k].number
+        if k in self.faults:
+            return ControllerError(reason, simulation=number, time=done * model.opt.timestep)
+        return failed(model, reason, done, number)
 
 
 def first_states(cases: Sequence[Case]) -> Rows:

@@ -1,21 +1,31 @@
 """A scenario simulated from beginning to end: `afo_sim.run`."""
 
+import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from afo_sim.control.controller import Controller
+from afo_sim.control.making import make
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import why_walked
-from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.examine import described_cycle, make_recording
+from afo_sim.simulation.loop import TIME_LIMIT, Loop
 from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.reference import compared, reference_of
+from afo_sim.simulation.sensed import check_sensors
 from afo_sim.simulation.settled_run import run_settled
 from afo_sim.simulation.simulate import Progress, simulate
 
+RATE = 100.0  # of a controller's commands [Hz]
+UNTOLD = (
+    "a controller in Python commanded the chambers: the scenario does not hold it, and walking was walked "
+    "from the start"
+)
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
 
 
@@ -23,6 +33,9 @@ def run(
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     sets: Mapping[str, Any] | None = None,
     *,
+    controller: Controller | None = None,
+    rate: float = RATE,
+    time_limit: float = TIME_LIMIT,
     policy: Policy | None = None,
     progress: Progress | None = None,
 ) -> Recording:
@@ -32,7 +45,11 @@ def run(
     ----------
     scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
     sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
-    policy : what chooses the inputs as the simulation goes; the scenario's own timing by default
+    controller : what commands the chambers as the simulation goes: a function of what it sees; by default the
+        scenario's own controller or timing (docs/controllers.md)
+    rate : of the controller's commands [Hz]
+    time_limit : wall time that the controller may take for one command [s]
+    policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
     progress : called with (steps done, steps in all)
 
     Returns
@@ -62,7 +79,41 @@ def run(
         description = scenario.set(sets) if sets else scenario
     else:
         description = load("scenario", scenario, sets)
+    if controller is not None:
+        return run_controlled(description, controller, rate, time_limit, progress=progress)
     return run_scenario(description, policy=policy, progress=progress)
+
+
+def run_controlled(
+    scenario: Scenario,
+    controller: Controller,
+    rate: float,
+    time_limit: float = TIME_LIMIT,
+    *,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+) -> Recording:
+    """Simulate a description with a controller in the loop; walking is walked from the start."""
+    if scenario.reference is not None:
+        reference_of(scenario)
+    built = build(scenario)
+    loop = Loop(built, controller, rate, time_limit)
+    recording = run_built(built, policy=loop.policy(), progress=progress, watch=watch)
+    told = tuple(_told(scenario))
+    return compared(dataclasses.replace(recording, warnings=(*recording.warnings, *told)), scenario)
+
+
+def _told(scenario: Scenario) -> Iterator[str]:
+    """What to mind of a run with a controller."""
+    if scenario.controller is None:
+        yield UNTOLD
+    if scenario.walking:
+        return
+    cycle = described_cycle(scenario)
+    if cycle is None:
+        yield f"no cycle is described: numbers per cycle are of the whole run of {scenario.duration:g} s"
+    elif scenario.controller is None:
+        yield f"numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
 
 
 def run_scenario(
@@ -73,6 +124,9 @@ def run_scenario(
     watch: Watch | None = None,
 ) -> Recording:
     """Simulate a description as `run` does; `watch` sees it grow."""
+    if scenario.controller is not None and policy is None:
+        made = make(scenario.controller, scenario)
+        return run_controlled(scenario, made, scenario.controller.rate, progress=progress, watch=watch)
     if scenario.reference is not None:
         reference_of(scenario)  # refused before anything is walked
     return compared(_alone(scenario, policy, progress, watch), scenario)
@@ -95,8 +149,9 @@ def run_built(
     watch: Watch | None = None,
 ) -> Recording:
     """Simulate a compiled scenario from static equilibrium, as `run` does; `watch` sees it grow."""
+    check_sensors(built)  # before anything is simulated
     if watch is not None:
-        _ = built.full_model  # compiled now: MuJoCo cannot compile beside Python callbacks
+        _ = built.full_model, built.xml  # now: MuJoCo cannot compile beside Python callbacks
     rollout = simulate(
         built,
         schedule.controls(built) if policy is None else policy,

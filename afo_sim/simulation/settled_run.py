@@ -29,6 +29,7 @@ from afo_sim.simulation.examine import (
 )
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import FIELDS
+from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
 from afo_sim.simulation.stride_search import AIR, ANGLE
@@ -80,6 +81,7 @@ def run_settled(
     names; `strides` of each. The step is a whole part of a stride.
     """
     first, second = build(start_up(scenario)), build(two_strides(scenario))
+    check_sensors(first)  # before anything is walked
     if watch is not None:
         _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
     see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
@@ -123,8 +125,22 @@ def _joined(first: Built, before: Examined, second: Built, after: Examined) -> d
         behind = after.columns[name][-n % stride : -AFTER : stride]
         found[name] = np.concatenate([values[::stride], behind + shifts.get(name, 0.0)])
     kept = len(before.columns["time"][::stride])
+    found |= _sensed(first, before, after, shifts)
     found[SOLVED] = (np.arange(len(found["time"])) >= kept).astype(float)
     return found
+
+
+def _sensed(
+    first: Built, before: Examined, after: Examined, shifts: dict[str, float]
+) -> dict[str, np.ndarray]:
+    """Readings over both parts, as of one run: the sensors remember what came before the air jumps."""
+    wanted = ("time", *(sensor.column for sensor in first.scenario.sensor.values()))
+    joined = {
+        name: np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
+        for name in wanted
+    }
+    stride = first.scenario.record_stride
+    return {name: values[::stride] for name, values in sensor_columns(first, joined).items()}
 
 
 def _end(first: Built) -> int:

@@ -86,6 +86,8 @@ def simulate_together(
     builts: Sequence[Built],
     controls: Sequence[np.ndarray],
     workspace: Workspace | None = None,
+    *,
+    policies: Sequence[Policy | None] | None = None,
 ) -> list[Rollout]:
     """Roll compiled scenarios out in one call, each exactly as `simulate` does it alone.
 
@@ -96,6 +98,7 @@ def simulate_together(
     builts : compiled scenarios whose MjData are of one layout; they may differ in every number
     controls : inputs of each (n_step, nu), all of one length
     workspace : memory for the rows, which are then good until it is used again
+    policies : what chooses the inputs of each as it goes, all at one period; None for those of `controls`
 
     Returns
     -------
@@ -104,7 +107,8 @@ def simulate_together(
     """
     recipe = Recipe(fields=METRIC_FIELDS, block=len(controls[0]))
     with native.installed("native"):
-        begun = [_begun(b, control, recipe) for b, control in zip(builts, controls, strict=True)]
+        chosen = policies or [None] * len(builts)
+        begun = [_begun(*each, recipe) for each in zip(builts, controls, chosen, strict=True)]
         ready = [case for case in begun if isinstance(case, Case)]
         ended = iter(roll_out(ready, len(controls[0]), recipe, workspace=workspace))
     return [
@@ -145,10 +149,10 @@ def case_of(
     return Case(built.model, state, policy)
 
 
-def _begun(built: Built, control: np.ndarray, recipe: Recipe) -> Case | Rollout:
-    """As `_case`, but an error is this simulation's own."""
+def _begun(built: Built, control: np.ndarray, policy: Policy | None, recipe: Recipe) -> Case | Rollout:
+    """As `case_of`, but an error is this simulation's own."""
     try:
-        return case_of(built, fixed(control), control[0])
+        return case_of(built, policy or fixed(control), control[0])
     except Exception as error:
         return not_begun(built.model, error, recipe)
 

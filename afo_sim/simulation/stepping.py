@@ -41,6 +41,14 @@ class Stepper(Protocol):
         """
         ...
 
+    def restart(self, k: int, state: np.ndarray) -> None:
+        """Take a simulation to an mjSTATE_INTEGRATION row, with no memory of what was before."""
+        ...
+
+    def state(self, k: int) -> np.ndarray:
+        """The present mjSTATE_INTEGRATION row of a simulation, a copy."""
+        ...
+
     def act(self, k: int) -> np.ndarray:
         """Activations of a simulation between two blocks (na,); what is written there is stepped on from."""
         ...
@@ -65,6 +73,14 @@ class BatchStepper:
         first = sum(mujoco.mj_stateSize(models[0], part) for part in before)
         self.activations = slice(first, first + models[0].na)
 
+    def restart(self, k: int, state: np.ndarray) -> None:
+        self.batch.reset([k], stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        self.batch.state[k] = state
+
+    def state(self, k: int) -> np.ndarray:
+        found: np.ndarray = self.batch.state[k].copy()
+        return found
+
     def act(self, k: int) -> np.ndarray:
         found: np.ndarray = self.batch.state[k, self.activations]
         return found
@@ -85,9 +101,9 @@ class BatchStepper:
             )
         except BatchError as error:
             stopped = {int(k): Stop(batch.error(k), spoilt=False) for k in error.ids}
-        for k in alive:
+        for k in np.flatnonzero(batch.warning[:, list(BAD), -1].any(axis=1)).tolist():
             reason = instability(batch.warning[k])
-            if reason is not None and k not in stopped:
+            if reason is not None and k in alive and k not in stopped:
                 stopped[k] = Stop(reason, spoilt=True)  # the step that warned has been recorded
         return stopped
 
@@ -100,6 +116,16 @@ class LoopStepper:
         self.data = [mujoco.MjData(model) for model in models]
         for model, data, state in zip(models, self.data, states, strict=True):
             mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+
+    def restart(self, k: int, state: np.ndarray) -> None:
+        mujoco.mj_resetData(self.models[k], self.data[k])
+        mujoco.mj_setState(self.models[k], self.data[k], state, mujoco.mjtState.mjSTATE_INTEGRATION)
+
+    def state(self, k: int) -> np.ndarray:
+        kind = mujoco.mjtState.mjSTATE_INTEGRATION
+        found = np.empty(mujoco.mj_stateSize(self.models[k], kind))
+        mujoco.mj_getState(self.models[k], self.data[k], found, kind)
+        return found
 
     def act(self, k: int) -> np.ndarray:
         return self.data[k].act
@@ -133,15 +159,17 @@ def _recorded(name: str) -> Any:
     return int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name
 
 
+BAD = {
+    int(mujoco.mjtWarning.mjWARN_BADQPOS): "position",
+    int(mujoco.mjtWarning.mjWARN_BADQVEL): "velocity",
+    int(mujoco.mjtWarning.mjWARN_BADQACC): "acceleration",
+    int(mujoco.mjtWarning.mjWARN_BADCTRL): "control",
+}
+
+
 def instability(counters: np.ndarray) -> str | None:
     """MuJoCo's own signs that a simulation has become unstable."""
-    bad = {
-        mujoco.mjtWarning.mjWARN_BADQPOS: "position",
-        mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
-        mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
-        mujoco.mjtWarning.mjWARN_BADCTRL: "control",
-    }
-    for warning, word in bad.items():
-        if counters[int(warning)][-1] > 0:
+    for warning, word in BAD.items():
+        if counters[warning][-1] > 0:
             return f"a {word} is not a number, or is too large"
     return None

@@ -27,6 +27,7 @@ HEIGHTS = {
     "toe": "of the lower of pulp and tip above the floor",
     "sole": "of the outsole's lowest point above the floor",
 }
+NARROWEST = 1e-3  # distance of heel and ball along the floor that loads are shared over [m]
 Points = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
@@ -157,6 +158,24 @@ class WalkFrame(Frame):
         if self.built.contact is None:
             return self.weight * self.recorded_ground[1]
         return self.pads.sum(axis=1)
+
+    @functools.cached_property
+    def toe_load(self) -> np.ndarray:
+        """Vertical load under the ball and the toes [N] (n,).
+
+        In contact the pads bear it. A recorded force F at the place x from the ankle is shared by the lever
+        rule between heel and ball, F (x − x_heel) / (x_ball − x_heel); ahead of the ball all of it is here.
+        """
+        if self.built.contact is not None:
+            return self.pads[:, 1:].sum(axis=1)
+        heel, ball = self.points["heel"][0], self.points["ball"][0]
+        share = (self.recorded_ground[2] - heel) / np.maximum(ball - heel, NARROWEST)
+        return self.pressing * np.clip(share, 0.0, 1.0)
+
+    @functools.cached_property
+    def heel_load(self) -> np.ndarray:
+        """Vertical load under the heel [N] (n,)."""
+        return self.pressing - self.toe_load if self.built.contact is None else self.pads[:, 0]
 
     @functools.cached_property
     def driven(self) -> np.ndarray:
@@ -303,6 +322,12 @@ WALKING = (
         lambda f: f.pitch - f.foot.level,
     ),
     _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", lambda f: f.shank),
+    _column(
+        "shank/velocity",
+        "rad/s",
+        "as shank/angle; mean of the step before, as every velocity",
+        lambda f: f.rows["qvel"][:, f.built.model.joint(JOINTS[2]).dofadr[0]],
+    ),
     _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
     _column("ankle/position/z", "m", "up, the floor at 0", lambda f: f.ankle_height),
     _column(
@@ -312,6 +337,8 @@ WALKING = (
         lambda f: f.weight * f.recorded_ground[0],
     ),
     _column("ground/force/z", "N", "on the foot, upward positive", lambda f: f.pressing),
+    _column("foot/heel_load", "N", "under the heel, upward on the foot", lambda f: f.heel_load),
+    _column("foot/toe_load", "N", "under ball and toes, upward on the foot", lambda f: f.toe_load),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
     *(_column(f"{point}/height", "m", sign, _height(point)) for point, sign in HEIGHTS.items()),
     _column(

@@ -23,6 +23,7 @@ from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measur
 from afo_sim.metrics.reference import reference_metrics
 from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
 from afo_sim.metrics.settling import settling_metrics
+from afo_sim.metrics.switching import life_metrics as valve_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
 from afo_sim.simulation.energy import Energy
@@ -122,6 +123,7 @@ def told() -> dict[str, Metric]:
         **balance,
         **margins,
         **bottle,
+        **valve_metrics({"front": 1.0}, {"front": 1e8}),
     }
 
 

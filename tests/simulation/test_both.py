@@ -112,6 +112,39 @@ def test_a_seated_pair_is_switched_together() -> None:
     assert not legs.verdict and "strides_per_bottle_both" not in legs.numbers
 
 
+def pid(reference: dict[str, str]) -> dict[str, Any]:
+    """Scenario values of a seated person whose PID controller follows a reference angle."""
+    angle = {"proportional_band": "2 deg", "reference": reference}
+    controller = {"rate": "100 Hz", "pid": {"lowers": "plantarflexor", "angle": angle}}
+    return {"timer": None, "controller": controller, "duration": "4 s"}
+
+
+def test_a_seated_pair_is_laid_together_by_the_sine_that_its_controllers_follow() -> None:
+    legs = afo.both("seated", sets=pid({"amplitude": "3 deg", "frequency": "0.5 Hz"}))
+    inlets = ("valve/dorsiflexor_inlet/mass_flow", "valve/plantarflexor_inlet/mass_flow")
+    last = legs.right["time"] >= 2.0 - 1e-9  # of 4 s, two periods of 2 s
+    expected = sum(np.maximum(legs.right[name][last], 0.0) for name in inlets)
+    assert legs.cycle == 2.0 and expected.max() > 0.0
+    assert legs.flow["both"] == pytest.approx(2.0 * expected, abs=1e-15)
+    assert np.array_equal(legs.left["controller/output"], legs.right["controller/output"])
+
+
+def test_a_seated_pair_that_repeats_nothing_is_refused_with_what_it_needs() -> None:
+    with pytest.raises(afo.InputError, match=r"^controller: .*a timer, or a controller that follows a sine"):
+        afo.both("seated", sets=pid({"mean": "2 deg"}))
+
+
+def test_each_leg_that_walks_has_a_controller_of_its_own() -> None:
+    """A state that was kept from the right leg would switch the left one otherwise."""
+    toes = {"rate": "100 Hz", "toe_load": {"peak": "750 N"}}
+    sets = {"phases": None, "reference": None, "controller": toes, "duration": "2.3 s"}
+    legs = afo.both(WALK, sets=sets)
+    assert legs.ok, legs.status
+    for name, values in legs.right.columns.items():
+        assert np.array_equal(values, legs.left[name], equal_nan=True), name
+    assert legs.right["controller/toe_load"].max() > 0.0
+
+
 @pytest.mark.parametrize(
     ("left", "left_sets", "apart", "says"),
     [

@@ -1,0 +1,176 @@
+"""A controller in a run: its commands act; what it does wrong is a sentence, what came before is kept."""
+
+import math
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim.common.errors import InputError
+
+SHORT = {"duration": "0.5 s"}
+LATE = 0.2  # from when on a controller fails [s]
+
+
+def late(command: Any) -> Any:
+    """A controller that gives a command from LATE on, and none before."""
+    return lambda seen: command if seen.time >= LATE - 1e-9 else {}
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (None, "a mapping of chambers"),
+        ("inlet", "a mapping of chambers"),
+        ({"dorsiflexr": "inlet"}, "did you mean 'dorsiflexor'?"),
+        ({"dorsiflexor": "inlt"}, "'inlt'"),
+        ({"dorsiflexor": (math.nan, 0.0)}, "is outside a coil's range"),
+        ({"dorsiflexor": (0.0, 1.5)}, "is outside a coil's range"),
+        ({"dorsiflexor": (1.0,)}, "is no command"),
+        ({"dorsiflexor": np.ones((1, 2))}, "is no command"),
+        ({"dorsiflexor": True}, "is no command"),
+        ({"dorsiflexor": 2e5}, "[drive.dorsiflexor]"),
+    ],
+)
+def test_a_wrong_command_ends_the_run_with_a_sentence_and_keeps_what_came_before(
+    command: Any, words: str
+) -> None:
+    run = afo_sim.run("seated", SHORT, controller=late(command))
+    assert run.status.startswith("failed: t = 0.2 s: the controller's command is refused: ")
+    assert words in run.status
+    timed = afo_sim.run("seated", SHORT)
+    for name in ("time", "ankle/angle", "chamber/dorsiflexor/pressure"):
+        assert np.array_equal(run[name], timed[name][:100]), name
+
+
+def test_what_a_controller_raises_is_told_once_with_its_time() -> None:
+    def controller(seen: Any) -> dict[str, str]:
+        if seen.time >= LATE - 1e-9:
+            raise ValueError("oh")
+        return {}
+
+    run = afo_sim.run("seated", SHORT, controller=controller)
+    assert run.status == "failed: t = 0.2 s: the controller raised ValueError: oh"
+    assert len(run["time"]) == 100
+
+
+def endless(seen: Any) -> Any:
+    while True:
+        try:
+            while True:
+                pass
+        except Exception:
+            pass
+
+
+class Endless:
+    """A controller of which one part has no end."""
+
+    def __init__(self, part: str):
+        self.part = part
+
+    def __call__(self, seen: Any) -> dict[str, str]:
+        return endless(0) if self.part == "call" else {}
+
+    def tell(self) -> dict[str, float]:
+        return endless(0) if self.part == "tell" else {}
+
+    def reset(self) -> None:
+        if self.part == "reset":
+            endless(0)
+
+
+@pytest.mark.parametrize(("part", "words"), [("call", "for a command"), ("tell", "to tell its columns")])
+def test_an_endless_controller_is_interrupted(part: str, words: str) -> None:
+    start = time.monotonic()
+    run = afo_sim.run("seated", SHORT, controller=Endless(part), time_limit=0.2)
+    assert run.status == (
+        f"failed: t = 0 s: the controller took more than 0.2 s {words}; allowed: up to time_limit"
+    )
+    assert time.monotonic() - start < 10.0
+
+
+def test_an_endless_reset_is_refused() -> None:
+    with pytest.raises(InputError, match=r"cannot be reset: .*0\.2 s to reset"):
+        afo_sim.run("seated", SHORT, controller=Endless("reset"), time_limit=0.2)
+
+
+def test_an_endless_controller_is_interrupted_off_the_main_thread() -> None:
+    found = []
+
+    def work() -> None:
+        found.append(afo_sim.run("seated", SHORT, controller=endless, time_limit=0.2).status)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(20.0)
+    assert len(found) == 1
+    assert "took more than 0.2 s" in found[0]
+
+
+def test_interrupts_of_the_keyboard_pass() -> None:
+    def controller(seen: Any) -> Any:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        afo_sim.run("seated", SHORT, controller=controller)
+
+
+@pytest.mark.parametrize(
+    ("field", "arguments"),
+    [("controller.rate", {"rate": rate}) for rate in (0.0, -1.0, math.nan, math.inf, "100 Hz", 333.3)]
+    + [("time_limit", {"time_limit": limit}) for limit in (0.0, -1.0, math.nan, "1 s")]
+    + [("controller", {"controller": 5})],
+)
+def test_wrong_arguments_are_refused_before_the_first_step(field: str, arguments: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        afo_sim.run("seated", SHORT, **({"controller": lambda seen: {}} | arguments))
+    assert caught.value.field == field
+    assert caught.value.allowed
+
+
+@pytest.mark.parametrize("told", [{"phase": "x"}, {"phas": 1.0}, None])
+def test_what_is_told_wrongly_is_a_sentence(told: Any) -> None:
+    controller = Endless("")
+    controller.tell = lambda: told  # type: ignore[method-assign]
+    status = afo_sim.run("seated", SHORT, controller=controller).status
+    assert status.startswith("failed: t = 0 s: what the controller tells is refused: ")
+
+
+def test_a_controller_sees_rows_that_are_one_step_old() -> None:
+    seen_rows: list[np.ndarray] = []
+    times: list[float] = []
+
+    def controller(seen: Any) -> dict[str, str]:
+        times.append(seen.time)
+        seen_rows.append(np.array(seen.rows("ankle/angle")))
+        return {"dorsiflexor": "inlet"}
+
+    run = afo_sim.run("seated", SHORT, controller=controller, rate=100.0)
+    assert times == pytest.approx(np.arange(50) * 0.01)
+    # the row of the start, and then the five rows of each period
+    assert [len(rows) for rows in seen_rows] == [1] + [5] * 49
+    assert np.array_equal(np.concatenate(seen_rows[1:]), run["ankle/angle"][:245])
+
+
+@pytest.mark.parametrize("output", ["valves", "pressures"])
+def test_a_described_controller_does_not_go_on_with_a_reading_that_is_no_number(output: str) -> None:
+    """1/p of no pressure has no value: the chamber must not stay empty in a run that is "ok"."""
+    pid: dict[str, Any] = {
+        "integral_time": "0.5 s",
+        "pressure": {"column": "sensor/air", "proportional_band": "0.5 bar", "reference": {"mean": "2 bar"}},
+    }
+    if output == "pressures":
+        pid["pressures"] = {"mean": "2 bar", "half_range": "1 bar"}
+    calibration = {"shape": "inverse", "slope": "1 V*Pa", "intercept": "0 V"}
+    sets = {
+        "timer": None,
+        "controller.pid": pid,
+        "sensor.air": {"column": "chamber/dorsiflexor/pressure", "calibration": calibration},
+        "drive.dorsiflexor.kind": "pwm",
+    }
+    run = afo_sim.run("seated", SHORT | sets)
+    assert "the controller reads sensor/air, and that is no number" in run.status
