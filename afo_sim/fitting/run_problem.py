@@ -13,6 +13,7 @@ from afo_sim.fitting.run_parameter import RunParameter, find_parameters
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.loop import described_policy
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.simulate import simulate
 
@@ -105,8 +106,7 @@ def run_at(problem: RunProblem, values: Values) -> Recording:
         duration=end if slack else min(end, scenario.duration), record_rate=1.0 / scenario.timestep
     )
     built = build(scenario)
-    control = schedule.controls(built)
-    rollout = simulate(built, control)
+    rollout = simulate(built, described_policy(built) or schedule.controls(built))
     if rollout.failure is not None:
         raise rollout.failure
     return make_recording(built, rollout)

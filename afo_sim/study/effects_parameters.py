@@ -96,7 +96,9 @@ def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Step]:
 
 
 def takes_air(scenario: Scenario, chamber: str) -> bool:
-    """Whether air can enter a chamber: its inlet opens, or it is filled before the first step."""
+    """Whether air can enter a chamber: its inlet opens, a controller may open it, or it is filled before."""
+    if scenario.controller is not None:
+        return True
     told = (scenario.phases or scenario.timer), scenario.start
     times = told[0].chambers.get(chamber) if told[0] else None
     return bool(times and times.inlet) or bool(told[1] and chamber in told[1].chambers)

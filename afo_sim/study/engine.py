@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common.errors import ControllerError, InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.first_strides import undefined
@@ -26,6 +26,8 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
 from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
+from afo_sim.simulation.loop import described_policy
+from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.reference import References, not_compared
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.settle import Settled, settle
@@ -58,7 +60,8 @@ class Prepared:
     """A case that is ready to run.
 
     `solved` says that these are two strides, of which the settled one is solved for; `first` are the strides
-    from the start, where something is asked of them beside it.
+    from the start, where something is asked of them beside it. `policy` is a controller's, which chooses the
+    inputs as the case goes.
     """
 
     number: int
@@ -66,12 +69,14 @@ class Prepared:
     control: np.ndarray
     solved: bool = False
     first: "Prepared | None" = None
+    policy: Policy | None = None
 
     @property
     def layout(self) -> tuple[Any, ...]:
         """The parts that cases must have in common to share a roll-out."""
         sizes = self.built.model._sizes.tobytes()  # all of them: some are in no attribute of their own
-        return (self.built.scenario.callback, self.solved, len(self.control), self.first_steps, sizes)
+        period = None if self.policy is None else self.policy.period
+        return (self.built.scenario.callback, self.solved, len(self.control), self.first_steps, period, sizes)
 
     @property
     def first_steps(self) -> int:
@@ -206,7 +211,7 @@ def prepare(
         solved = description.walking and not why_walked(description)
         built = build(two_strides(description) if solved else description)
         first = _first(description, number, first_strides) if solved and first_strides else None
-        return Prepared(number, built, schedule.controls(built), solved, first)
+        return Prepared(number, built, schedule.controls(built), solved, first, described_policy(built))
     except Exception as error:  # one case's trouble is not the others'
         return _failed(error)
 
@@ -271,12 +276,17 @@ def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
     """Roll-outs from the start; rows of a search for settled strides in the same memory stay."""
     if _in_python(batch):
         return [_roll_alone(case) for case in batch]
-    return simulate_together([case.built for case in batch], [case.control for case in batch], workspace)
+    return simulate_together(
+        [case.built for case in batch],
+        [case.control for case in batch],
+        workspace,
+        policies=[case.policy for case in batch],
+    )
 
 
 def _roll_alone(case: Prepared) -> Rollout:
     try:
-        return simulate(case.built, case.control)
+        return simulate(case.built, case.policy or case.control)
     except Exception as error:
         return Rollout({}, case.control[:0], error)
 
@@ -353,6 +363,8 @@ def _failed(error: Exception) -> Outcome:
     """The outcome that an error is; but what befalls the machine is no case's own, and stops the sweep."""
     if isinstance(error, (MemoryError, OSError)) or (isinstance(error, InputError) and _gone(error.file)):
         raise error
+    if isinstance(error, ControllerError):
+        return Outcome(BROKEN, str(error), {})
     if isinstance(error, SimulationError):
         return Outcome(UNSTABLE, str(error), {})
     if isinstance(error, InputError):

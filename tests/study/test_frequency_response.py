@@ -1,0 +1,144 @@
+"""Frequency responses of the seated device, against second computations."""
+
+import json
+import math
+import pathlib
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim.common.units import GAS_CONSTANT
+from afo_sim.study.frequency_response import FrequencyResponse, bode
+
+PRESSURE = "chamber/dorsiflexor/pressure"
+PID = {
+    "timer": None,
+    "controller": {
+        "rate": "100 Hz",
+        "pid": {
+            "lowers": "plantarflexor",
+            "angle": {"proportional_band": "1 deg", "reference": {"amplitude": "2 deg"}},
+        },
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def valves() -> FrequencyResponse:
+    return bode("seated", what="valves", frequencies=[0.5, 2.0])
+
+
+def test_valves_in_turn_are_a_timer_in_turn(valves: FrequencyResponse) -> None:
+    """The same square wave as a scenario's timer, and Fourier's sum over its last periods."""
+    timer = {
+        "period": "2 s",
+        "dorsiflexor": {"inlet": [["0 s", "1 s"]], "outlet": [["1 s", "2 s"]]},
+        "plantarflexor": {"outlet": [["0 s", "2 s"]]},
+    }
+    run = afo_sim.run("seated", {"timer": timer, "duration": "32 s"})
+    last = run["time"] >= 24.0 - 1e-9
+    turn = np.exp(-2j * math.pi * 0.5 * run["time"][last])
+    for name in (PRESSURE, "ankle/angle"):
+        phasor = 2.0 * np.mean(run[name][last] * turn)
+        ratio = phasor / (-4j / math.pi)
+        curve = valves[name]
+        assert curve.gain[0] == pytest.approx(abs(ratio), rel=0.02)
+        assert math.cos(curve.phase[0] - np.angle(ratio)) == pytest.approx(1.0, abs=2e-4)
+
+
+def test_a_faster_square_wave_moves_less(valves: FrequencyResponse) -> None:
+    for curve in valves.curves.values():
+        assert curve.gain[1] < 0.5 * curve.gain[0]
+        assert curve.phase[1] < curve.phase[0] < 0.0 or curve.output == PRESSURE
+    assert (valves.what, valves.chamber, valves.input_unit) == ("valves", "dorsiflexor", "")
+
+
+def test_the_reference_is_what_the_angle_is_over() -> None:
+    """The same sine as a run of as many periods, with Fourier's sum of the angle over its second half."""
+    found = bode("seated", PID, frequencies=[0.25])
+    duration = found.periods[0] / 0.25
+    sets = {"duration": f"{duration} s", "controller.pid.angle.reference.frequency": "0.25 Hz"}
+    run = afo_sim.run("seated", PID | sets)
+    last = run["time"] >= 0.5 * duration - 1e-9
+    phasor = 2.0 * np.mean(run["ankle/angle"][last] * np.exp(-2j * math.pi * 0.25 * run["time"][last]))
+    ratio = phasor / (-1j * math.radians(2.0))  # of sin
+    curve = found["ankle/angle"]
+    assert curve.is_ratio and found.amplitude == pytest.approx(math.radians(2.0))
+    assert curve.gain[0] == pytest.approx(abs(ratio), rel=1e-4)
+    assert curve.phase[0] == pytest.approx(np.angle(ratio), abs=1e-4)
+
+
+RIGID: dict[str, Any] = {
+    # one first-order lag: no dead band, fast valves; isothermal air; a foot that hardly moves the volume
+    "drive": {
+        "dorsiflexor": {
+            "kind": "regulator",
+            "dead_band": "0 bar",
+            "full_at": "4 bar",
+            "bandwidth": "100 Hz",
+        }
+    },
+    "orthosis.chamber.dorsiflexor.wall_conductance": "20 W/K",
+}
+
+
+def test_a_regulator_in_its_linear_range_is_a_first_order_lag() -> None:
+    """dp/dt = (dp/dm) (dG/de) e with e = asked − p: gain 1/√(1 + (f/fc)²), fc = (dp/dm)(dG/de)/2π.
+
+    dp/dm is taken from the recorded air of the same device, dG/de from ISO 6358 by hand: about 2.77 bar
+    gauge the inlet, subsonic, and the outlet, choked, let as much air through per opening.
+    """
+    amplitude, mean, full = 5e3, 2.77e5, 4e5
+    supply, ambient, ratio = 4e5 + 101325.0, 101325.0, 0.3
+    conductance, density = 0.055e-3 / 1e5, 1.185  # C [m³/(s·Pa)], ANR
+    share = (mean + ambient) / supply
+    inlet = conductance * density * supply * math.sqrt(1.0 - ((share - ratio) / (1.0 - ratio)) ** 2)
+    outlet = conductance * density * (mean + ambient)
+    assert inlet == pytest.approx(outlet, rel=0.03)
+    run = afo_sim.run("seated", RIGID | {"duration": "4 s"})
+    pressure, mass = run[PRESSURE], run["chamber/dorsiflexor/mass"]
+    near = np.abs(pressure - mean) < 2e4
+    per_mass = np.polyfit(mass[near], pressure[near], 1)[0]
+    assert per_mass < GAS_CONSTANT * 293.0 / 1e-5  # of a volume of more than 10 ml
+    corner = per_mass * 0.5 * (inlet + outlet) / full / (2.0 * math.pi)
+    frequencies = corner * np.array([0.3, 0.6, 1.0, 2.0])
+    found = bode("seated", RIGID, amplitude=amplitude, mean=mean, frequencies=frequencies.tolist())
+    curve = found[PRESSURE]
+    expected = 1.0 / (1.0 + 1j * curve.frequency / corner)
+    assert curve.gain == pytest.approx(np.abs(expected), rel=0.02)
+    assert curve.phase == pytest.approx(np.angle(expected), abs=0.03)
+
+
+def test_what_is_written_is_what_was_found(valves: FrequencyResponse, tmp_path: pathlib.Path) -> None:
+    folder = valves.save(tmp_path / "a folder")
+    table = json.loads((folder / "bode.json").read_text(encoding="utf-8"))
+    assert [curve["output"] for curve in table["curves"]] == list(valves.curves)
+    assert table["curves"][0]["gain"] == pytest.approx(valves[PRESSURE].gain)
+    lines = (folder / "bode.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + 2 * 2 and lines[1].split(",")[:2] == [PRESSURE, "0.5"]
+    assert sorted(path.name for path in folder.iterdir()) == ["bode.csv", "bode.json"]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "options", "says"),
+    [
+        ("walk-dropfoot-afo", {}, "walks"),
+        ("seated", {"what": "reference"}, "no controller with a reference"),
+        ("seated", {"what": "pressure"}, "\\[drive.dorsiflexor\\]"),
+        ("seated", {"what": "valve"}, "did you mean 'valves'"),
+        ("seated", {"chamber": "dorsiflexr"}, "did you mean 'dorsiflexor'"),
+        ("seated", {"amplitude": "1 deg"}, "does not go with valves"),
+        ("seated", {"frequencies": [2.0, 1.0]}, "no rising frequencies"),
+        ("seated", {"frequencies": [math.nan]}, "no rising frequencies"),
+        ("seated", {"frequencies": []}, "no rising frequencies"),
+        ("seated", {"frequencies": [1e3]}, "an eighth of the control rate"),
+        ("seated", {"sets": PID, "amplitude": "1 bar"}, "does not convert to rad"),
+        ("seated", {"sets": PID, "amplitude": 0.0}, "is not above zero"),
+        ("seated", {"sets": PID, "chamber": "dorsiflexor"}, "does not go with a reference"),
+    ],
+)
+def test_what_is_refused(scenario: str, options: dict[str, Any], says: str) -> None:
+    with pytest.raises(afo_sim.InputError, match=f"(?s){says}"):
+        bode(scenario, **options)
