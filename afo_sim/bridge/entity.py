@@ -14,9 +14,9 @@ from afo_sim.bridge.leg_entity import LegEntity
 from afo_sim.bridge.observables import OrthosisObservables
 from afo_sim.bridge.placing import carrier, element, found_leg, places, tilts
 from afo_sim.bridge.pymjcf import Copied, new_model
-from afo_sim.bridge.valves import Command, checked_pressure, coils
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.control.command import Command, checked_pressure, coils
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load

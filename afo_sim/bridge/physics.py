@@ -11,12 +11,13 @@ from afo_sim import native
 from afo_sim.bridge.dm import PhysicsError
 from afo_sim.bridge.dm import mujoco as dm
 from afo_sim.bridge.present import Present
-from afo_sim.bridge.valves import Command, checked_pressure, coils
-from afo_sim.common.errors import CallbackError, InputError, unknown
+from afo_sim.common.errors import CallbackError, InputError
+from afo_sim.control.command import Command, checked_pressure
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.start import equilibrium, walking_start
 from afo_sim.simulation.columns import column_at
+from afo_sim.simulation.commander import Commander
 from afo_sim.simulation.rollout import FIELDS, STATE, failed
 from afo_sim.simulation.stepping import FAILURES
 
@@ -28,7 +29,8 @@ class ScenarioPhysics(dm.Physics):
 
     Each step takes its inputs from the scenario (its valve timing, in walking the recorded walking), unless
     `set_valves`, `supply_pressure` or `set_control` command otherwise; `reset` goes back to its start and its
-    timing. Readers tell the present state, in the units and signs of a run's columns.
+    timing. A described controller does not act: whoever steps is the controller, and without timing valves
+    are shut until they are commanded. Readers tell the present state, in units and signs of a run's columns.
 
     Parameters
     ----------
@@ -64,9 +66,7 @@ class ScenarioPhysics(dm.Physics):
 
     def _forget(self) -> None:
         """Take all commands back."""
-        self._coils: dict[str, tuple[float, float]] = {}
-        if not self.timed:
-            self._coils = dict.fromkeys(self.built.index.chambers, (0.0, 0.0))
+        self._commander = Commander(self.built, timed=self.timed)
         self._supply: float | None = None
         self._control: np.ndarray | None = None
         self._written: np.ndarray | None = None
@@ -77,7 +77,7 @@ class ScenarioPhysics(dm.Physics):
         Parameters
         ----------
         commands : "inlet", "outlet", "both" (coil on), "shut", the two coils (inlet, outlet) from 0 to 1 [-],
-            or "timed" for the scenario's own timing
+            "timed" for the scenario's own timing, or a gauge pressure [Pa] where the chamber has a drive
 
         Raises
         ------
@@ -85,12 +85,7 @@ class ScenarioPhysics(dm.Physics):
             There is no such chamber, or it is no command.
         """
         self._alive()
-        timed = {name for name, command in commands.items() if command == "timed"}
-        known = list(self.built.index.chambers)
-        if strange := timed - set(known):
-            raise unknown(min(strange), known, field="chamber", problem="the orthosis has no such chamber")
-        found = coils({name: c for name, c in commands.items() if name not in timed}, known)
-        self._coils = {name: c for name, c in (self._coils | found).items() if name not in timed}
+        self._commander.take(commands)
 
     @property
     def supply_pressure(self) -> float:
@@ -117,34 +112,35 @@ class ScenarioPhysics(dm.Physics):
         self._control = given
         self._write(given)
 
-    def _inputs(self, step: int) -> np.ndarray:
-        """Inputs of a step (nu,)."""
+    def _inputs(self, step: int, count: int = 1) -> np.ndarray:
+        """Inputs of the steps from one on (n, nu), count of them or as many as the recorded walking has."""
         if self._control is not None:
-            return self._control
-        if step >= len(self._schedule):
-            if self.built.walk is not None:
-                end = len(self._schedule) * self.built.scenario.timestep
-                raise InputError(
-                    f"the recorded walking ends at t = {end:.6g} s: reset(), or build a longer scenario",
-                    field="duration",
-                )
-            self._schedule = schedule.controls(self.built, 2 * step)
-        row, index = self._schedule[step].copy(), self.built.index
-        for chamber, (inlet, outlet) in self._coils.items():
-            row[index.valves[f"{chamber}_inlet"]], row[index.valves[f"{chamber}_outlet"]] = inlet, outlet
+            return np.broadcast_to(self._control, (count, len(self._control)))
+        if step + count > len(self._schedule) and self.built.walk is None:
+            self._schedule = schedule.controls(self.built, 2 * (step + count))
+        rows, index = self._schedule[step : step + count].copy(), self.built.index
+        if not len(rows):
+            end = len(self._schedule) * self.built.scenario.timestep
+            raise InputError(
+                f"the recorded walking ends at t = {end:.6g} s: reset(), or build a longer scenario",
+                field="duration",
+            )
+        self._commander.apply(rows)
         if self._supply is not None:
-            row[list(index.chambers.values())] = self._supply
-        return row
+            rows[:, list(index.chambers.values())] = self._supply
+        return rows
 
     def _write(self, row: np.ndarray) -> None:
-        self.data.ctrl[:] = row
+        self.data.ptr.ctrl[:] = row
         self._written = row
 
     def _refuse_ctrl(self) -> None:
         """Refuse inputs that were written where the next step would overwrite them."""
         if self._written is None:
             return
-        mine = self.data.ctrl != self._written
+        mine = self.data.ptr.ctrl != self._written
+        if not mine.any():
+            return
         mine[list(self.built.index.muscles.values())] = False  # the callbacks' own
         if mine.any():
             name = self.model.id2name(int(np.flatnonzero(mine)[0]), "actuator")
@@ -170,13 +166,35 @@ class ScenarioPhysics(dm.Physics):
         """
         self._alive()
         self._refuse_ctrl()
-        for _ in range(nstep):
+        left = nstep
+        while left > 0:
             at = self._step_number()
-            self._write(self._inputs(at))
+            inputs = self._inputs(at, left)
             try:
-                super().step(1)
+                self._advance(inputs)
             except FAILURES as error:
-                raise PhysicsError(str(failed(self.built.model, str(error), at))) from None
+                raise PhysicsError(str(failed(self.built.model, str(error), self._step_number()))) from None
+            left -= len(inputs)
+
+    def _advance(self, inputs: np.ndarray) -> None:
+        """Step through inputs (n, nu), as dm_control does: positions in `data` are the present state's."""
+        model, data, last = self.model.ptr, self.data.ptr, len(inputs) - 1
+        ctrl, mj_step = data.ctrl, mujoco.mj_step
+        with self.check_invalid_state():
+            for k, row in enumerate(inputs):
+                ctrl[:] = row
+                if k == last:
+                    self._written = row
+                    self._before_last()
+                if k == 0 and self.legacy_step:
+                    mujoco.mj_step2(model, data)  # mj_step1 came at the end of the call before
+                else:
+                    mj_step(model, data)
+            if self.legacy_step:
+                mujoco.mj_step1(model, data)
+
+    def _before_last(self) -> None:
+        """Look at the state before the last step; this one does not."""
 
     def _step_number(self) -> int:
         return round(self.data.time / self.built.scenario.timestep)
@@ -195,7 +213,7 @@ class ScenarioPhysics(dm.Physics):
         """Make all fields of `data` those of the state, with the inputs of its time."""
         self._alive()
         if np.isfinite(self.data.time):
-            self._write(self._inputs(self._step_number()))
+            self._write(self._inputs(self._step_number())[0])
         self.forward()
 
     def _reload_from_data(self, data: Any) -> None:
@@ -237,10 +255,10 @@ class ScenarioPhysics(dm.Physics):
         return made
 
     def _kept(self) -> tuple[Any, ...]:
-        return self.get_state(FULL), dict(self._coils), self._supply, self._control
+        return self.get_state(FULL), dict(self._commander.commands), self._supply, self._control
 
     def _take(self, kept: tuple[Any, ...]) -> None:
-        state, self._coils, self._supply, self._control = copy.deepcopy(kept)
+        state, self._commander.commands, self._supply, self._control = copy.deepcopy(kept)
         mujoco.mj_setState(self.model.ptr, self.data.ptr, state, FULL)
         self._written = None
         self.forward()
@@ -275,7 +293,7 @@ class ScenarioPhysics(dm.Physics):
         self._alive()
         step = self._step_number()
         over = self.built.walk is not None and step >= len(self._schedule)
-        inputs = np.array(self.data.ctrl) if over else self._inputs(step)
+        inputs = np.array(self.data.ctrl) if over else self._inputs(step)[0]
         data = self._present.of(self.data.ptr, inputs)
         rows = {name: np.array(getattr(data, name), float).reshape(1, -1) for name in (*STATE, *FIELDS)}
         found = np.ravel(column_at(self.built, column, rows, inputs[None], step))

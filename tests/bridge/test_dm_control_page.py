@@ -21,7 +21,7 @@ def run(*command: str) -> str:
     return ended.stdout
 
 
-@pytest.mark.parametrize("block", BLOCKS, ids=["physics", "composer", "hold"])
+@pytest.mark.parametrize("block", BLOCKS, ids=["physics", "tasks", "composer", "hold"])
 def test_every_block_runs(block: str, tmp_path: pathlib.Path) -> None:
     run("-c", block)
 

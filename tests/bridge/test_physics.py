@@ -188,7 +188,7 @@ def test_walking_that_is_over_is_told() -> None:
         ({"dorsiflexor": "open"}, "inlet, outlet, both, shut"),
         ({"dorsiflexor": (0.0, 1.5)}, "outside a coil's range"),
         ({"dorsiflexor": (float("nan"), 0.0)}, "outside a coil's range"),
-        ({"dorsiflexor": 1.0}, "is no command"),
+        ({"dorsiflexor": 1.0}, "has no drive"),
     ],
 )
 def test_wrong_commands_are_refused(seated: ScenarioPhysics, commands: dict[str, str], words: str) -> None:
@@ -264,3 +264,19 @@ def test_a_missing_dm_control_is_told_in_one_sentence() -> None:
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert ended.stdout.startswith("dm_control is not installed"), ended.stderr
     assert "3.13" in ended.stdout and ended.stdout.count("\n") == 1
+
+
+def test_a_pressure_goes_to_the_drive_and_a_described_controller_does_not_act() -> None:
+    """As in a Simulator, which gives the bits of a run."""
+    pid = {"pid": {"angle": {"proportional_band": "1 deg", "reference": {"mean": "5 deg"}}}}
+    sets = {"timer": None, "controller": pid, "drive": {"dorsiflexor": {"kind": "pwm"}}, "duration": "1 s"}
+    with afo.dm_control_physics("seated", sets) as physics, afo.Simulator("seated", sets) as simulator:
+        physics.step(100)
+        assert physics.pressure("dorsiflexor") == pytest.approx(0.0, abs=100.0)  # [Pa]: its valves are shut
+        physics.set_valves(dorsiflexor=1.5e5)
+        physics.step(300)
+        simulator.step(None, 0.2)
+        simulator.step({"dorsiflexor": 1.5e5}, 0.6)
+        simulator.step(None, 0.002)  # a sample is one step old
+        assert physics.ankle_angle() == simulator.observe()["ankle/angle"]
+        assert physics.pressure("dorsiflexor") > 1e5
