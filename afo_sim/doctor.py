@@ -10,6 +10,7 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.leaves import fields_of
 from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Muscle
@@ -35,6 +36,7 @@ from afo_sim.model.design import design_of, scenario_of
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.model.path_words import rows as path_rows
 from afo_sim.simulation.checks_file import read_checks
+from afo_sim.simulation.loop import described_policy
 from afo_sim.simulation.reference import reference_of
 
 SKIN = {"shank": "cuff", "foot": "plate's strap"}
@@ -122,8 +124,9 @@ def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
             "(conductance), leg (file), patient (dorsiflexor_strength), shoe (heel_stack), limits "
-            "(toe_clearance), a list of checks ([[check]]), a sweep (scenario, [parameters.NAME]), a search "
-            "(with [objective]) or what is not known ([parameters.NAME] without a scenario)",
+            "(toe_clearance), sensor (unit), a list of checks ([[check]]), a sweep (scenario, "
+            "[parameters.NAME]), a search (with [objective]) or what is not known ([parameters.NAME] "
+            "without a scenario)",
         )
     return kind
 
@@ -186,6 +189,10 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
         found = design_of(built)
         findings += [row for entry in found.facts for row in path_rows(entry)]
         warnings = list(dict.fromkeys([*found.warnings, *warnings]))
+    if scenario.controller is not None:
+        described_policy(built)  # refuses a rate or columns that do not fit
+        found_rate = f"{scenario.controller.rate:g} commands a second"
+        findings.append(("controller", f"{scenario.controller.kind}, {found_rate}"))
     if scenario.reference is not None:
         reference_of(scenario)
         findings.append(("compared with", reference(scenario.resolved())))
@@ -264,6 +271,14 @@ def _shoe(shoe: Shoe) -> list[tuple[str, str]]:
     ]
 
 
+def _sensor(sensor: SensorType) -> list[tuple[str, str]]:
+    found = [("for columns in", sensor.unit or "no unit")]
+    if sensor.calibration is not None:
+        line, sign = sensor.line, "/" if sensor.line.inverse else "×"
+        found.append(("output", f"{line.slope:g} {sign} quantity + {line.intercept:g} V"))
+    return found
+
+
 def _limits(limits: Limits) -> list[tuple[str, str]]:
     wanted, trips = (1e3 * height for height in limits.toe_clearance)
     return [
@@ -287,6 +302,7 @@ _FINDINGS: dict[type, Any] = {
     Patient: _patient,
     Shoe: _shoe,
     Limits: _limits,
+    SensorType: _sensor,
 }
 
 

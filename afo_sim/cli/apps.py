@@ -10,7 +10,7 @@ EPILOGUE = """Exit codes:
 0    done
 1    a check, a published number or a replayed case differs
 2    wrong input, or the system refuses: disk, permission, memory
-3    the simulation became unstable; its rows up to there are written
+3    unstable, or its controller failed; its rows up to there are written
 70   a fault of this program; a file to send is written
 130  stopped by Ctrl-C
 143  stopped by SIGTERM

@@ -10,7 +10,7 @@ from afo_sim.cli.common import print_table, progress
 
 LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "patients", "shoes", "gaits",
-    "sweeps", "searches", "uncertainties",
+    "sensors", "sweeps", "searches", "uncertainties",
 )  # fmt: skip
 
 

@@ -10,7 +10,8 @@ from afo_sim.cli.apps import app
 from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
 from afo_sim.common.errors import InputError, nearest_name, unknown
 
-KINDS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "shoe", "limits", "sweep", "search")
+PRODUCTS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "shoe", "limits", "sensor")
+KINDS = (*PRODUCTS, "sweep", "search")
 Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
 
 
@@ -96,4 +97,6 @@ def _next(kind: str, name: str, file: pathlib.Path) -> str:
         return f"afo-sim new scenario NAME --leg {file.parent}"
     if kind in ("patient", "shoe", "limits"):
         return f"afo-sim new scenario NAME --like walk-dropfoot-afo --{kind} {file.parent}"
+    if kind == "sensor":
+        return f'[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario'
     return f"afo-sim new orthosis NAME --{kind} {file.parent}"

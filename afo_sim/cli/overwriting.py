@@ -13,6 +13,8 @@ KINDS = {
     "search.json": "search",
     "both.json": "run of both legs",
     "differences.csv": "comparison of laws",
+    "bode.json": "frequency response",
+    "electronics.json": "export for a board",
     "fit_run.json": "fit to a log",
     "fit_torque.json": "fit to static torques",
     "fit.json": "fit of a muscle's law",

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.simulation.columns import describe
 from afo_sim.simulation.recording import Recording
 
 TIME = "time"
@@ -48,7 +47,7 @@ def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[s
         raise InputError("time does not increase from row to row", field=TIME)
     every, notes = _every(time, rate)
     names = [TIME, *(name for name in _chosen(recording, columns) if name != TIME)]
-    told = {name: describe(name) for name in names}
+    told = {name: recording.describe(name) for name in names}
     return Rows(
         {name: np.asarray(recording[name][::every], float) for name in names},
         {name: unit for name, (unit, _) in told.items()},

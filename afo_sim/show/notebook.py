@@ -23,7 +23,7 @@ from afo_sim.study.search import words as search_words
 from afo_sim.study.search.best import BestDesign
 from afo_sim.study.words import chosen
 
-FEW = 40  # numbers that stand there unfolded
+FEW = 45  # numbers that stand there unfolded
 WIDTH = 380  # of a figure [px]
 RIGHT, LEFT = "text-align: right", "text-align: left"
 EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer

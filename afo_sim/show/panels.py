@@ -30,6 +30,7 @@ LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
 EVERY = 0.13  # of the axis' diagonal, from marker to marker
 SETTLED = "settled"  # beside the line at which settled strides begin
 SIDES = ("inlet", "outlet")
+REFERENCE = "controller/reference"
 OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
 
@@ -51,6 +52,11 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     if first.walks and (over == "cycle" or len(runs) == 1):
         x, values = first.curves("gait/ankle_angle", over)
         axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.healthy)
+    if over == "time" and len(runs) == 1 and REFERENCE in first.recording.columns:
+        reference = np.degrees(first.recording[REFERENCE])
+        axis.step(
+            first.recording["time"], reference, where="post", color=GREY, lw=0.8, ls=":", label="asked for"
+        )
     axis.set_ylabel(f"{first.joint} angle [deg]\n{_directions(first, over)}")
     if over == "time":
         _keep_still(axis, runs)
@@ -130,6 +136,9 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         mean_and_spread(axis, 1e-5 * values, run.colours[name], plain(name), x, marker=run.markers[name])
         if over == "cycle":
             unknown_band(axis, run, f"chamber/{name}/pressure", 1e-5, run.colours[name])
+        elif np.isfinite(target := run.recording.columns.get(f"chamber/{name}/target", np.empty(0))).any():
+            time, label = run.recording["time"], f"{plain(name)}, asked for"
+            axis.step(time, 1e-5 * target, color=run.colours[name], lw=0.8, ls=":", where="post", label=label)
     axis.set_ylabel("gauge pressure\n[bar]")
     if over == "time":
         shade_stance(axis, run)

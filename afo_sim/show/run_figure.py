@@ -11,6 +11,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
 from afo_sim.show import muscle_panels, panels
+from afo_sim.show.electronics_panel import electronics, told
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import FORMATS, SCALE, SCALE_END, paragraph, write_figure
 from afo_sim.simulation.recording import Recording
@@ -26,7 +27,8 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     """Draw a run on one page over time, as far as it has them.
 
     Angle, moments, pressures, valves, forces and contractions of the muscles, and how far cuff and plate
-    give. In walking also the height of the sole, with the time that the foot stands shaded.
+    give, and what a controller tells. In walking also the height of the sole, with the time that the foot
+    stands shaded.
 
     Parameters
     ----------
@@ -44,6 +46,7 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     if run.groups:
         rows += [panels.pressures, panels.valves, panels.forces, muscle_panels.contractions]
     rows += [muscle_panels.displacements] if run.anchors else []
+    rows += [electronics] if told(recording) else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
 

@@ -12,6 +12,7 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.strides import SOLVED
 from afo_sim.model.periodic import as_run
+from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import open_parquet
 from afo_sim.simulation.recording import Recording, recording_header
 
@@ -48,13 +49,11 @@ class Source:
 
     @property
     def cycle(self) -> float:
-        """Duration of the viewer's loop: the timer's period, or the whole run in walking [s]."""
-        timer = self.scenario.timer
+        """Duration of the viewer's loop: what repeats in a seated run, or the whole run [s]."""
         if self.solved:  # whole strides, about as long as was asked
             return self.n_row / self.rate
-        if timer is None or self.walks:
-            return float(self.scenario.duration)
-        return float(timer.period)
+        period = None if self.walks else described_cycle(self.scenario)
+        return float(period or self.scenario.duration)
 
     @property
     def walks(self) -> bool:

@@ -18,6 +18,7 @@ from afo_sim.gait import file as gait
 from afo_sim.metrics.strides import loaded, stance_force
 from afo_sim.model.foot import TOE_POINTS, foot_of
 from afo_sim.model.mounting import ANKLE
+from afo_sim.model.walk import phase_at
 from afo_sim.show.carriage import Carriage
 from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.colours import SOLE
@@ -57,7 +58,7 @@ def expected_carriage(source: Source) -> Carriage:
     cycle = gait.read(assets.find_gait(walking.cycle))
     stride_time = walking.stride_time or cycle.stride_time
     time = np.arange(0.0, source.scenario.duration + stride_time, 0.01)
-    walked = walking.start_phase + time / stride_time
+    walked = phase_at(walking.model_copy(update={"variability": 0.0}), cycle.stride_time, time)
     return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 

@@ -1,0 +1,128 @@
+"""Command that exports the electronics: electronics."""
+
+import json
+import pathlib
+from typing import Annotated, Any
+
+import typer
+
+from afo_sim.cli.apps import app
+from afo_sim.cli.common import Scenario, Sets, print_table, progress, quantity, read_sets, short_lived
+from afo_sim.cli.overwriting import OTHER, check_folder
+from afo_sim.common.errors import InputError
+
+KIND = "export for a board"
+FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
+
+
+@app.command("electronics")
+def electronics_command(
+    scenario: Scenario,
+    sets: Sets = None,
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-electronics by default")
+    ] = None,
+    read: Annotated[
+        pathlib.Path | None,
+        typer.Option(metavar="CSV", help="compare a log of switchings with the simulation instead"),
+    ] = None,
+    within: Annotated[str, typer.Option(help="difference of times that --read passes over")] = "1 ms",
+    force: Annotated[bool, typer.Option("--force", help="replace another scenario's export")] = False,
+) -> None:
+    """Timer or state machine as C for a board: header, Arduino sketch, a check on the PC; or read a log."""
+    values = read_sets(sets)
+    if read is not None and out is not None:
+        raise InputError(
+            "writes nothing beside --read", field="out", value=str(out), allowed="one of the two"
+        )
+    passed = quantity("--within", within, "s")
+    if not 0.0 <= passed <= 10.0:
+        raise InputError("is out of range", field="--within", value=within, allowed="0 ms to 10 s")
+    short_lived()
+    if read is not None:
+        _compare(scenario, values, read, passed)
+        return
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.common.writing import check_writable, json_text, together
+        from afo_sim.control.electronics.c_text import header, host, notes, sketch
+        from afo_sim.description.reader import load
+        from afo_sim.simulation.electronics import board_of, commanded
+
+        description = load("scenario", scenario, values or None)
+        folder = out or pathlib.Path("runs") / f"{description.name}-electronics"
+        resolved = json.loads(json.dumps(description.resolved()))
+        board = board_of(description)
+        _check(folder, resolved, force=force)
+        check_writable(folder)
+        found = commanded(description, report)
+        texts = {
+            "electronics.json": json_text({"scenario": resolved}),
+            "valves/valves.h": header(board),
+            "valves/valves.ino": sketch(board),
+            "host.c": host(board),
+            "commands.csv": found.log.text(),
+        }
+        if len(found.times):
+            texts["inputs.csv"] = found.inputs_text()
+        with together(folder, FILES) as scratch:
+            for name, text in texts.items():
+                (scratch / name).parent.mkdir(exist_ok=True)
+                (scratch / name).write_text(text, encoding="utf-8")
+    for note in notes(board):
+        print(note)
+    for told in board.inputs:
+        if told.scale is None:
+            print(f"note: {told.column} has no calibration line; fill in scale and offset in valves.ino")
+    print(f"written to {folder}: {', '.join(texts)}")
+    played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
+    print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
+
+
+def _check(folder: pathlib.Path, scenario: dict[str, Any], *, force: bool) -> None:
+    """Refuse a folder that holds the export of another description."""
+    from afo_sim.common.writing import settle
+
+    check_folder(folder, KIND)
+    settle(folder)
+    if force or not (folder / "electronics.json").is_file():
+        return
+    try:
+        before = json.loads((folder / "electronics.json").read_text(encoding="utf-8"))["scenario"]
+    except (OSError, ValueError, KeyError, TypeError):
+        before = None
+    if before != scenario:
+        allowed = f"--force, which replaces it, or {OTHER}"
+        raise InputError(
+            "holds the export of another scenario", field="out", value=str(folder), allowed=allowed
+        )
+
+
+def _compare(scenario: str, values: dict[str, Any], file: pathlib.Path, within: float) -> None:
+    """Compare a log with the simulation; exit code 1 where they differ."""
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.control.electronics.log import differences, read_log
+        from afo_sim.description.reader import load
+        from afo_sim.simulation.electronics import board_of, commanded
+
+        description = load("scenario", scenario, values or None)
+        log = read_log(file, board_of(description).chambers)
+        if log.end <= 0.0:
+            problem = "ends at 0 ms: there is nothing to compare"
+            raise InputError(problem, file=file, field="time_ms", allowed="a log that goes on")
+        simulated = commanded(description, report).log
+        found = differences(log, simulated, within)
+    rows = [
+        [d.chamber, *(str(count) for count in d.counts), f"{1e3 * d.largest:.3f}", "yes" if d.first else "no"]
+        for d in found
+    ]
+    header = ["chamber", "switchings", "simulated", "largest difference [ms]", "differs"]
+    print_table(f"{file} against {description.name}", header, rows)
+    end = min(log.end, simulated.end)
+    print(f"compared over {end:.3f} s; the log lasts {log.end:.3f} s, the simulation {simulated.end:.3f} s")
+    for difference in found:
+        if difference.first:
+            print(f"{difference.chamber}: first difference: {difference.first}")
+    if any(d.first for d in found):
+        print(f"they differ by more than {1e3 * within:g} ms")
+        raise typer.Exit(1)
+    print(f"they switch alike, within {1e3 * within:g} ms")
