@@ -1,17 +1,17 @@
 """Speed of one run: its steps and their parts, the engine's own limit, and what a user waits for.
 
-    python scripts/benchmark.py [--parts steps,motors,waits] [--repeats 5] [--out now.json]
+    python scripts/benchmark.py [--parts steps,motors,waits,environments] [--repeats 5] [--out now.json]
 
 Measurements are repeated in turn; tables tell the best and the median. Speeds of two machines cannot be
 compared, ratios within a run can. `compare_benchmarks.py` compares two files.
 """
 
-from measuring import arguments, chosen, collect
+from measuring import Figure, arguments, chosen, collect
 from motors import against_motors
 from step_parts import step_parts
 from wall_times import wall_times
 
-PARTS = ("steps", "motors", "waits")
+PARTS = ("steps", "motors", "waits", "environments")
 SCENARIOS = ("seated", "walk-dropfoot-afo")
 
 
@@ -27,8 +27,15 @@ def main() -> None:
         ],
         "motors": lambda: against_motors(options.simulations, options.steps, options.repeats),
         "waits": lambda: wall_times(options.repeats),
+        "environments": lambda: _environments(options.repeats),
     }
     collect("one run", {part: measures[part] for part in chosen(parser, options.parts, PARTS)}, options)
+
+
+def _environments(repeats: int) -> list[Figure]:
+    from environment_rates import environment_rates  # which needs dm_control and gymnasium
+
+    return environment_rates(repeats)
 
 
 if __name__ == "__main__":

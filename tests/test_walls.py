@@ -11,7 +11,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 
 GROUND = {"common"}
 PLANT = GROUND | {"physics", "gait", "description", "native"}
-RUNS = PLANT | {"metrics", "model", "simulation"}
+RUNS = PLANT | {"control", "metrics", "model", "simulation"}
 # {room: the rooms that it may import}; each stands below the room itself
 ROOMS = {
     "common": set(),
@@ -19,11 +19,13 @@ ROOMS = {
     "gait": GROUND,
     "description": GROUND | {"physics", "gait"},
     "native": GROUND | {"physics"},
+    "control": GROUND | {"physics", "description"},
     "metrics": GROUND | {"gait"},
     "model": PLANT,
     "simulation": RUNS - {"simulation"},
     "limb": PLANT | {"model"},
     "bridge": RUNS | {"limb"},
+    "environments": RUNS | {"limb", "bridge"},
     "export": RUNS | {"limb"},
     "bench": RUNS,
     "study": RUNS,
@@ -31,7 +33,19 @@ ROOMS = {
     "validation": RUNS | {"bench", "fitting"},
     "show": RUNS | {"limb", "bench", "study", "fitting", "validation"},
     "doctor": RUNS | {"limb", "bench", "study", "fitting", "validation"},
-    "cli": RUNS | {"limb", "bridge", "export", "bench", "study", "fitting", "validation", "show", "doctor"},
+    "cli": RUNS
+    | {
+        "limb",
+        "bridge",
+        "environments",
+        "export",
+        "bench",
+        "study",
+        "fitting",
+        "validation",
+        "show",
+        "doctor",
+    },
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes"}  # to call machine code

@@ -1,0 +1,214 @@
+"""How well the gait phase is estimated: every shipped walker, even and uneven, noisy, through a stop.
+
+python scripts/phase_table.py
+python scripts/phase_table.py --figure models/scenarios/pictures/phase.png
+"""
+
+import argparse
+import functools
+import pathlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common import assets
+from afo_sim.control.phase_estimate import PhaseEstimate
+from afo_sim.description.reader import load
+from afo_sim.description.walking import Gait
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.model.person import persons_stride
+from afo_sim.model.walk import phase_at
+
+PERIOD, STEP = 0.01, 0.001  # of the controller; age of a sample [s]
+STRIDES, LEARNT = 14.0, 2.0  # that are walked; after which it counts
+NOISE = np.radians(0.5)
+STOPS, STANDS = 4.3, 3.0  # stride in which the walker stops [-], and for how long [s]
+STANCE_FORCE = 0.05  # upward force at which a switch under the heel closes [body weights]
+STEPPAGE = {"gait.steppage_hip": "10 deg", "gait.steppage_knee": "25 deg"}
+ALONE, CALIBRATED, ALWAYS = 0.0, 4.0, np.inf  # strides in which there is a foot switch
+SWITCHES = {
+    ALONE: "The shank alone",
+    CALIBRATED: "A foot switch in the first four strides, which do not count",
+    ALWAYS: "A foot switch in every stride",
+}
+CONDITIONS = ("even", "5 % varied", "a stop", "cadence × 1.2, × 0.8")
+
+
+@dataclass(frozen=True, eq=False)
+class Estimated:
+    """A walk and its estimate at every command (n,).
+
+    time [s]; walked and phase, true (with whole strides) and estimated; shank [rad], as sampled; stopped, as
+    found; counts, what is judged.
+    """
+
+    time: np.ndarray
+    walked: np.ndarray
+    phase: np.ndarray
+    shank: np.ndarray
+    stopped: np.ndarray
+    counts: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """Estimated less true phase, of the cycle (n,)."""
+        return (self.phase - self.walked + 0.5) % 1.0 - 0.5
+
+
+def walkers() -> dict[str, Mapping[str, str]]:
+    """Every shipped walker by name, and what is set for it; the last walks as people do whose foot hangs."""
+    names = (name for name in assets.gait_names() if name != "norm_adult")  # which has no shank
+    found: dict[str, Mapping[str, str]] = {name: {} for name in names}
+    return found | {"bovi2011_natural, steppage": STEPPAGE}
+
+
+def estimated(
+    walker: str,
+    condition: str = "even",
+    *,
+    switch: float = ALONE,
+    noise: float = 0.0,
+    seed: int = 0,
+    period: float = PERIOD,
+    age: float = STEP,
+    lead: float = 0.0,
+) -> Estimated:
+    """Walk, and estimate the phase from the shank's angle.
+
+    Parameters
+    ----------
+    walker : of `walkers`
+    condition : of `CONDITIONS`
+    switch : strides in which a foot switch tells the heel strikes
+    noise : standard deviation of the angle's samples [rad]
+    seed : of the stride times and of the noise
+    period : of the samples [s]
+    age : of a sample when it is used [s]
+    lead : that the estimator is told [s]
+    """
+    cycle = _cycle(walker)
+    gait = Gait.model_validate({"cycle": walker} | _set(condition, seed, cycle.stride_time))
+    stands = STANDS if condition == "a stop" else 0.0
+    time = np.arange(0.0, STRIDES * cycle.stride_time + stands, period)
+    walked = phase_at(gait, cycle.stride_time, time)
+    sampled = phase_at(gait, cycle.stride_time, time - age)
+    shank = cycle.signal("shank_angle", sampled)
+    shank = shank + noise * np.random.default_rng(1000 + seed).standard_normal(len(time))
+    loaded = cycle.ground(sampled)[1] > STANCE_FORCE
+    struck = np.append(False, loaded[1:] & ~loaded[:-1]) & (walked < switch)
+    estimate, found, stopped = PhaseEstimate(lead), np.empty(len(time)), np.zeros(len(time), dtype=bool)
+    for k, angle in enumerate(shank):
+        estimate.update(float(angle), period, bool(struck[k]))
+        found[k], stopped[k] = estimate.phase, estimate.stopped
+    counts = walked >= (CALIBRATED if switch == CALIBRATED else LEARNT)
+    if stands:  # and two strides from where the walker goes on
+        onward = walked[np.searchsorted(time, STOPS * cycle.stride_time + stands)]
+        counts &= (walked < STOPS) | (walked >= onward + LEARNT)
+    return Estimated(time, walked, found, shank, stopped, counts)
+
+
+@functools.cache
+def _cycle(walker: str) -> GaitCycle:
+    """The stride of one of `walkers`."""
+    sets = {"gait.cycle": walker.split(",")[0], **walkers()[walker]}
+    return persons_stride(load("scenario", "walk-dropfoot", sets))
+
+
+def _set(condition: str, seed: int, stride: float) -> dict[str, object]:
+    """What a condition sets, of strides of a duration [s]."""
+    if condition == "5 % varied":
+        return {"variability": 0.05, "seed": seed}
+    if condition == "a stop":
+        return {"pace": [[f"{STOPS * stride} s", 0.0], [f"{STOPS * stride + STANDS} s", 1.0]]}
+    if condition == CONDITIONS[3]:
+        return {"pace": [[f"{3.0 * stride} s", 1.2], [f"{7.0 * stride} s", 0.8]]}
+    return {}
+
+
+def worst(walker: str, condition: str, *, switch: float, noise: float, seeds: int = 3) -> tuple[float, float]:
+    """The largest and the root mean square error [% of the cycle] of what counts, the worst of the seeds."""
+    random = noise > 0.0 or condition == "5 % varied"
+    found = []
+    for seed in range(seeds if random else 1):
+        trial = estimated(walker, condition, switch=switch, noise=noise, seed=seed)
+        error = 100.0 * np.abs(trial.error[trial.counts])
+        found.append((float(error.max()), float(np.sqrt(np.mean(error**2)))))
+    return max(most for most, _ in found), max(rms for _, rms in found)
+
+
+def table(*, switch: float, noise: float, seeds: int = 3) -> Iterator[str]:
+    """Lines of a table in Markdown: largest error, and in brackets the root mean square."""
+    yield f"| walker | {' | '.join(CONDITIONS)} |"
+    yield "|---" * (len(CONDITIONS) + 1) + "|"
+    for walker in walkers():
+        cells = (worst(walker, told, switch=switch, noise=noise, seeds=seeds) for told in CONDITIONS)
+        yield f"| `{walker}` | {' | '.join(f'{most:.1f} ({rms:.1f})' for most, rms in cells)} |".replace(
+            ", steppage`", "`, steppage"
+        )
+
+
+def main() -> None:
+    """Print the tables, or draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
+    parser.add_argument("--figure", type=pathlib.Path, help="draw the figure into this file instead")
+    parser.add_argument("--seeds", type=int, default=5, help="of stride times and noise; 5 by default")
+    arguments = parser.parse_args()
+    if arguments.figure is not None:
+        draw(arguments.figure)
+        return
+    for switch, words in SWITCHES.items():
+        for noise in (0.0, NOISE):
+            print(f"\n{words}, noise of {np.degrees(noise):g}°:\n")
+            print("\n".join(table(switch=switch, noise=noise, seeds=arguments.seeds)))
+
+
+def draw(path: pathlib.Path) -> None:
+    """Draw phases and errors through varied strides and through a stop."""
+    from matplotlib.figure import Figure
+    from PIL import Image
+    from small_png import save
+
+    figure = Figure(figsize=(9.0, 5.2), dpi=110, layout="constrained")
+    axes = figure.subplots(3, 2, sharex="col", height_ratios=(1.0, 1.2, 1.2))
+    for column, condition in zip(axes.T, ("5 % varied", "a stop"), strict=True):
+        trials = {
+            words: estimated("gatk_mean", condition, switch=switch, noise=NOISE)
+            for switch, words in ((ALONE, "the shank alone"), (ALWAYS, "with a foot switch"))
+        }
+        first = trials["the shank alone"]
+        seen = first.time < 11.0
+        column[0].set_title(
+            {"a stop": "a stop of 3 s"}.get(condition, "stride time varied by 5 %"), fontsize=10
+        )
+        column[0].plot(first.time[seen], np.degrees(first.shank[seen]), color="0.4", lw=0.9)
+        column[1].plot(first.time[seen], first.walked[seen] % 1.0, color="0.65", lw=3.0, label="true")
+        for (words, trial), look in zip(trials.items(), (("C0", "-"), ("C3", "--")), strict=True):
+            colour, style = look
+            told = trial.phase[seen]
+            told = np.where(np.diff(told, prepend=told[0]) < -0.5, np.nan, told)  # no line across heel strike
+            column[1].plot(trial.time[seen], told, style, color=colour, lw=1.1, label=words)
+            column[2].plot(trial.time[seen], 100.0 * trial.error[seen], style, color=colour, lw=1.1)
+        learnt = first.time[np.argmax(first.walked >= LEARNT)]
+        column[2].axvspan(first.time[0], learnt, color="0.93")
+        column[2].text(0.1, -5.1, "the first two strides", fontsize=8, color="0.4")
+        for bound in (-3.0, 3.0):
+            column[2].axhline(bound, color="0.5", lw=0.8, ls=":")
+        column[2].set(ylim=(-5.5, 5.5), xlabel="time [s]", xlim=(0.0, 11.0))
+        if condition == "a stop":
+            standing = first.time[np.flatnonzero(first.stopped)]
+            for axis in column:
+                axis.axvspan(standing[0], standing[-1], color="C2", alpha=0.15, lw=0)
+            column[0].text(standing.mean(), -8.0, "found to stand", fontsize=8, ha="center", color="C2")
+    for axis, name in zip(axes[:, 0], ("shank [°]", "phase [-]", "error [% of the cycle]"), strict=True):
+        axis.set_ylabel(name, fontsize=9)
+    axes[1, 1].legend(fontsize=7.5, loc="upper center", bbox_to_anchor=(0.64, 1.02), framealpha=1.0)
+    scratch = path.with_suffix(".scratch.png")
+    figure.savefig(scratch)
+    with Image.open(scratch) as picture:
+        save(picture, path)
+    scratch.unlink()
+
+
+if __name__ == "__main__":
+    main()

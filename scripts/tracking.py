@@ -1,0 +1,226 @@
+"""PID on the ankle angle follows a sine: S1's muscles with its valves, and with four times their flow.
+
+    python scripts/tracking.py OUT
+
+Writes tracking.png (time and Bode figure), tracking.csv and bode.csv to the folder OUT, and prints the
+table. The gains are chosen once for each valve, by `TUNED_ON` and a grid; everything that is told is of
+other signals. A run is of the seated device, from rest.
+"""
+
+import csv
+import itertools
+import math
+import pathlib
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from small_png import save
+
+import afo_sim
+from afo_sim.show.bode_figure import bode_panels
+from afo_sim.show.style import GREY, RUN_STYLES, RUNS, write_figure
+from afo_sim.simulation.recording import Recording
+from afo_sim.study.frequency_response import FrequencyResponse, bode
+from afo_sim.study.harmonic import first_harmonic
+
+CONDUCTANCE = 0.055  # of S1's valves, C of ISO 6358 [dm³/(s·bar)]
+FACTORS = (1.0, 4.0)  # of the valves' conductance
+CHAMBERS = ("dorsiflexor", "plantarflexor")
+BANDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # [deg]
+DERIVATIVES = (0.0, 0.01, 0.02, 0.05, 0.1)  # [s]
+INTEGRALS = (None, 2.0, 0.5)  # [s]
+PERIODS = 10  # of the sine
+SETTLE = 4  # of them that are not judged
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A reference about 0 deg: amplitude [deg], frequency [Hz]."""
+
+    amplitude: float
+    frequency: float
+
+    def __str__(self) -> str:
+        return f"±{self.amplitude:g} deg at {self.frequency:g} Hz"
+
+
+TUNED_ON = Sine(4.0, 0.4)
+SHOWN = Sine(5.0, 0.5)  # 10 deg peak to peak
+TESTS = (SHOWN, Sine(10.0, 0.5), Sine(2.0, 0.5), Sine(5.0, 0.25), Sine(5.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Proportional band [deg], derivative and integral time [s]; None is no integral."""
+
+    band: float
+    derivative: float
+    integral: float | None
+
+    def __str__(self) -> str:
+        integral = "no integral" if self.integral is None else f"Ti {self.integral:g} s"
+        return f"band {self.band:g} deg, Td {1e3 * self.derivative:g} ms, {integral}"
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """How a sine is followed after SETTLE periods: angles in deg; ratio and lag of the first harmonic."""
+
+    rms: float
+    peak: float
+    ratio: float
+    lag: float
+    lowest: float
+    highest: float
+    full: float  # share of the time in which the output is at its limit
+
+
+def sets(
+    factor: float, gains: Gains, sine: Sine, *, rate: float = 100.0, step: float = 2.0
+) -> dict[str, Any]:
+    """What is set in the scenario `seated`.
+
+    Parameters
+    ----------
+    factor : of the valves' conductance
+    gains : of the PID
+    sine : that is followed
+    rate : of the controller [Hz]
+    step : time step [ms]
+    """
+    conductance = f"{factor * CONDUCTANCE:.6g} dm^3/(s*bar)"
+    valves = {
+        f"orthosis.chamber.{chamber}.{side}.conductance": conductance
+        for chamber in CHAMBERS
+        for side in ("inlet", "outlet")
+    }
+    reference = {"amplitude": f"{sine.amplitude} deg", "frequency": f"{sine.frequency} Hz"}
+    pid: dict[str, Any] = {
+        "lowers": "plantarflexor",
+        "derivative_time": f"{gains.derivative} s",
+        "angle": {"proportional_band": f"{gains.band} deg", "reference": reference},
+    }
+    if gains.integral is not None:
+        pid["integral_time"] = f"{gains.integral} s"
+    return valves | {
+        "timer": None,
+        "controller": {"rate": f"{rate} Hz", "pid": pid},
+        "duration": f"{PERIODS / sine.frequency} s",
+        "timestep": f"{step} ms",
+    }
+
+
+def tracked(run: Recording, sine: Sine) -> Tracked:
+    """How a run has followed its sine.
+
+    The error is against the sine itself at every step, not against what the controller held.
+    """
+    late = run["time"] >= SETTLE / sine.frequency - 1e-9
+    time, angle = run["time"][late], np.degrees(run["ankle/angle"][late])
+    error = sine.amplitude * np.sin(2.0 * math.pi * sine.frequency * time) - angle
+    phasor = first_harmonic(time, angle, sine.frequency).phasor / (-1j * sine.amplitude)
+    return Tracked(
+        rms=float(np.sqrt(np.mean(error**2))),
+        peak=float(np.abs(error).max()),
+        ratio=abs(phasor),
+        lag=-math.degrees(np.angle(phasor)),
+        lowest=float(angle.min()),
+        highest=float(angle.max()),
+        full=float(np.mean(np.abs(run["controller/output"][late]) >= 1.0 - 1e-9)),
+    )
+
+
+def follow(factor: float, gains: Gains, sine: Sine, **more: float) -> tuple[Recording, Tracked]:
+    """A run, and how it has followed."""
+    run = afo_sim.run("seated", sets(factor, gains, sine, **more))
+    assert run.ok, run.status
+    return run, tracked(run, sine)
+
+
+def tuned(factor: float, grid: Iterable[tuple[float, float, float | None]] = ()) -> Gains:
+    """Of all gains of a grid those with the least root mean square error on TUNED_ON."""
+    offered = list(grid) or list(itertools.product(BANDS, DERIVATIVES, INTEGRALS))
+    return min((Gains(*each) for each in offered), key=lambda g: follow(factor, g, TUNED_ON)[1].rms)
+
+
+def response(factor: float, gains: Gains) -> FrequencyResponse:
+    """The angle over the reference at SHOWN's amplitude."""
+    return bode("seated", sets(factor, gains, SHOWN))
+
+
+def rows_of(factor: float, gains: Gains) -> list[dict[str, Any]]:
+    """Every test with these valves; the shown sine also with half the time step and half the period."""
+    finer = ((100.0, 2.0), (100.0, 1.0), (200.0, 1.0))
+    cases = [(sine, rate, step) for sine in TESTS for rate, step in (finer if sine == SHOWN else finer[:1])]
+    return [
+        {"valves": factor, "sine": str(sine), "rate [Hz]": rate, "step [ms]": step}
+        | vars(follow(factor, gains, sine, rate=rate, step=step)[1])
+        for sine, rate, step in cases
+    ]
+
+
+def draw(runs: dict[float, Recording], responses: dict[float, FrequencyResponse], path: pathlib.Path) -> None:
+    """Angle over time, and the Bode figure, of both valves."""
+
+    def fill(figure: Any) -> None:
+        left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))
+        angle, pressure = left.subplots(2, 1, sharex=True)
+        begin = SETTLE / SHOWN.frequency
+        for k, (factor, run) in enumerate(runs.items()):
+            late = (run["time"] >= begin) & (run["time"] < begin + 3.0 / SHOWN.frequency)
+            time = run["time"][late]
+            look = {"color": RUNS[k], "ls": RUN_STYLES[k]}
+            angle.plot(time, np.degrees(run["ankle/angle"][late]), label=named(factor), **look)
+            for chamber, width in zip(CHAMBERS, (1.5, 0.8), strict=True):
+                bar = 1e-5 * run[f"chamber/{chamber}/pressure"][late]
+                pressure.plot(time, bar, lw=width, label=f"{chamber}, {named(factor)}", **look)
+        sine = SHOWN.amplitude * np.sin(2.0 * math.pi * SHOWN.frequency * time)
+        angle.plot(time, sine, color=GREY, lw=0.9, label="asked for", zorder=0)
+        angle.set_ylabel("ankle angle [deg]\ndorsiflexion positive")
+        angle.set_ylim(-6.0, 9.5)
+        angle.legend(loc="upper left", ncols=3, columnspacing=1.0)
+        pressure.set_ylabel("gauge pressure [bar]")
+        pressure.set_ylim(0.0, 6.0)
+        pressure.set_xlabel("time [s]")
+        pressure.legend(loc="upper left", ncols=2, columnspacing=1.0)
+        curves = {named(factor): found["ankle/angle"] for factor, found in responses.items()}
+        bode_panels(right, curves)
+
+    write_figure(path, (9.6, 4.4), fill)
+    save(Image.open(path), path)
+
+
+def named(factor: float) -> str:
+    """The valves in words."""
+    return "S1's valves" if factor == 1.0 else f"{factor:g} × their flow"
+
+
+def main(out: pathlib.Path) -> None:
+    """Tune, test, print, draw."""
+    out.mkdir(parents=True, exist_ok=True)
+    table, runs, responses = [], {}, {}
+    for factor in FACTORS:
+        gains = tuned(factor)
+        print(f"{named(factor)}: {gains}, the best of the grid on {TUNED_ON}")
+        table += rows_of(factor, gains)
+        runs[factor], _ = follow(factor, gains, SHOWN)
+        responses[factor] = response(factor, gains)
+        curve = responses[factor]["ankle/angle"]
+        print(f"  bandwidth at ±{SHOWN.amplitude:g} deg: −3 dB {curve.bandwidth}, −90° {curve.quarter}")
+        (out / f"bode_{factor:g}.csv").write_text(responses[factor].csv(), encoding="utf-8")
+    for row in table:
+        cells = (f"{v:8.3g}" if isinstance(v, float) else f"{v:20}" for v in row.values())
+        print(" ".join(cells))
+    with (out / "tracking.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(table[0]))
+        writer.writeheader()
+        writer.writerows(table)
+    draw(runs, responses, out / "tracking.png")
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "runs/tracking"))
