@@ -62,6 +62,7 @@ def with_orthosis(columns: dict[str, np.ndarray], torque: np.ndarray) -> dict[st
         "chamber/front/mass": blank,
         "chamber/front/pressure": np.where(swing, 3e5, 0.5e5),
         "valve/front_inlet/mass_flow": np.where(swing, 2e-3, -1e-3),
+        "valve/front_inlet/coil": np.where(swing, 1.0, 0.0),
         "valve/front_inlet/opening": np.where(swing, 1.0, 0.0),
         "valve/front_outlet/opening": np.where(swing, 0.0, 1.0),
         "supply/pressure": np.full_like(torque, 4e5),
