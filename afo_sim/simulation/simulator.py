@@ -31,7 +31,8 @@ def steps_in(dt: float | None, timestep: float) -> int:
     """Steps of a time [s], one where it is None; InputError where that is no whole number."""
     if dt is None:
         return 1
-    steps = dt / timestep if isinstance(dt, numbers.Real) else math.nan
+    number = isinstance(dt, numbers.Real) and not isinstance(dt, bool)
+    steps = dt / timestep if number else math.nan
     if not 0.5 < steps < MAX_STEPS or abs(steps - round(steps)) > SLIGHTLY * steps:
         allowed = f"{timestep:g} s times 1, 2, 3, …"
         raise InputError("is no whole number of time steps", field="dt", value=dt, allowed=allowed)
