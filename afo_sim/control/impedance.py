@@ -5,7 +5,7 @@ import numpy as np
 from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
 from afo_sim.control.observation import Observation, Told
-from afo_sim.control.pair import apart, check_chambers
+from afo_sim.control.pair import apart
 from afo_sim.control.reference import asked
 from afo_sim.description.control.impedance import Impedance
 from afo_sim.description.scenario import Scenario
@@ -21,15 +21,9 @@ class ImpedanceController:
     ----------
     described : stiffness, damping, reference, chambers, and what moment a pressure gives
     scenario : that it is for
-
-    Raises
-    ------
-    InputError
-        The orthosis has no such chamber, or it has no drive.
     """
 
     def __init__(self, described: Impedance, scenario: Scenario):
-        check_chambers("impedance", described.raises, described.lowers, scenario, driven=True)
         self.described = described
         table = "controller.impedance"
         self.asks = [

@@ -1,8 +1,6 @@
 """Outputs from −1 to 1 → commands of a chamber, or of two that work against each other."""
 
-from afo_sim.common.errors import InputError, unknown
 from afo_sim.control.command import Command
-from afo_sim.description.scenario import Scenario
 
 WHOLE = 1.0 - 1e-9  # of a period in which valves are due to be open
 
@@ -46,25 +44,3 @@ def apart(raises: str, lowers: str | None, mean: float, difference: float) -> di
     """Gauge pressures mean + difference and mean − difference [Pa], none below ambient."""
     asked: dict[str, Command] = {raises: max(mean + difference, 0.0)}
     return asked if lowers is None else asked | {lowers: max(mean - difference, 0.0)}
-
-
-def check_chambers(kind: str, raises: str, lowers: str | None, scenario: Scenario, *, driven: bool) -> None:
-    """Refuse chambers that the orthosis has not, and those without a drive where pressures are asked for.
-
-    Raises
-    ------
-    InputError
-        With the controller's field, what is allowed, and the nearest chamber or the missing table.
-    """
-    for key, chamber in (("raises", raises), ("lowers", lowers)):
-        if chamber is None:
-            continue
-        field = f"controller.{kind}.{key}"
-        if chamber not in scenario.orthosis.chamber:
-            problem = "the orthosis has no such chamber"
-            if not scenario.orthosis.chamber:
-                raise InputError(problem, field=field, value=chamber, allowed="an orthosis with chambers")
-            raise unknown(chamber, scenario.orthosis.chamber, field=field, problem=problem)
-        if driven and chamber not in scenario.drive:
-            problem = "is asked for a pressure, and the chamber has no drive"
-            raise InputError(problem, field=field, value=chamber, allowed=f"a table [drive.{chamber}]")

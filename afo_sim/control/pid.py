@@ -5,7 +5,7 @@ import math
 from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
 from afo_sim.control.observation import Observation, Told
-from afo_sim.control.pair import OpenPeriods, apart, check_chambers
+from afo_sim.control.pair import OpenPeriods, apart
 from afo_sim.control.reference import asked
 from afo_sim.description.control.pid import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario
@@ -75,16 +75,9 @@ class PidController:
     ----------
     described : gains, column, chambers
     scenario : that it is for
-
-    Raises
-    ------
-    InputError
-        The orthosis has no such chamber, or pressures are asked for where there is no drive.
     """
 
     def __init__(self, described: Pid, scenario: Scenario):
-        driven = described.pressures is not None
-        check_chambers("pid", described.raises, described.lowers, scenario, driven=driven)
         self.described, self.loop = described, described.loop
         table, unit = f"controller.pid.{described.quantity}", QUANTITIES[described.quantity]
         self.asks = [Asked(self.loop.column, table, "column", unit=unit)]

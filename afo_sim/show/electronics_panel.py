@@ -10,6 +10,7 @@ from afo_sim.control.controller import TOLD
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import COLOURS, LINE_STYLES, plain
+from afo_sim.simulation.describing import SENSOR
 from afo_sim.simulation.recording import Recording
 
 PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
@@ -18,7 +19,7 @@ PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit =
 def told(recording: Recording) -> list[str]:
     """Columns of a controller, and of sensors, that are plain numbers."""
     sensors = [
-        name for name in recording.columns if name.startswith("sensor/") and recording.describe(name)[0] == ""
+        name for name in recording.columns if name.startswith(SENSOR) and recording.describe(name)[0] == ""
     ]
     return [name for name in PLAIN if name in recording.columns] + sensors
 

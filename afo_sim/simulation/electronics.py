@@ -30,7 +30,8 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.walk import stride_time_of
-from afo_sim.simulation.observing import SENSOR, unit_of
+from afo_sim.simulation.describing import SENSOR
+from afo_sim.simulation.observing import unit_of
 from afo_sim.simulation.run import run_controlled
 from afo_sim.simulation.simulate import Progress
 

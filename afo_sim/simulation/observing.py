@@ -9,11 +9,11 @@ import numpy as np
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built
-from afo_sim.simulation.columns import describe, formulas
+from afo_sim.simulation.columns import formulas
+from afo_sim.simulation.describing import SENSOR, describe
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.walk_columns import WalkFrame
 
-SENSOR = "sensor/"
 Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
 
 

@@ -13,7 +13,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.renamed import Metrics
 from afo_sim.metrics.verdict import Answer
-from afo_sim.simulation.columns import describe
+from afo_sim.simulation.describing import describe
 from afo_sim.simulation.exchange import dataset, frame
 from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
 from afo_sim.simulation.judged import verdict_of

@@ -12,11 +12,12 @@ from afo_sim.description.control.sensor import FieldError, Sensor, numbers
 from afo_sim.model.build import Built
 from afo_sim.native.sensing import compiled_sense
 from afo_sim.physics import sensing
-from afo_sim.simulation.columns import describe, formulas
+from afo_sim.simulation.columns import formulas
+from afo_sim.simulation.describing import SENSOR, describe
 from afo_sim.simulation.frame import Frame
 
 Columns = Mapping[str, Callable[[Frame], np.ndarray]]
-SENSOR, OUTPUT = "sensor/", "/output"
+OUTPUT = "/output"
 SEEDS = 2**32  # a seed counts modulo this
 ROOM = 64  # rows that the arrays have room for at first
 

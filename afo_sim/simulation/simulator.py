@@ -12,9 +12,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command
-from afo_sim.description.reader import load
 from afo_sim.description.scenario import MAX_STEPS, Scenario
-from afo_sim.model.build import build
+from afo_sim.model.described import build
 from afo_sim.simulation.commander import Commander
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.observing import Seen, frame_of, seen_columns
@@ -75,11 +74,7 @@ class Simulator(native.Closing):
         scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
         sets: Mapping[str, Any] | None = None,
     ):
-        if isinstance(scenario, Scenario):
-            description = scenario.set(sets) if sets else scenario
-        else:
-            description = load("scenario", scenario, sets)
-        self.built = build(description)
+        self.built = build(scenario, sets)
         _ = self.built.full_model, self.built.xml  # now: MuJoCo cannot compile beside Python callbacks
         self._stepped = Stepped([self.built])
         self._commander = Commander(self.built)

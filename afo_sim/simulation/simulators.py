@@ -10,9 +10,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command
-from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.build import build
+from afo_sim.model.described import build
 from afo_sim.simulation.commander import Commander
 from afo_sim.simulation.observing import Seen, frame_of, seen_columns
 from afo_sim.simulation.policy import Rows
@@ -72,7 +71,7 @@ class Simulators(native.Closing):
             if not _is_whole(number) or number < least:
                 allowed = f"a whole number from {least} on"
                 raise InputError("is out of range", field=name, value=number, allowed=allowed)
-        builts = [build(_described(source, sets)) for source in sources]
+        builts = [build(source, sets) for source in sources]
         if len({(built.model._sizes.tobytes(), built.scenario.timestep) for built in builts}) > 1:
             problem = "differ in more than numbers: they cannot be stepped together"
             allowed = "one layout of the model and one time step"
@@ -216,9 +215,3 @@ class Simulators(native.Closing):
 
 def _is_whole(number: object) -> bool:
     return isinstance(number, Integral) and not isinstance(number, bool)
-
-
-def _described(source: Any, sets: Mapping[str, Any] | None) -> Scenario:
-    if isinstance(source, Scenario):
-        return source.set(sets) if sets else source
-    return load("scenario", source, sets)

@@ -1,6 +1,6 @@
 """Simulations side by side that somebody steps: as many steps at a time as he likes, each with its inputs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -13,8 +13,6 @@ from afo_sim.simulation.policy import Rows, fixed
 from afo_sim.simulation.rollout import CONTROL, FIELDS, STATE, Case, failed, first_states, widths
 from afo_sim.simulation.simulate import case_of
 from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Stepper
-
-Change = Callable[[np.ndarray, np.ndarray], None]  # (numbers of the simulations (n,), inputs (n, steps, nu))
 
 
 class Stepped:

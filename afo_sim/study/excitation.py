@@ -15,6 +15,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.simulation.commander import Commander
+from afo_sim.simulation.describing import SENSOR
 from afo_sim.simulation.loop import Loop, steps_of_period
 from afo_sim.simulation.policy import Policy, fixed
 
@@ -85,7 +86,8 @@ class OnReference:
         """The true column of what is controlled, the ankle's angle, and the chambers' pressures."""
         it = self.described
         column = it.loop.column if isinstance(it, Pid) else it.angle
-        sensor = self.scenario.sensor.get(column.removeprefix("sensor/")) if "sensor/" in column else None
+        known = self.scenario.sensor if column.startswith(SENSOR) else {}
+        sensor = known.get(column.removeprefix(SENSOR))
         chambers = [name for name in (it.raises, it.lowers) if name is not None]
         true = column if sensor is None else sensor.column
         return tuple(dict.fromkeys((true, ANGLE, *(f"chamber/{name}/pressure" for name in chambers))))

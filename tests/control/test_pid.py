@@ -176,7 +176,7 @@ def test_an_error_within_the_dead_band_is_none() -> None:
 @pytest.mark.parametrize(
     ("pid", "says"),
     [
-        ({"raises": "dorsi"}, "no such chamber.*did you mean 'dorsiflexor'"),
+        ({"raises": "dorsi"}, "no chamber 'dorsi'.*did you mean 'dorsiflexor'"),
         ({"lowers": "plantar"}, "pid.lowers.*did you mean 'plantarflexor'"),
         ({"lowers": "dorsiflexor"}, "lowers = 'dorsiflexor': is the chamber that raises too"),
         (angle(column="ankle/angel"), "pid.angle.column = 'ankle/angel'.*did you mean 'ankle/angle'"),

@@ -41,6 +41,22 @@ class Impedance(Described):
     """Rows [angle, d, moment]: the orthosis' moment with mean_pressure + d and mean_pressure − d, at the same
     several d at every angle. afo_sim.pressure_map computes them."""
 
+    @property
+    def named(self) -> dict[str, str]:
+        """Chambers by the key that names them."""
+        pair = {"raises": self.raises, "lowers": self.lowers}
+        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+
+    @property
+    def pressed(self) -> dict[str, str]:
+        """Chambers that are asked for a pressure: all."""
+        return self.named
+
+    @property
+    def cycle(self) -> float | None:
+        """Period of what is followed [s]; None where it does not repeat."""
+        return self.reference.cycle
+
     @model_validator(mode="after")
     def _has_two_chambers(self) -> Self:
         if self.raises == self.lowers:

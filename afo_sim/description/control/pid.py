@@ -106,6 +106,17 @@ class Pid(Described):
         return found
 
     @property
+    def named(self) -> dict[str, str]:
+        """Chambers by the key that names them."""
+        pair = {"raises": self.raises, "lowers": self.lowers}
+        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+
+    @property
+    def pressed(self) -> dict[str, str]:
+        """Chambers that are asked for a pressure, by the key that names them."""
+        return self.named if self.pressures is not None else {}
+
+    @property
     def cycle(self) -> float | None:
         """Period of what is followed [s]; None where it does not repeat."""
         return self.loop.reference.cycle
