@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 Values = Mapping[str, float]  # parameters by name [SI]
 Coefficients = tuple[float, ...]
@@ -75,6 +76,11 @@ class Law:
     ranges [Pa, -] are where the law was published or shown to hold. `braids` says that the formula is the
     braid's own, so that pressure pulls more on a stretched one; others are held at κ = 0 beside the braid's
     stiffness, as the measured fluidic muscle of 20 mm is.
+
+    `force_powers` are the powers with which the coefficients grow when the force grows by a factor. `length`
+    says how the force depends on the muscle's length: by the contraction "ratio" alone; the set holds for
+    "one" length, since the formula has lengths or stiffnesses of that muscle in it; or the formula knows the
+    effect of the length by its "own".
     """
 
     name: str
@@ -89,10 +95,31 @@ class Law:
     validity: str
     source: str
     braids: bool = False
+    force_powers: Coefficients = ()
+    length: Literal["ratio", "one", "own"] = "ratio"
 
     def parameter(self, name: str) -> LawParameter:
         """The parameter of a name."""
         return next(parameter for parameter in self.parameters if parameter.name == name)
+
+    def scaled(self, coefficients: Coefficients, factor: float) -> Coefficients:
+        """Coefficients that give the force of others times a factor: c_i f^(m_i), with `force_powers` m_i.
+
+        Parameters
+        ----------
+        coefficients : of the kernel
+        factor : f on the force, above zero [-]; with 1 the coefficients stay what they are, to the bit
+
+        Raises
+        ------
+        ValueError
+            The law has no powers.
+        """
+        if factor == 1.0:
+            return coefficients
+        if not self.force_powers:
+            raise ValueError(f"the law {self.name!r} has no force_powers: its force cannot be scaled")
+        return tuple(c * factor**m for c, m in zip(coefficients, self.force_powers, strict=True))
 
 
 def without_default(parameters: tuple[LawParameter, ...]) -> tuple[str, ...]:

@@ -161,7 +161,7 @@ def muscle_volume(
 
 
 @register_jitable
-def chamber_pressure(sigma: float, volume: float) -> float:
+def chamber_pressure(sigma: float, volume: float, gamma: float = HEAT_CAPACITY_RATIO) -> float:
     """Absolute pressure of a chamber from its state σ = p V^γ: p = σ/V^γ.
 
     A sealed adiabatic chamber keeps σ: its pressure is a function of its volume alone.
@@ -170,6 +170,7 @@ def chamber_pressure(sigma: float, volume: float) -> float:
     ----------
     sigma : σ [Pa·m^(3γ)]
     volume : V [m³]
+    gamma : ratio of the gas' heat capacities [-]; air's by default
 
     Returns
     -------
@@ -177,7 +178,7 @@ def chamber_pressure(sigma: float, volume: float) -> float:
     """
     if volume <= 0.0:
         return math.nan
-    return sigma * volume**-HEAT_CAPACITY_RATIO  # a NaN comes out here
+    return sigma * volume**-gamma  # a NaN comes out here
 
 
 @register_jitable
@@ -269,3 +270,19 @@ def valve_rates(
     else:
         seat = opening + 0.0 * place  # a NaN stays one
     return (place - armature) / timestep, (seat - opening) / timestep
+
+
+@register_jitable
+def beyond_dead_band(asked: float, dead_band: float) -> float:
+    """Opening that a proportional valve gives of the one that is asked for [-]: none within its dead band.
+
+    Parameters
+    ----------
+    asked : 0…1 [-]
+    dead_band : share of the input that does not open it, below 1 [-]
+    """
+    if dead_band <= 0.0:
+        return asked
+    if asked <= dead_band:
+        return 0.0 * asked  # a NaN stays one
+    return (asked - dead_band) / (1.0 - dead_band)

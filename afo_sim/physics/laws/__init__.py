@@ -12,7 +12,9 @@ def collected() -> dict[str, Law]:
     """The laws of this folder by name, as their native ids rise; a wrong entry is a ValueError."""
     laws = collect(__name__, Law)
     for law in laws.values():
-        check_coefficients(law, 2, MAX_COEFFICIENTS)
+        number = check_coefficients(law, 2, MAX_COEFFICIENTS)
+        if law.force_powers and len(law.force_powers) != number:
+            raise ValueError(f"{law.name!r} has {number} coefficients and {len(law.force_powers)} powers")
     return laws
 
 

@@ -70,4 +70,6 @@ BOLEN_2026 = Law(
     contraction_range=(0.0, 0.28),
     validity="fluidic muscles of 10 mm (11–52 cm) and 20 mm (30–51 cm)",
     source="Bolen et al. 2026",
+    force_powers=(1.0, 0.0, 0.0, 0.0, 0.0),
+    length="own",
 )

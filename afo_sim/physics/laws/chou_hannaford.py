@@ -70,4 +70,5 @@ CHOU_HANNAFORD_1996 = Law(
     validity="no bladder; poor below about 1 bar",
     source="Chou & Hannaford 1996; S1 eq. 1",
     braids=True,
+    force_powers=(0.5, 0.5, 0.0, 0.5),
 )

@@ -71,4 +71,5 @@ KERSCHER_2006 = Law(
     contraction_range=(0.0, 0.25),
     validity="fluidic muscle; c_κ is hardly identifiable",
     source="Kerscher et al. 2006; S2 eq. 3–7",
+    force_powers=(0.5, *[0.0] * 6),
 )

@@ -108,4 +108,7 @@ MARTENS_BOBLAN_2017 = Law(
     contraction_range=(0.0, 0.25),
     validity="one length of fluidic muscle: its modulus is a cubic in length",
     source="Martens & Boblan 2017",
+    # a muscle of another size and the same moduli: all its lengths grow with the root of the force
+    force_powers=(0.5, 0.5, 0.5, 0.0, 0.5, 0.0, -0.5, -1.0, -1.5),
+    length="one",
 )

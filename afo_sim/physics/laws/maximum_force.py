@@ -74,4 +74,5 @@ MAXIMUM_FORCE = Law(
     contraction_range=(0.0, 0.25),
     validity="one muscle; the slope's form is derived here, the paper's is not recoverable",
     source="Piteľ & Tóthová 2016, S2 eq. 8–9",
+    force_powers=(0.0, *[1.0] * 8),
 )

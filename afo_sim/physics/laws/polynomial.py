@@ -59,4 +59,5 @@ POLYNOMIAL = Law(
     contraction_range=(0.0, 0.25),
     validity="one muscle, nowhere beyond its measured range; 21 coefficients want many points",
     source="Piteľ & Tóthová 2016, S2 eq. 11",
+    force_powers=(1.0,) * 21,
 )

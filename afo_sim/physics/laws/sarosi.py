@@ -60,4 +60,5 @@ SAROSI_2012 = Law(
     contraction_range=(0.0, 0.25),
     validity="one muscle: its numbers do not transfer to another length",
     source="Sárosi 2012; S2 eq. 10",
+    force_powers=(1.0, 1.0, 0.0, 1.0, 1.0, 1.0),
 )

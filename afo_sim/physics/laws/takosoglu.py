@@ -88,6 +88,7 @@ def _law(
         contraction_range=(0.0, 0.25),
         validity=validity,
         source=f"Takosoglu et al. 2016, S3 eq. {equations}",
+        force_powers=(0.5, *[0.0] * 5),
     )
 
 

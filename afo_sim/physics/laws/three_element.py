@@ -78,6 +78,8 @@ REYNOLDS_2003 = Law(
     contraction_range=(0.0, 0.25),
     validity="one muscle; its length is not given",
     source="Reynolds et al. 2003; S0",
+    force_powers=(0.0, 1.0, 1.0, 0.0, *[1.0] * 4),
+    length="one",
 )
 
 SERRES_2009 = Law(
@@ -101,4 +103,6 @@ SERRES_2009 = Law(
     contraction_range=(0.0, 0.25),
     validity="one muscle; its make and length are not in the abstract",
     source="Serres et al. 2009",
+    force_powers=(0.0, 1.0, 1.0, 0.0, *[1.0] * 4),
+    length="one",
 )

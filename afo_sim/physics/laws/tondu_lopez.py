@@ -83,6 +83,7 @@ TONDU_LOPEZ_2000 = Law(
     validity="force proportional to pressure; no bladder",
     source="Tondu & Lopez 2000; S1",
     braids=True,
+    force_powers=(0.5, 0.0, 0.0),
 )
 
 TONDU_LOPEZ_2000_BLADDER = Law(
@@ -98,4 +99,5 @@ TONDU_LOPEZ_2000_BLADDER = Law(
     validity="hand-made muscle with a rubber bladder",
     source="Tondu & Lopez 2000, bladder terms derived here",
     braids=True,
+    force_powers=(0.5, 0.0, 0.0, 1.0, 1.0),
 )
