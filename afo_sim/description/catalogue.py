@@ -37,8 +37,8 @@ def product(name: str) -> list[TableOf]:
 
     Parameters
     ----------
-    name : of a scenario, leg, orthosis, muscle, valve, patient, shoe, limits, sweep, search, gait, law or
-        friction
+    name : of a scenario, leg, orthosis, muscle, valve, tube, source, regulator, patient, shoe, limits, sweep,
+        search, gait, law or friction
 
     Returns
     -------

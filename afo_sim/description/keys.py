@@ -59,7 +59,8 @@ def keys(
     source : a shipped name, a path, or the description as a dict
     word : only keys that mention it
     sets : dotted keys and their values, as `load` takes them
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe" or "limits"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "patient", "shoe"
+        or "limits"
     whole : also lists that are written only as a whole, such as correlations: no key sets them
 
     Returns
@@ -132,7 +133,7 @@ def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Prove
     depth = len(path) - 1 - len(inner)  # of the file; one that a set name stands for holds no set value
     if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in tree.set_keys):
         return "set", provenance
-    if written is None:
+    if written is None and provenance is None:  # one that another of the table gives has a provenance
         return "default", provenance
     return ("" if file is None else _short(file)), provenance
 

@@ -163,7 +163,9 @@ def table_at(kind: Any, path: Path) -> Any:
     return inner if is_table(inner) else None
 
 
-def nearest_key(path: Path, known: Iterable[Leaf], beside: Iterable[str] = ()) -> str | None:
+def nearest_key(
+    path: Path, known: Iterable[Leaf], beside: Iterable[str] = (), root: object = None
+) -> str | None:
     """The key that an unknown one most likely means, on whatever level.
 
     Parameters
@@ -171,6 +173,7 @@ def nearest_key(path: Path, known: Iterable[Leaf], beside: Iterable[str] = ()) -
     path : of the unknown key
     known : what can be set
     beside : names that stand on the level of the unknown key; of two that are alike it is theirs
+    root : what is written; of two that are alike it is the one whose table is there
 
     Returns
     -------
@@ -180,9 +183,16 @@ def nearest_key(path: Path, known: Iterable[Leaf], beside: Iterable[str] = ()) -
     def likeness(name: str) -> float:
         return difflib.SequenceMatcher(None, path[-1], name).ratio()
 
-    found = [(likeness(name) + 0.05, 0, name) for name in beside]
+    found = [(likeness(name) + 0.05, True, 0, name) for name in beside]
     for leaf in known:
         shared = sum(part in leaf.path for part in path[:-1])  # "orthosis.conductance" means an orthosis'
-        found.append((likeness(leaf.path[-1]) + 0.01 * shared, -len(leaf.path), leaf.key))
-    best = max(found, key=lambda entry: entry[:2], default=(0.0, 0, ""))
-    return best[2] if best[0] >= CUTOFF else None
+        there = _has_table(root, leaf.path[:-1])
+        found.append((likeness(leaf.path[-1]) + 0.01 * shared, there, -len(leaf.path), leaf.key))
+    best = max(found, key=lambda entry: entry[:3], default=(0.0, False, 0, ""))
+    return best[3] if best[0] >= CUTOFF else None
+
+
+def _has_table(root: object, path: Path) -> bool:
+    for name in path:
+        root = root.get(name) if isinstance(root, Mapping) else None
+    return root is not None

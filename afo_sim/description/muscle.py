@@ -1,6 +1,7 @@
 """A muscle as it is described: braid, laws and frictions with their parameters, damper, limits."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
@@ -9,6 +10,7 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common.errors import nearest_name, unknown
 from afo_sim.common.units import format_quantity, parse_quantity
 from afo_sim.description.covariance import Draws, FitCovariance
+from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
 from afo_sim.physics.friction import FRICTIONS
@@ -158,7 +160,7 @@ class Muscle(Described, RestCurves, Draws):
     """Frictions with their parameters, by name."""
     damper: ThreeElementDamper | None = None
     """Damper of the three-element model, beside damping."""
-    total_length: PositiveLength
+    total_length: BraidLength
     """Length between the ends of the fittings, unpressurised."""
     end_length: Distance
     """Length of clamps and dead ends, which do not contract."""
@@ -175,9 +177,11 @@ class Muscle(Described, RestCurves, Draws):
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
     """Volume of air that stays when the muscle is empty."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
-    """Mass of muscle and fittings."""
+    """Mass of muscle and fittings; at lengths.reference, where there are lengths."""
     limits: Limits
     """Limits beyond which a run warns."""
+    lengths: Lengths | None = None
+    """Lengths that are made, and what follows from the length; laws and mass hold as they are by default."""
     covariance: FitCovariance | None = None
     """Joint uncertainty of the numbers that were fitted together, where a fit told it."""
 
@@ -228,6 +232,26 @@ class Muscle(Described, RestCurves, Draws):
         return self
 
     @model_validator(mode="after")
+    def _has_a_length_that_is_made(self) -> Self:
+        if self.lengths is None:
+            return self
+        made = f"{amounts(self.lengths.shortest)} to {amounts(self.lengths.longest)} between the fittings"
+        for problem in self.lengths.problems(self.nominal_length):
+            raise refusal(problem, made, "total_length")
+        if self.whole_mass <= 0.0:
+            least = self.lengths.mass_per_length * (self.lengths.reference - self.nominal_length)
+            raise refusal(
+                f"the fittings would have no mass: a braid of {amounts(self.lengths.reference)}, which the "
+                "mass belongs to, is heavier",
+                f"more than {1e3 * least:.4g} g",
+                "mass",
+            )
+        for name in self.laws if self.lengths.force is not None else ():
+            if not LAWS[name].force_powers:
+                raise refusal(f"the force of the law {name} cannot be scaled", "", "lengths.force")
+        return self
+
+    @model_validator(mode="after")
     def _covariance_is_its_own(self) -> Self:
         if self.covariance is not None and self.covariance.law not in self.laws:
             nearest = nearest_name(self.covariance.law, self.laws) or ""
@@ -275,7 +299,25 @@ class Muscle(Described, RestCurves, Draws):
     @property
     def coefficients(self) -> tuple[float, ...]:
         """Arguments of the law's kernel after contraction and pressure."""
-        return LAWS[self.law].coefficients(self.braid, self.law_set.parameters)
+        return self.coefficients_of(self.law, self.law_set.parameters)
+
+    def coefficients_of(self, law: str, parameters: Mapping[str, float]) -> tuple[float, ...]:
+        """Arguments of a law's kernel for this muscle at its length, after contraction and pressure.
+
+        With `lengths` the force goes with the contraction ratio as at the reference length, times
+        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead.
+
+        Parameters
+        ----------
+        law : name of a law
+        parameters : of the law [SI]
+        """
+        known, braid = LAWS[law], self.braid
+        if self.lengths is None or known.length == "own":
+            return known.coefficients(braid, parameters)
+        if known.length == "one":
+            braid = replace(braid, nominal_length=self.lengths.reference)
+        return known.scaled(known.coefficients(braid, parameters), self.lengths.factor(self.nominal_length))
 
     @property
     def friction_coefficients(self) -> tuple[float, ...]:
@@ -305,6 +347,18 @@ class Muscle(Described, RestCurves, Draws):
     def nominal_length(self) -> float:
         """L0: the active braid, unpressurised [m]."""
         return self.total_length - self.end_length
+
+    @property
+    def whole_mass(self) -> float:
+        """Mass of the muscle at its length: the braid's by the metre, and two fittings' [kg]."""
+        if self.lengths is None:
+            return self.mass
+        return self.mass + self.lengths.mass_per_length * (self.nominal_length - self.lengths.reference)
+
+    @property
+    def length_warning(self) -> str:
+        """Warning of a length at which the force was not measured; "" without one."""
+        return "" if self.lengths is None else self.lengths.unmeasured(self.nominal_length)
 
     @property
     def braid(self) -> Braid:

@@ -1,4 +1,4 @@
-"""Files to start from: a new muscle, orthosis, valve, leg, patient, shoe, limits, scenario that runs."""
+"""Files to start from: a new description of any kind, complete and commented, that runs as it is."""
 
 import os
 import pathlib
@@ -10,6 +10,7 @@ from typing import Any
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
+from afo_sim.description.handmade import muscle_values
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.template import Template
 from afo_sim.description.tree import FILES
@@ -19,6 +20,9 @@ LIKE = {
     "muscle": "s1_215mm",
     "orthosis": "s1",
     "valve": "mh1",
+    "tube": "pun_4x2_5",
+    "source": "bottle_0_5l",
+    "regulator": "vppe_3_1_1_8_6",
     "leg": "adult_75kg",
     "patient": "drop-foot",
     "shoe": "trainer",
@@ -37,7 +41,19 @@ EXAMPLES: dict[str, dict[str, Any]] = {
             "standard_errors": ["3 deg", "50 N"],
             "correlation": [[1.0, -0.9], [-0.9, 1.0]],
             "freedom": 20,
-        }
+        },
+        "lengths": {
+            "reference": "21.5 cm",
+            "shortest": "4 cm",
+            "longest": "9 m",
+            "mass_per_length": "94 g/m",
+            "force": {
+                "slope": "19.03 m^-1",
+                "offset": "7.5 mm",
+                "shortest": "112 mm",
+                "longest": "518 mm",
+            },
+        },
     },
     "orthosis": {
         "muscle": {
@@ -55,6 +71,36 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "anchor": {
             "shank": {"stiffness": "4 kN/m", "stiffening": {"force": "33 N", "length": "17 mm"}},
         },
+        "chamber": {
+            "dorsiflexor": {
+                "tube": "pun_4x2_5",
+                "tube_length": "1 m",
+                "quick_exhaust": {
+                    "conductance": "0.3 dm^3/(s*bar)",
+                    "critical_ratio": 0.3,
+                    "exhaust_conductance": "0.6 dm^3/(s*bar)",
+                    "cracking_pressure": "0.05 bar",
+                },
+            }
+        },
+        "volume": {"manifold": {"volume": "20 ml", "wall_conductance": "0.1 W/K", "start_pressure": "4 bar"}},
+        "restriction": {
+            "feed": {
+                "kind": "tube",
+                "upstream": "supply",
+                "downstream": "manifold",
+                "tube": "pun_4x2_5",
+                "length": "1 m",
+                "valve": "mh1",
+                "regulator": "vppe_3_1_1_8_6",
+                "pressure": "3 bar",
+                "conductance": "0.1 dm^3/(s*bar)",
+                "critical_ratio": 0.3,
+                "check_conductance": "0.2 dm^3/(s*bar)",
+                "exhaust_conductance": "0.2 dm^3/(s*bar)",
+                "cracking_pressure": "0.1 bar",
+            }
+        },
     },
     "leg": {
         "body_mass": "75 kg",
@@ -64,7 +110,36 @@ EXAMPLES: dict[str, dict[str, Any]] = {
         "subtalar": {"stiffness": "10 N*m/rad", "damping": "0.2 N*m*s/rad"},
     },
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
-    "valve": {"rated_switches": 1e8},
+    "source": {
+        "mass": "1 kg",
+        "content": "16 g",
+        "switch_on": "6 bar",
+        "switch_off": "7 bar",
+        "free_air_delivery": "10 l/min",
+        "delivery_pressure": "0 bar",
+        "stall_pressure": "9 bar",
+        "electric_power": "40 W",
+    },
+    "regulator": {"relief": "0.3 bar", "relief_conductance": "0.5 dm^3/(s*bar)"},
+    "valve": {
+        "nominal_flow": {"flow": "14 l/min", "norm": "ANR", "upstream": "6 bar", "downstream": "5 bar"},
+        "cv": 0.015,
+        "kv": 0.013,
+        "sonic_area": "0.28 mm^2",
+        "orifice": "0.66 mm",
+        "exhaust": {
+            "critical_ratio": 0.3,
+            "nominal_flow": {"flow": "10 l/min", "norm": "ANR", "upstream": "6 bar", "downstream": "5 bar"},
+            "conductance": "0.039 dm^3/(s*bar)",
+        },
+        "bandwidth": "80 Hz",
+        "dead_band": 0.02,
+        "minimum_on_time": "5 ms",
+        "rated_switches": 1e8,
+        "working_pressure": ["0 bar", "8 bar"],
+        "mass": "30 g",
+        "power": "1 W",
+    },
     "sensor": {
         "gain": 1.01,
         "offset": "1 mm",
@@ -133,16 +208,19 @@ def new(
     *,
     like: str = "",
     uses: Mapping[str, str] | None = None,
+    braid: Mapping[str, str] | None = None,
 ) -> pathlib.Path:
     """Write a commented description that runs as it is.
 
     Parameters
     ----------
-    kind : "muscle", "orthosis", "valve", "leg", "patient", "shoe", "limits", "sensor" or "scenario"
+    kind : "muscle", "orthosis", "valve", "tube", "source", "regulator", "leg", "patient", "shoe", "limits",
+        "sensor" or "scenario"
     name : of the new product; no shipped one's
     out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
     like : shipped product whose numbers it starts with
     uses : {kind: name or path} of what it refers to; a path as seen from here
+    braid : of a hand-made muscle: "bore", "braid_angle", "length", see `handmade.muscle_values`
 
     Returns
     -------
@@ -158,15 +236,30 @@ def new(
     values, examples = assets.read_toml(base), _examples(kind)
     for key in OWN.get(kind, ()):
         values.pop(key, None)
+    if braid:
+        _check_braid(kind, like, braid)
+        values = muscle_values(braid, values)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
     files = _beside(kind, values, base)
-    values["description"] = f"{name}, begun from {like or LIKE[kind]}"
+    begun = f"begun from {like or LIKE[kind]}"
+    if braid:
+        begun = f"hand-made braid of {braid['bore']}, {braid['braid_angle']}, {braid['length']}: not measured"
+    values["description"] = f"{name}, {begun}"
     template = Template(_chambers(kind, values, target))
     text = template.text(SPECS[kind], values, examples, f"{name}: {kind}.")
     check_writable(target.parent)
     _write(target, text, kind, files)
     return target
+
+
+def _check_braid(kind: str, like: str, braid: Mapping[str, str]) -> None:
+    """Refuse a braid's numbers for what is no muscle, or beside another one's."""
+    first = next(iter(braid))
+    if kind != "muscle":
+        raise InputError(f"does not go with a new {kind}", field=first, allowed="a new muscle")
+    if like:
+        raise InputError("does not go with `like`, whose braid it would have", field=first)
 
 
 def _beside(kind: str, values: dict[str, Any], base: pathlib.Path) -> dict[str, pathlib.Path]:

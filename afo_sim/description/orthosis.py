@@ -14,45 +14,19 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common.errors import nearest_name
+from afo_sim.description.air.chamber import Chamber as Chamber
+from afo_sim.description.air.network import Restriction, Volume
+from afo_sim.description.air.network_checks import check_network
+from afo_sim.description.air.valve import Valve as Valve
 from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
 from afo_sim.description.places import ALIKE, Anchor, Coordinates, PathPoint, Segment, Side, difference
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.shoe import Outsole
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
-Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 Stiffness = Annotated[float, Quantity("N/m", above=0.0, at_most=1e9)]
 
 MOST_PLACES = 12  # on a muscle's path between its ends
-
-
-class Valve(Described):
-    """A solenoid valve: sonic conductance C, critical ratio b (ISO 6358), and its two delays."""
-
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
-    conductance: Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
-    """Sonic conductance C (ISO 6358) of the open valve."""
-    critical_ratio: Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
-    """Critical pressure ratio b (ISO 6358); below it the flow is choked."""
-    opening_delay: Delay
-    """Time from the coil's current to the open valve."""
-    closing_delay: Delay
-    """Time from the end of the current to the shut valve."""
-    rated_switches: Annotated[float, Quantity("", above=0.0, at_most=1e12)] | None = None
-    """Switchings that its maker rates it for; without it no life is told."""
-
-    @property
-    def row(self) -> dict[str, float]:
-        """The parameters of its compiled counterpart, SI."""
-        return {
-            "conductance": self.conductance,
-            "critical_ratio": self.critical_ratio,
-            "opening_delay": self.opening_delay,
-            "closing_delay": self.closing_delay,
-        }
 
 
 class Pulley(Described):
@@ -355,19 +329,6 @@ class MuscleGroup(Described):
         return tuple(middle + (k - 0.5 * (self.count - 1)) * spread for k in range(self.count))
 
 
-class Chamber(Described):
-    """Muscles that share their valves: inlet from the supply, outlet to ambient."""
-
-    inlet: Valve
-    """Valve from the supply: a shipped name, or the path of a valve's TOML file or folder."""
-    outlet: Valve
-    """Valve to the air outside."""
-    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=0.1)]
-    """Volume of the tubes between valves and muscles."""
-    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
-    """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
-
-
 class Orthosis(Described):
     """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
 
@@ -398,6 +359,10 @@ class Orthosis(Described):
     """Muscle groups by name."""
     chamber: dict[str, Chamber] = Field(default_factory=dict)
     """Chambers by name; each holds the air of one or several muscle groups."""
+    volume: dict[str, Volume] = Field(default_factory=dict)
+    """Rigid volumes by name: reservoirs, manifolds."""
+    restriction: dict[str, Restriction] = Field(default_factory=dict)
+    """Tubes, orifices, valves and others between two nodes, by name."""
 
     @field_validator("anchor", "interface", mode="before")
     @classmethod
@@ -429,7 +394,7 @@ class Orthosis(Described):
     def _chambers_exist(self) -> Self:
         if not self.muscle and (self.cuff or self.plate or self.chamber or self.anchor):
             raise refusal("there is no muscle", "at least one muscle group", "muscle")
-        for kind in ("muscle", "chamber"):
+        for kind in ("muscle", "chamber", "volume", "restriction"):
             for name in getattr(self, kind):
                 if not re.fullmatch(r"[A-Za-z][\w-]*", name):
                     raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
@@ -447,6 +412,16 @@ class Orthosis(Described):
         if not self.range_of_motion[0] < self.range_of_motion[1]:
             raise refusal("the first angle is not below the second", "", "range_of_motion")
         return self
+
+    @model_validator(mode="after")
+    def _air_hangs_together(self) -> Self:
+        check_network(self)
+        return self
+
+    @property
+    def switched(self) -> tuple[str, ...]:
+        """What a timer may switch: chambers, and valves between other nodes."""
+        return (*self.chamber, *(name for name, each in self.restriction.items() if each.valve is not None))
 
     @property
     def anchored(self) -> dict[str, MuscleGroup]:

@@ -1,5 +1,6 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -11,6 +12,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
+ROUNDING = 1e-14  # of a number that is converted between units, relative
 VALUE_TABLE = "{ value = …, source = …, kind = … }"
 
 
@@ -55,6 +57,9 @@ class Quantity:
             number = parse_quantity(plain, self.unit)
         except ValueError as error:
             raise refusal(str(error), self.allowed) from None
+        for bound in (self.at_least, self.at_most):  # written in another unit it is rounded
+            if bound is not None and math.isclose(number, bound, rel_tol=ROUNDING):
+                number = bound
         low = self.above is not None and number <= self.above
         lower = self.at_least is not None and number < self.at_least
         high = self.at_most is not None and number > self.at_most
@@ -96,6 +101,12 @@ def refusal(
     """A refused field; `key` names a field below the one being read, `beside` one on its level."""
     facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest, "beside": beside}
     return PydanticCustomError("refused", "{problem}", facts)
+
+
+def told_of(described: "Described", key: str) -> str:
+    """Kind and source of a number in brackets, " (published: data sheet)"; "" where none is told."""
+    origin = described.provenance.get(key)
+    return "" if origin is None else f" ({origin.kind}: {origin.source})"
 
 
 def refuse_all(problems: Sequence[PydanticCustomError]) -> None:

@@ -10,8 +10,11 @@ from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.source import Source as GasSource
+from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
-from afo_sim.description.leaves import fields_of, leaves, marked, nearest_key, table_at
+from afo_sim.description.leaves import core, fields_of, is_table, leaves, marked, nearest_key, table_at
 from afo_sim.description.limits import Limits
 from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import Muscle
@@ -34,6 +37,9 @@ SPECS: dict[str, type[BaseModel]] = {
     "orthosis": Orthosis,
     "muscle": Muscle,
     "valve": Valve,
+    "tube": Tube,
+    "source": GasSource,
+    "regulator": Regulator,
     "patient": Patient,
     "shoe": Shoe,
     "limits": Limits,
@@ -43,6 +49,7 @@ SPECS: dict[str, type[BaseModel]] = {
 PROBLEMS = {
     "missing": "is missing",
     "extra_forbidden": "is an unknown key",
+    "dict_type": "is not a table",
     "tuple_type": "is not a list",
     "too_long": "has too many items",
     "too_short": "has too few items",
@@ -66,6 +73,8 @@ FORMS = {
     "outlet": '[["4 s", "8 s"]]',
     "count": "1 to 20",
     "freedom": "at least 1",
+    "critical_ratio": "0 to 0.9; makers seldom print it, and 0.3 is usual for small poppet valves: "
+    'critical_ratio = { value = 0.3, kind = "assumed", source = "usual for small poppet valves" }',
 }
 
 
@@ -88,6 +97,12 @@ def load(kind: Literal["muscle"], source: Source, sets: Sets = None) -> Muscle: 
 @overload
 def load(kind: Literal["valve"], source: Source, sets: Sets = None) -> Valve: ...
 @overload
+def load(kind: Literal["tube"], source: Source, sets: Sets = None) -> Tube: ...
+@overload
+def load(kind: Literal["source"], source: Source, sets: Sets = None) -> GasSource: ...
+@overload
+def load(kind: Literal["regulator"], source: Source, sets: Sets = None) -> Regulator: ...
+@overload
 def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient: ...
 @overload
 def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
@@ -102,13 +117,15 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
 
     Parameters
     ----------
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "patient", "shoe", "limits" or "sensor"
+    kind : "scenario", "leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "patient", "shoe",
+        "limits" or "sensor"
     source : a shipped name, a path, or the description itself as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
     -------
-    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe, Limits or SensorType
+    the frozen Scenario, Leg, Orthosis, Muscle, Valve, Tube, Source, Regulator, Patient, Shoe, Limits or
+    SensorType
 
     Raises
     ------
@@ -264,9 +281,13 @@ def _place(tree: Tree, path: Path) -> dict[str, Any]:
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
-    told = facts.get("allowed", "") or facts.get("expected", "") or FORMS.get(name, "")
+    told = facts.get("allowed", "") or facts.get("expected", "")
     table = table_at(SPECS[tree.kind], path[:-1])
     info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    if not told and not (info and is_table(core(info.annotation)[0])):  # a chamber's inlet is no list
+        told = FORMS.get(name, "")
+    if entry["type"] == "dict_type":
+        told = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
     if not told and "min_length" in facts:
         told = f"at least {facts['min_length']}"
     if not told and info and PROBLEMS.get(entry["type"]) == "is out of range":
@@ -290,7 +311,7 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     written_in, inner = tree.file_of(path)
     within = path[: len(path) - len(inner)] if place["file"] == written_in else ()
     known = [leaf for leaf in leaves(spec, tree.root) if leaf.path[: len(within)] == within]
-    nearest = nearest_key(path, known, names)
+    nearest = nearest_key(path, known, names, tree.root)
     if nearest and nearest not in names:
         nearest = ".".join(nearest.split(".")[len(within) :])
     return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)

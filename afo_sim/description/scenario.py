@@ -13,11 +13,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from afo_sim.common.errors import nearest_name
+from afo_sim.description.air.supplied import check_supplied, check_three_way
+from afo_sim.description.air.supply import Supply
+from afo_sim.description.air.switched import check_switched
 from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor
 from afo_sim.description.limits import Limits
-from afo_sim.description.muscle import Pressure
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -89,13 +91,6 @@ class Leg(Described):
     """Hinge of the toes; a rigid foot without it."""
     subtalar: Subtalar | None = None
     """Hinge for inversion and eversion under the ankle; none without it."""
-
-
-class Supply(Described):
-    """Compressed air at constant gauge pressure."""
-
-    pressure: Pressure
-    """Gauge pressure before the inlet valves."""
 
 
 class Shank(Described):
@@ -254,15 +249,19 @@ class Scenario(Described):
     def _fits_together(self) -> Self:
         told = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
         named = [(kind, switched.chambers) for kind, switched in told if switched]
+        check_switched(self.orthosis, named)
         for kind, chambers in (*named, ("drive", self.drive)):
+            switched = self.orthosis.switched if kind in ("timer", "phases") else tuple(self.orthosis.chamber)
             for name in chambers:
-                if name not in self.orthosis.chamber:
+                if name not in switched:
                     raise refusal(
                         "the orthosis has no such chamber",
-                        ", ".join(self.orthosis.chamber) or "an orthosis with chambers",
+                        ", ".join(switched) or "an orthosis with chambers",
                         f"{kind}.{name}",
-                        nearest_name(name, self.orthosis.chamber) or "",
+                        nearest_name(name, switched) or "",
                     )
+        check_supplied(self.orthosis, self.supply)
+        check_three_way(self.orthosis, self.drive, self.controller)
         if self.controller is not None:
             self.controller.check_chambers(self.orthosis.chamber, self.drive)
         if self.ground is not None and self.ground.toe_stiffness is not None and self.leg.toes is not None:

@@ -8,8 +8,15 @@ from typing import Any
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.description.air.ratings import CONDUCTANCE, make_room
 
 Path = tuple[str, ...]
+AIR: dict[Path, str] = {  # of an orthosis
+    ("chamber", "*", "tube"): "tube",
+    ("restriction", "*", "tube"): "tube",
+    ("restriction", "*", "valve"): "valve",
+    ("restriction", "*", "regulator"): "regulator",
+}
 # A string at such a place is the name of another description; "*" is any key.
 REFERENCES: dict[str, dict[Path, str]] = {
     "scenario": {
@@ -22,11 +29,15 @@ REFERENCES: dict[str, dict[Path, str]] = {
         ("orthosis", "chamber", "*", "inlet"): "valve",
         ("orthosis", "chamber", "*", "outlet"): "valve",
         ("sensor", "*", "type"): "sensor",
+        ("supply", "source"): "source",
+        ("supply", "regulator"): "regulator",
+        **{("orthosis", *place): kind for place, kind in AIR.items()},
     },
     "orthosis": {
         ("muscle", "*", "type"): "muscle",
         ("chamber", "*", "inlet"): "valve",
         ("chamber", "*", "outlet"): "valve",
+        **AIR,
     },
 }
 FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
@@ -98,6 +109,7 @@ class Tree:
                 allowed = ", ".join(f"{dotted_key(path[: depth - 1])}.{name}" for name in node)
                 raise InputError("is a table of names, not a list", field=dotted, allowed=allowed)
             else:
+                make_room(node, key)
                 child = node.setdefault(key, [] if path[depth].isdigit() else {})
             if isinstance(child, list) and not path[depth].isdigit():
                 allowed = f"as in {dotted_key(path[:depth])}[0].{dotted_key(path[depth:])}"
@@ -111,7 +123,8 @@ class Tree:
             raise InputError("is an item of a list: name one of its fields", field=dotted, value=value)
         if items:
             value = _with_item(node.get(path[-1]), items, value, dotted)
-        if isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]:
+        replaces = make_room(node, path[-1]) and path[-1] == CONDUCTANCE
+        if replaces or (isinstance(node.get(path[-1]), dict) and "value" in node[path[-1]]):
             value = {"value": value, "source": "set for this run", "kind": "user"}
         node[path[-1]] = value
         self.files = {place: file for place, file in self.files.items() if place[: len(path)] != path}

@@ -161,8 +161,8 @@ class ValvePhases(Described):
 
     @model_validator(mode="after")
     def _are_intervals(self) -> Self:
-        for valve in ("inlet", "outlet"):
-            for start, end in getattr(self, valve):
+        for valve in ("inlet", "outlet", "open"):
+            for start, end in getattr(self, valve, ()):
                 if start == end:
                     raise refusal(
                         f"the event [{start:g}, {end:g}] is empty",
@@ -172,13 +172,20 @@ class ValvePhases(Described):
         return self
 
 
+class SwitchPhases(ValvePhases):
+    """The same, or those of a valve between other nodes."""
+
+    open: tuple[tuple[Phase, Phase], ...] = ()
+    """Intervals [from, to] of gait phase in which the coil of a valve between other nodes has current."""
+
+
 class Phases(Described):
-    """Valves switched by gait phase; every key is a chamber."""
+    """Valves switched by gait phase; every key is a chamber, or a valve between other nodes."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ValvePhases] = Field(init=False)
+    __pydantic_extra__: dict[str, SwitchPhases] = Field(init=False)
 
     @property
-    def chambers(self) -> dict[str, ValvePhases]:
+    def chambers(self) -> dict[str, SwitchPhases]:
         """The valves' intervals of gait phase by chamber."""
         return dict(self.__pydantic_extra__ or {})

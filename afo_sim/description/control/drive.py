@@ -32,8 +32,9 @@ class Drive(Described):
     period: Annotated[float, Quantity("s", above=0.0, at_most=1.0)] = 0.02
     """Period of the pulse-width modulation."""
     least_on: DriveTime | None = None
-    """Least time for which a coil is switched on; shorter pulses are not given. By default the opening delay
-    of the valves for pwm, whose shorter pulses would move no air; none for the others."""
+    """Least time for which a coil is switched on; shorter pulses are not given. By default for pwm the
+    longest of the valves' opening delays and minimum on-times, below which air may not move; none for the
+    others."""
     least_off: DriveTime = 0.0
     """Least time for which both coils are off between; gaps of a pulse train that are shorter are none."""
     full_at: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)] = 5e4
@@ -52,11 +53,11 @@ class Drive(Described):
         """Pressure error at which bang_bang shuts an open valve again [Pa]."""
         return RELEASE * self.dead_band if self.release is None else self.release
 
-    def shortest_pulse(self, opening_delay: float) -> float:
-        """Least time for which a coil is switched on [s], of valves with this opening delay [s]."""
+    def shortest_pulse(self, answered: float) -> float:
+        """Least time for which a coil is switched on [s]; the valves answer no pulse below `answered` [s]."""
         if self.least_on is not None:
             return self.least_on
-        return min(opening_delay, self.period) if self.kind == "pwm" else 0.0
+        return min(answered, self.period) if self.kind == "pwm" else 0.0
 
     @property
     def valve_bandwidth(self) -> float:

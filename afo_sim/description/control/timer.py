@@ -24,7 +24,7 @@ class ClockTimer(Timer):
     """A repeating clock; every key but `period` and `restart` is a chamber."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)
+    __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)  # type: ignore[assignment]  # no `open`
 
     restart: Restart | None = None
     """Foot switch that starts the clock anew; it then stops at its period and waits. Else it repeats."""

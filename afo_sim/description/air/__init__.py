@@ -1,0 +1,1 @@
+"""Parts of an air circuit as they are described: valves, tubes, sources, regulators."""

@@ -1,0 +1,93 @@
+"""The air path as a graph: what air can flow from where to where, as it is described."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from afo_sim.description.air.chamber import Chamber
+from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction, Volume
+
+ALWAYS_OPEN = ("tube", "orifice", "throttle")  # both ways, whatever is switched
+
+
+class HasAir(Protocol):
+    """An orthosis, as far as its air goes."""
+
+    @property
+    def chamber(self) -> Mapping[str, Chamber]: ...
+    @property
+    def volume(self) -> Mapping[str, Volume]: ...
+    @property
+    def restriction(self) -> Mapping[str, Restriction]: ...
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way that air can take from one node to another.
+
+    key : what it belongs to, such as "restriction.feed"
+    kind : of the restriction; "inlet", "outlet" of a chamber; "relief", "exhaust" of what has one
+    """
+
+    key: str
+    kind: str
+    origin: str
+    end: str
+
+
+def ways(orthosis: HasAir) -> Iterator[Way]:
+    """All ways; both of a restriction that lets air through both. A chamber's valves lead its own way."""
+    for name, chamber in orthosis.chamber.items():
+        yield Way(f"chamber.{name}", "inlet", chamber.feed, name)
+        yield Way(f"chamber.{name}", "outlet", name, chamber.exhaust)
+        if chamber.quick_exhaust is not None:
+            yield Way(f"chamber.{name}", "exhaust", name, AMBIENT)
+    for name, each in orthosis.restriction.items():
+        key = f"restriction.{name}"
+        yield Way(key, each.kind, each.upstream, each.downstream)
+        if each.kind in (*ALWAYS_OPEN, "valve", "silencer", "leak"):
+            yield Way(key, each.kind, each.downstream, each.upstream)
+        elif each.kind == "quick_exhaust":
+            yield Way(key, "exhaust", each.downstream, AMBIENT)
+        elif each.regulator is not None and (each.regulator.relief is not None or each.regulator.bleed):
+            yield Way(key, "relief", each.downstream, AMBIENT)
+
+
+def reached(begun: Iterable[str], ways: Iterable[Way], *, back: bool = False) -> dict[str, list[Way]]:
+    """Nodes that air comes to from some nodes, each with the ways that it takes; `back` against the flow.
+
+    Nothing leads on through the supply or the ambient air.
+    """
+    found: dict[str, list[Way]] = {node: [] for node in begun}
+    waiting, ways = list(found), list(ways)
+    while waiting:
+        node = waiting.pop(0)
+        if found[node] and node in (SUPPLY, AMBIENT):
+            continue
+        for way in ways:
+            here, there = (way.end, way.origin) if back else (way.origin, way.end)
+            if here == node and there not in found:
+                found[there] = [*found[node], way]
+                waiting.append(there)
+    return found
+
+
+def highest_pressures(orthosis: HasAir, supply: float) -> dict[str, float]:
+    """The highest gauge pressure that the supply [Pa] can bring each node to, past what regulators hold.
+
+    Volumes may begin with more. What muscles are compressed by is left out.
+    """
+    known = {SUPPLY: supply, AMBIENT: 0.0}
+    known |= {name: each.start_pressure or 0.0 for name, each in orthosis.volume.items()}
+    settings = {f"restriction.{name}": each.pressure for name, each in orthosis.restriction.items()}
+    changed = True
+    while changed:
+        changed = False
+        for way in ways(orthosis):
+            pressure = known.get(way.origin, 0.0)
+            setting = settings.get(way.key)
+            if way.kind == "regulator" and setting is not None:
+                pressure = min(pressure, setting)
+            if way.end not in (SUPPLY, AMBIENT) and pressure > known.get(way.end, 0.0):
+                known[way.end], changed = pressure, True
+    return known

@@ -1,0 +1,95 @@
+"""A chamber as it is described: the muscles' air, with its valves, its tube and where these lead."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Self
+
+from pydantic import model_validator
+
+from afo_sim.description.air.network import AMBIENT, SUPPLY, TubeLength
+from afo_sim.description.air.quick_exhaust import QuickExhaust
+from afo_sim.description.air.tube import Tube
+from afo_sim.description.air.valve import Valve
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+
+@dataclass(frozen=True)
+class Vent:
+    """The way out of a chamber: an outlet valve, or a 3/2 valve's path to its exhaust.
+
+    conductance, critical_ratio : C [m³/(s·Pa)], b [-]
+    opening_delay, closing_delay : [s]
+    """
+
+    conductance: float
+    critical_ratio: float
+    opening_delay: float
+    closing_delay: float
+    rated_switches: float | None = None
+
+    @property
+    def row(self) -> Mapping[str, Any]:
+        """The parameters of its compiled counterpart, SI."""
+        return {
+            "conductance": self.conductance,
+            "critical_ratio": self.critical_ratio,
+            "opening_delay": self.opening_delay,
+            "closing_delay": self.closing_delay,
+        }
+
+
+class Chamber(Described):
+    """Muscles that share their valves: inlet from the supply, outlet to ambient."""
+
+    inlet: Valve
+    """Valve from the supply: a shipped name, or the path of a valve's TOML file or folder."""
+    outlet: Valve | None = None
+    """Valve to the air outside; without it the inlet is a 3/2 valve, which vents while its coil has no
+    current."""
+    feed: str = SUPPLY
+    """Node before the inlet: "supply", a volume or another chamber."""
+    exhaust: str = AMBIENT
+    """Node behind the outlet: "ambient", a volume or another chamber, which takes the air up."""
+    tube: Tube | None = None
+    """Tube between valves and muscles: a shipped name, or the path of a tube's TOML file or folder; its
+    friction counts, and half of its air at each end."""
+    tube_length: TubeLength | None = None
+    """Length of that tube."""
+    quick_exhaust: QuickExhaust | None = None
+    """Quick exhaust between the tube and the muscles; what they give off goes to the ambient air there, and
+    the outlet vents the tube alone."""
+    tube_volume: Annotated[float, Quantity("m^3", at_least=0.0, at_most=0.1)] = 0.0
+    """Volume of tubes and fittings between valves and muscles that adds no friction; needed where no tube is
+    named."""
+    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)]
+    """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
+
+    @property
+    def three_way(self) -> bool:
+        """Whether one 3/2 valve fills and vents it."""
+        return self.outlet is None
+
+    @property
+    def vent(self) -> Valve | Vent:
+        """Its way out: the outlet, or the 3/2 valve's path to its exhaust."""
+        if self.outlet is not None:
+            return self.outlet
+        valve, path = self.inlet, self.inlet.exhaust
+        assert path is not None
+        delays = (valve.closing_delay, valve.opening_delay)
+        return Vent(path.conductance, path.critical_ratio, *delays, valve.rated_switches)
+
+    @model_validator(mode="after")
+    def _vents(self) -> Self:
+        if self.outlet is None and self.inlet.exhaust is None:
+            problem = "is missing: the inlet is a 2/2 valve, and nothing would let the air out"
+            raise refusal(problem, "a valve, or a 3/2 valve as the inlet", "outlet")
+        if (self.tube is None) != (self.tube_length is None):
+            key = "tube" if self.tube is None else "tube_length"
+            raise refusal("is missing: tube and tube_length belong together", "both, or neither", key)
+        if self.quick_exhaust is not None and self.tube is None:
+            problem = "has no tube before it, whose pressure would switch it"
+            raise refusal(problem, "tube and tube_length beside it", "quick_exhaust")
+        if self.tube is None and "tube_volume" not in self.model_fields_set:
+            raise refusal("is missing", "the air between valves and muscles, or a tube", "tube_volume")
+        return self

@@ -1,0 +1,230 @@
+"""Whether an air path hangs together: its nodes are there, and air comes into each and out of it."""
+
+from collections.abc import Iterator
+
+from afo_sim.common.errors import nearest_name
+from afo_sim.description.air.air_graph import ALWAYS_OPEN, HasAir, Way, reached, ways
+from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction
+from afo_sim.description.air.room import check_room
+from afo_sim.description.quantity import amount, refusal
+
+TAKEN = {  # names of nodes and restrictions that a supply has of its own
+    "node": ("source", "regulator"),
+    "restriction": ("compressor", "regulator", "regulator_relief", "regulator_bleed"),
+}
+TABLE_KEYS = ("period", "restart", "provenance")  # of a timer, beside its chambers
+PARTS = {"quick_exhaust": ("exhaust",), "regulator": ("relief", "bleed")}
+ONE_WAY = ("check_valve", "quick_exhaust", "regulator")
+
+
+def check_network(orthosis: HasAir) -> None:
+    """Refuse nodes that are not there, or that air cannot come into or leave, and sources that conflict.
+
+    Raises
+    ------
+    PydanticCustomError
+        Named after the component, with what would mend it.
+    """
+    names = _names(orthosis)
+    for key, node in _ends(orthosis):
+        if node not in names:
+            problem = f"there is no node {node!r}"
+            ends = [name for name in orthosis.chamber if node in (f"{name}_valve_end", f"{name}_tube_end")]
+            if ends:
+                problem = f"{node!r} is an end of a chamber's own tube, which nothing else leads to"
+                mend = f"another node; a quick exhaust behind the tube is chamber.{ends[0]}.quick_exhaust"
+                raise refusal(problem, mend, key)
+            raise refusal(problem, ", ".join(names), key, nearest_name(node, names) or "")
+    _check_ends(orthosis)
+    found = list(ways(orthosis))
+    _check_touched(orthosis, found)
+    _check_ways_in(orthosis, found)
+    _check_ways_out(orthosis, found)
+    _check_regulators(orthosis, found)
+    check_room(orthosis)
+
+
+def _names(orthosis: HasAir) -> list[str]:
+    """The nodes of an orthosis; refuses a name that two of them have, or that is the simulator's own."""
+    names = [SUPPLY, AMBIENT]
+    for kind, table in (("chamber", orthosis.chamber), ("volume", orthosis.volume)):
+        for name in table:
+            if name in names:
+                raise refusal("is the name of another node", "another name", f"{kind}.{name}")
+            if name in TAKEN["node"] or (kind == "chamber" and name in TABLE_KEYS):
+                raise refusal(_own(name), "another name", f"{kind}.{name}")
+            names.append(name)
+    for name, chamber in orthosis.chamber.items():
+        ends = {f"{name}_valve_end": "valves' end", f"{name}_tube_end": "muscles' end"}
+        own = (chamber.tube is not None) + (chamber.quick_exhaust is not None)
+        for end, where in [*ends.items()][:own]:
+            if end in names:
+                kind = "chamber" if end in orthosis.chamber else "volume"
+                problem = f"is the node at the {where} of the tube of chamber {name!r}"
+                raise refusal(problem, "another name", f"{kind}.{end}")
+    _check_names_of_restrictions(orthosis)
+    return names
+
+
+def _own(name: str) -> str:
+    return f"{name!r} is a name that the supply or a table of times has for its own"
+
+
+def _check_names_of_restrictions(orthosis: HasAir) -> None:
+    """The parts of what is described have names of their own, made of its name."""
+    taken = {
+        f"{name}_{part}": f"a part of chamber {name!r}"
+        for name in orthosis.chamber
+        for part in ("inlet", "outlet", "tube", "quick_exhaust", "quick_exhaust_exhaust")
+    }
+    taken |= {
+        f"{name}_{part}": f"a part of restriction {name!r}"
+        for name, each in orthosis.restriction.items()
+        for part in PARTS.get(each.kind, ())
+    }
+    for name, each in orthosis.restriction.items():
+        key = f"restriction.{name}"
+        if name in orthosis.chamber:
+            raise refusal("is a chamber's name", "another name", key)
+        if name in TAKEN["restriction"] or (each.kind == "valve" and name in TABLE_KEYS):
+            raise refusal(_own(name), "another name", key)
+        if name in taken:
+            raise refusal(f"is the name of {taken[name]}", "another name", key)
+
+
+def _ends(orthosis: HasAir) -> Iterator[tuple[str, str]]:
+    """(key, node) of all that names a node."""
+    for name, chamber in orthosis.chamber.items():
+        yield f"chamber.{name}.feed", chamber.feed
+        yield f"chamber.{name}.exhaust", chamber.exhaust
+    for name, each in orthosis.restriction.items():
+        yield f"restriction.{name}.upstream", each.upstream
+        yield f"restriction.{name}.downstream", each.downstream
+
+
+def _check_ends(orthosis: HasAir) -> None:
+    """Ends that lead air where it cannot be wanted."""
+    for name, chamber in orthosis.chamber.items():
+        for key, node, wrong, why in (
+            ("feed", chamber.feed, AMBIENT, "is the ambient air, which fills nothing"),
+            ("exhaust", chamber.exhaust, SUPPLY, "is the supply, which takes no air back"),
+        ):
+            if node == wrong:
+                others = [SUPPLY if key == "feed" else AMBIENT, "a volume", "another chamber"]
+                raise refusal(why, ", ".join(others), f"chamber.{name}.{key}")
+            if node == name:
+                problem = "is the chamber itself: its valve would lead nowhere"
+                raise refusal(problem, "another node", f"chamber.{name}.{key}")
+    for name, each in orthosis.restriction.items():
+        ends, key = {each.upstream, each.downstream}, f"restriction.{name}"
+        if ends == {SUPPLY, AMBIENT} and each.kind != "leak":
+            problem = "leads from the supply straight to the ambient air: it would blow off all the time"
+            raise refusal(problem, 'a volume between, or the kind "leak"', key)
+        if each.kind in ONE_WAY and each.downstream == SUPPLY:
+            raise refusal("is the supply, which takes no air back", "another node", f"{key}.downstream")
+        if each.kind in ("regulator", "quick_exhaust") and each.upstream == AMBIENT:
+            raise refusal("is the ambient air, which fills nothing", "another node", f"{key}.upstream")
+
+
+def _check_touched(orthosis: HasAir, found: list[Way]) -> None:
+    """Volumes that no chamber hangs on."""
+    near = {name: {name} for name in (*orthosis.chamber, *orthosis.volume)}
+    for way in found:
+        if way.origin in near and way.end in near and near[way.origin] is not near[way.end]:
+            merged = near[way.origin] | near[way.end]
+            near |= dict.fromkeys(merged, merged)
+    touched = {node for way in found for node in (way.origin, way.end)}
+    for name in orthosis.volume:
+        if name not in touched:
+            problem = "touches nothing: no chamber and no restriction names it"
+            raise refusal(problem, "a chamber's feed or exhaust, or a restriction", f"volume.{name}")
+        if not near[name] & set(orthosis.chamber):
+            problem = "hangs on no chamber: no muscle would feel it"
+            raise refusal(problem, "a chamber's feed or exhaust, or a restriction to it", f"volume.{name}")
+
+
+def _check_ways_in(orthosis: HasAir, found: list[Way]) -> None:
+    filled = [name for name, each in orthosis.volume.items() if each.start_pressure]
+    into = reached([SUPPLY, *filled], found)
+    for kind, table in (("chamber", orthosis.chamber), ("volume", orthosis.volume)):
+        for name in table:
+            if name in into:
+                continue
+            against = _against(name, orthosis, into)
+            problem = "no air comes into it: nothing leads from the supply to it"
+            if against:
+                problem = f"no air comes into it: {against!r} lets air out of it only"
+            if kind == "chamber":
+                mend = "a feed that the supply's air comes to, or that has a start_pressure"
+                raise refusal(problem, mend, f"chamber.{name}.feed")
+            mend = "a restriction from the supply, or a start_pressure"
+            raise refusal(problem, mend, f"volume.{name}")
+
+
+def _against(name: str, orthosis: HasAir, into: dict[str, list[Way]]) -> str:
+    """A one-way restriction that leads from a node to one that air comes to: it may stand backwards."""
+    return next(
+        (
+            key
+            for key, each in orthosis.restriction.items()
+            if each.kind in ONE_WAY and each.upstream == name and each.downstream in into
+        ),
+        "",
+    )
+
+
+def _check_ways_out(orthosis: HasAir, found: list[Way]) -> None:
+    out = reached([AMBIENT], found, back=True)
+    for name, chamber in orthosis.chamber.items():
+        if name not in out:
+            problem = f"no air leaves the chamber: nothing leads from {chamber.exhaust!r} to the ambient air"
+            mend = "ambient, or a volume that another chamber is fed from or that a restriction vents"
+            raise refusal(problem, mend, f"chamber.{name}.exhaust")
+
+
+def _check_regulators(orthosis: HasAir, found: list[Way]) -> None:
+    regulators = {name: each for name, each in orthosis.restriction.items() if each.regulator is not None}
+    for name, each in regulators.items():
+        assert each.regulator is not None and each.pressure is not None
+        low, high = each.regulator.set_range
+        if not low <= each.pressure <= high:
+            told = f"{amount(low, 'Pa', 4)} to {amount(high, 'Pa', 4)}, as of this regulator"
+            raise refusal("cannot be set on this regulator", told, f"restriction.{name}.pressure")
+        _check_by_passes(f"restriction.{name}", each, found)
+    _check_settings(regulators, found)
+
+
+def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None:
+    """Its own air must not come before it again, nor what is before it behind it."""
+    others = [way for way in found if way.key != key and way.kind in (*ALWAYS_OPEN, "check_valve")]
+    around = reached([regulator.upstream], others).get(regulator.downstream)
+    if around:
+        problem = (
+            f"is by-passed: air comes from {regulator.upstream!r} to what it holds through {_told(around)}"
+        )
+        raise refusal(problem, "a valve between, or no such way", key)
+    others += [way for way in found if way.key != key and way.kind == "regulator"]
+    back = reached([regulator.downstream], others).get(regulator.upstream)
+    if back:
+        problem = f"is fed from what it feeds, through {_told(back)}"
+        raise refusal(problem, "another node, or a valve between", f"{key}.upstream")
+
+
+def _told(through: list[Way]) -> str:
+    return ", ".join(way.key.partition(".")[2] for way in through)
+
+
+def _check_settings(regulators: dict[str, Restriction], found: list[Way]) -> None:
+    """Regulators that hold the same air must hold it at the same pressure."""
+    open_ways = [way for way in found if way.kind in ALWAYS_OPEN]
+    holds: dict[str, str] = {}
+    for name, each in regulators.items():
+        for node in reached([each.downstream], open_ways):
+            if node in (SUPPLY, AMBIENT):
+                continue
+            other = holds.setdefault(node, name)
+            setting = regulators[other].pressure
+            if setting is not None and setting != each.pressure:
+                problem = f"conflicts with {other!r}, which holds the same air at {amount(setting, 'Pa', 4)}"
+                mend = "the same pressure, or a valve or check valve between them"
+                raise refusal(problem, mend, f"restriction.{name}.pressure")

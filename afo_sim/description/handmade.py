@@ -1,0 +1,275 @@
+"""Hand-made braids: a muscle's numbers from bore, braid angle and length, and what the ideal braid does."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    STANDARD_DENSITY,
+    parse_quantity,
+)
+from afo_sim.description.muscle import Muscle
+from afo_sim.physics.law import Braid
+
+# argument: (unit, text of its range, lowest, highest, whether the lowest itself is allowed)
+RANGES: dict[str, tuple[str, str, float, float, bool]] = {
+    "bore": ("m", "above 0 mm, to 200 mm", 0.0, 0.2, False),
+    "braid_angle": ("rad", "5 deg to 49.9 deg", math.radians(5.01), math.radians(49.95), True),
+    "length": ("m", "above 0 cm, to 1000 cm", 0.0, 10.0, False),
+    "end_length": ("m", "at least 0 cm, and less than the length", 0.0, 2.0, True),
+    "wall_thickness": ("m", "0 mm to 5 mm", 0.0, 5e-3, True),
+}
+NEEDED = ("bore", "braid_angle", "length")
+NEUTRAL = math.acos(1.0 / math.sqrt(3.0))  # 54.74°: such a braid encloses the most volume, and does not pull
+PRESSURE = 4e5  # assumed limit of a clamped silicone tube, gauge [Pa]
+STRONGEST = 15e3  # force at that pressure of a braid that is still taken for a hand-made one [N]
+S1 = Braid(1.0, 5.75e-3, math.radians(22.0))  # the muscle whose bladder, damping and braid are scaled
+S1_BLADDER = (136.0, 153.0)  # its F0 and K_b [N], fitted to S1's tables I and II, see models/muscles/s1_215mm
+YOURS = ("user", "given to afo-sim new")
+
+
+def muscle_values(
+    given: Mapping[str, str], base: Mapping[str, Any], *, told: tuple[str, str] = YOURS
+) -> dict[str, Any]:
+    """Table of a hand-made muscle, as a TOML file holds it; each number says where it comes from.
+
+    The law is the geometric one (Chou & Hannaford 1996) with its wall term; the sets of two others stand
+    beside it, with an end correction and with a rubber bladder.
+
+    Parameters
+    ----------
+    given : "bore", "braid_angle" and "length" (between the ends), with unit; "end_length", which does not
+        contract (twice the bore by default), and "wall_thickness" of braid and bladder (none by default)
+    base : table of a muscle, whose frictions are taken as assumptions
+    told : kind and source of what is given
+
+    Raises
+    ------
+    InputError
+        A quantity is missing, out of range, or no braid is left between the ends.
+    """
+    q = _read(given)
+    bore, end, total = q["bore"], q["end_length"], q["length"]
+    braid = Braid(total - end, bore / 2.0, q["braid_angle"])
+    area = (bore / 2.0 / S1.nominal_radius) ** 2  # relative to S1's muscle
+    most = maximum_contraction(braid.braid_angle)
+    scaled = "s1_215mm's, fitted to S1's tables I and II, scaled by"
+
+    def own(key: str, unit: str, otherwise: str) -> dict[str, str]:
+        if key in given:
+            return _marked(given[key], *told)
+        return _marked(f"{_number(q[key], unit)}", "assumed", otherwise)
+
+    pressure_range = ["1 bar", f"{PRESSURE * 1e-5:g} bar"]
+    ranges = {"contraction_range": [0.0, round(most, 4)]}
+    straight = {"pressure_range": pressure_range, **ranges}
+    cylinder = _marked(1.0, "assumed", "cylinder; tapered ends 1.25 to 1.35, from memory, not verified")
+    return {
+        "grade": "D",
+        "law": "chou_hannaford_1996",
+        "total_length": own("length", "m", ""),
+        "end_length": own("end_length", "mm", "one bore of clamp and taper at each end"),
+        "bore": own("bore", "mm", ""),
+        "braid_angle": own("braid_angle", "deg", ""),
+        "damping": _marked(
+            f"{2e-4 * area:.3g} m^2*s", "assumed", "s1_215mm's assumed value, by the area of the bore"
+        ),
+        "braid_stiffness": _marked(
+            f"{20.0 * bore / 11.5e-3:.3g} kN",
+            "assumed",
+            "s1_215mm's assumed 20 kN, by the bore: as many more threads",
+        ),
+        "return_stiffness": _marked(
+            "20 N", "assumed", "assumed: brings a muscle without air back to its nominal length"
+        ),
+        "dead_volume": _marked(
+            f"{max(1e6 * math.pi * bore**2 / 4.0 * end, 0.1):.3g} ml", "derived", "bore of the end length"
+        ),
+        "mass": _marked(
+            f"{7.5e3 * bore * total + 4e5 * bore**2:.3g} g",
+            "assumed",
+            "tube and braid of 75 g/m and two clamps of 20 g at a bore of 10 mm; weigh your own",
+        ),
+        "laws": {
+            "chou_hannaford_1996": {
+                "wall_thickness": own("wall_thickness", "mm", "a thin wall; measure braid and bladder"),
+                **straight,
+            },
+            "tondu_lopez_2000": {"k": cylinder, **straight},
+            "tondu_lopez_2000_bladder": {
+                "k": cylinder,
+                "bladder_force": _marked(
+                    f"{S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(S1, 1.0):.4g} N",
+                    "assumed",
+                    f"{scaled} the braid's force: about 1.2 bar",
+                ),
+                "bladder_stiffness": _marked(
+                    f"{S1_BLADDER[1] * area:.4g} N", "assumed", f"{scaled} the area of the bore"
+                ),
+                "pressure_range": ["1.2 bar", pressure_range[1]],
+                **ranges,
+            },
+        },
+        "frictions": {
+            name: {key: {**entry, "kind": "assumed"} for key, entry in table.items()}
+            for name, table in base["frictions"].items()
+        },
+        "limits": {
+            "pressure": _marked(pressure_range[1], "assumed", "clamped silicone tube, as S1's"),
+            "force": _marked(
+                f"{blocked_force(braid, PRESSURE):.4g} N",
+                "derived",
+                "the ideal braid's at the highest pressure and no contraction; clamps may bear less",
+            ),
+            "contraction_min": _marked(
+                -min(0.03, math.floor(-500.0 * braid.lock) * 1e-3),
+                "assumed",
+                "3 %, or half way to the lock",
+            ),
+            "contraction_max": _marked(
+                round(most, 4), "derived", "1 − 1/(√3 cos α0), where the ideal braid's force ends"
+            ),
+        },
+    }
+
+
+def maximum_contraction(braid_angle: float) -> float:
+    """Contraction ratio at which an ideal braid's force ends: κ = 1 − 1/(√3 cos α0) [-], α0 in [rad].
+
+    Source: Chou & Hannaford 1996, F = 0 at cos²α = 1/3.
+    """
+    return 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(braid_angle))
+
+
+def blocked_force(braid: Braid, pressure: float) -> float:
+    """Force of an ideal braid at no contraction [N]: π r0² p (3/tan²α0 − 1/sin²α0), p gauge [Pa].
+
+    Source: Chou & Hannaford 1996; Tondu & Lopez 2000.
+    """
+    return math.pi * braid.nominal_radius**2 * pressure * (3.0 * (braid.b - 1.0) - braid.b)
+
+
+@dataclass(frozen=True)
+class BraidFacts:
+    """What the ideal braid of a muscle does at a gauge pressure."""
+
+    pressure: float
+    """Gauge pressure [Pa]."""
+    maximum_contraction: float
+    """Contraction ratio at which the force ends [-]."""
+    blocked_force: float
+    """Force at no contraction [N]."""
+    volume: tuple[float, float]
+    """Volume of air at no and at the maximum contraction, with the dead volume [m³]."""
+    free_air: float
+    """Air of one filling from ambient pressure, while the muscle shortens all it can [m³ ANR]."""
+
+    @classmethod
+    def of(cls, muscle: Muscle, pressure: float | None = None) -> "BraidFacts":
+        """Facts at a gauge pressure [Pa], by default the muscle's limit.
+
+        Filled slowly, the air has the ambient temperature T: m = [(p + p_a) V1 − p_a V0]/(R T). Litres ANR
+        are m over the density of ISO 8778.
+        """
+        gauge = muscle.limits.pressure if pressure is None else pressure
+        most = maximum_contraction(muscle.braid_angle)
+        rest, filled = (float(muscle.volume(contraction=kappa)) for kappa in (0.0, most))
+        mass = (gauge + AMBIENT_PRESSURE) * filled - AMBIENT_PRESSURE * rest
+        mass /= GAS_CONSTANT * AMBIENT_TEMPERATURE
+        force = blocked_force(muscle.braid, gauge)
+        return cls(gauge, most, force, (rest, filled), mass / STANDARD_DENSITY)
+
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Each fact with its name, as text."""
+        bar = f"at {self.pressure * 1e-5:.4g} bar"
+        yield "ideal braid, contraction at most", f"{100.0 * self.maximum_contraction:.3g} %"
+        yield f"ideal braid, force {bar} and no contraction", f"{self.blocked_force:.4g} N"
+        yield (
+            "air volume at rest, and at most contraction",
+            f"{1e6 * self.volume[0]:.4g} ml, {1e6 * self.volume[1]:.4g} ml",
+        )
+        yield f"air of one filling {bar}", f"{1e3 * self.free_air:.3g} l (ANR)"
+
+
+def told_facts(muscle: Muscle) -> list[tuple[str, str]]:
+    """Facts of a new hand-made braid at its highest pressure, and what a rubber bladder leaves of them."""
+    facts = BraidFacts.of(muscle)
+    wall = muscle.law_set.parameters.get("wall_thickness", 0.0)
+    walled = f"{float(muscle.force(facts.pressure, contraction=0.0)):.4g} N at no contraction"
+    rubber = muscle.using(law="tondu_lopez_2000_bladder")
+    force = float(rubber.force(facts.pressure, contraction=0.0))
+    contraction = float(rubber.contraction(facts.pressure, force=0.0))
+    left = f"{force:.4g} N, contraction at most {100.0 * contraction:.3g} %"
+    thick = [(f"with the wall of {1e3 * wall:g} mm", walled)] if wall else []
+    return [*facts.rows(), *thick, ("with a rubber bladder like S1's (law tondu_lopez_2000_bladder)", left)]
+
+
+def _read(given: Mapping[str, str]) -> dict[str, float]:
+    """The given quantities in SI, each within its range, and those that are assumed."""
+    for name in given:
+        if name not in RANGES:
+            allowed = ", ".join(RANGES)
+            raise InputError(
+                "is unknown", field=name, allowed=allowed, nearest=nearest_name(name, RANGES) or ""
+            )
+    for name in NEEDED:
+        if name not in given:
+            needs = "a braid needs `bore`, `braid_angle` and `length`"
+            raise InputError("is missing", field=name, allowed=f"{RANGES[name][1]}; {needs}")
+    q = {name: _quantity(name, text) for name, text in given.items()}
+    q.setdefault("end_length", 2.0 * q["bore"])
+    q.setdefault("wall_thickness", 0.0)
+    active, longer = q["length"] - q["end_length"], f"more than {1e3 * (q['bore'] + q['end_length']):g} mm"
+    if active <= 0.0:
+        raise InputError(
+            f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all",
+            field="length",
+            value=given["length"],
+            allowed=longer,
+        )
+    if active <= q["bore"]:
+        raise InputError(
+            f"leaves {1e3 * active:g} mm of braid, no longer than the bore of {1e3 * q['bore']:g} mm: "
+            "the law is a long cylinder's",
+            field="length",
+            value=given["length"],
+            allowed=longer,
+        )
+    strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), PRESSURE)
+    if strength > STRONGEST:
+        raise InputError(
+            f"would pull with {1e-3 * strength:.3g} kN at {1e-5 * PRESSURE:g} bar: no clamps made by hand "
+            "hold that",
+            field="bore",
+            value=given["bore"],
+            allowed=f"up to {1e-3 * STRONGEST:g} kN: a smaller bore or a larger braid angle",
+        )
+    return q
+
+
+def _quantity(name: str, text: str) -> float:
+    unit, allowed, low, high, closed = RANGES[name]
+    try:
+        number = parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=name, value=text, allowed=allowed) from None
+    if name == "braid_angle" and number >= NEUTRAL:
+        problem = f"a braid of {math.degrees(NEUTRAL):.1f} deg or more does not shorten when it is filled"
+        raise InputError(problem, field=name, value=text, allowed=allowed)
+    if not (low <= number if closed else low < number) or not number <= high:
+        raise InputError("is out of range", field=name, value=text, allowed=allowed)
+    return number
+
+
+def _marked(value: Any, kind: str, source: str) -> dict[str, Any]:
+    return {"value": value, "kind": kind, "source": source}
+
+
+def _number(value: float, unit: str) -> str:
+    """An SI length in m or mm."""
+    return f"{value * (1e3 if unit == 'mm' else 1.0):.6g} {unit}"

@@ -1,0 +1,102 @@
+"""Muscles of one type at any length: the lengths that are made, and what follows from the length."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Self
+
+from pydantic import model_validator
+
+from afo_sim.description.quantity import Described, Quantity, refusal, told_of
+
+BraidLength = Annotated[float, Quantity("m", above=0.0, at_most=10.0)]
+
+
+class LengthForce(Described):
+    """Effect of a muscle's length on its force: F ∝ atan(slope (L0 − offset)), up to the reference length.
+
+    A muscle longer than the reference is not made stronger than its law: the maker's curve of the 10 mm
+    muscle lies above every measurement already. On 185 torques of muscles of 41 to 49 cm on a printed knee
+    (B. Bolen, see models/muscles/dmsp_10) it misses by 4.2 N·m RMS as it is, and by 5.2 N·m with the factor.
+    Valid within the lengths at which it was measured. Source of the form: Bolen, Elzein, Pang & Hunt 2026,
+    Actuators, accepted manuscript, F620(L0).
+    """
+
+    slope: Annotated[float, Quantity("m^-1", above=0.0, at_most=1e4)]
+    """Slope of the arctangent's argument by nominal length."""
+    offset: Annotated[float, Quantity("m", at_least=0.0, at_most=0.5)]
+    """Nominal length at which no force would be left."""
+    shortest: BraidLength
+    """Shortest nominal length at which the effect was measured."""
+    longest: BraidLength
+    """Longest nominal length at which the effect was measured."""
+
+    @model_validator(mode="after")
+    def _was_measured(self) -> Self:
+        if not self.offset < self.shortest < self.longest:
+            allowed = f"above the offset and below the longest, {100.0 * self.longest:g} cm"
+            raise refusal("was not measured over a range of lengths", allowed, "shortest")
+        return self
+
+    def factor(self, length: float, reference: float) -> float:
+        """Force at a nominal length [m] over that at a reference length [m], at equal κ and pressure [-].
+
+        min(1, atan(slope (L0 − offset))/atan(slope (L_ref − offset))); 1 from the reference length on.
+        """
+        own, at_reference = (math.atan(self.slope * (each - self.offset)) for each in (length, reference))
+        return min(1.0, own / at_reference)
+
+
+class Lengths(Described):
+    """What follows from a muscle's length where the type is sold by the metre."""
+
+    reference: BraidLength
+    """Nominal length, the braid between the fittings, that laws and mass belong to."""
+    shortest: BraidLength
+    """Shortest nominal length that is made."""
+    longest: BraidLength
+    """Longest nominal length that is made."""
+    mass_per_length: Annotated[float, Quantity("kg/m", at_least=0.0, at_most=20.0)]
+    """Mass of the braid per nominal length; the rest of the mass are the fittings."""
+    force: LengthForce | None = None
+    """Effect of the length on the force; without it the force depends on the contraction ratio alone."""
+
+    @model_validator(mode="after")
+    def _range_rises(self) -> Self:
+        if not self.shortest <= self.reference <= self.longest:
+            allowed = f"{amounts(self.shortest)} to {amounts(self.longest)}"
+            raise refusal("is outside of the lengths that are made", allowed, "reference")
+        if self.force is not None and self.force.offset >= self.reference:
+            raise refusal("no force is left at the reference length", "", "force.offset")
+        return self
+
+    def problems(self, length: float) -> Iterator[str]:
+        """Reasons why a nominal length [m] cannot be bought."""
+        for key, word, beyond in (
+            ("shortest", "shorter", length < self.shortest),
+            ("longest", "longer", length > self.longest),
+        ):
+            if beyond:
+                yield (
+                    f"a braid of {amounts(length)} is {word} than any that is made, "
+                    f"{amounts(getattr(self, key))}{told_of(self, key)}"
+                )
+
+    def factor(self, length: float) -> float:
+        """Force at a nominal length [m] over that at the reference length [-]."""
+        return 1.0 if self.force is None else self.force.factor(length, self.reference)
+
+    def unmeasured(self, length: float) -> str:
+        """Warning of a nominal length [m] at which the force was not measured; "" without one."""
+        force = self.force
+        if force is None or force.shortest <= length <= force.longest:
+            return ""
+        return (
+            f"a braid of {amounts(length)} is outside the {amounts(force.shortest)} to "
+            f"{amounts(force.longest)} at which the effect of length on force was measured"
+            f"{told_of(force, 'slope')}"
+        )
+
+
+def amounts(length: float) -> str:
+    """A length in the unit of catalogues."""
+    return f"{1e3 * length:.6g} mm"

@@ -1,0 +1,201 @@
+"""Hand-made braids from bore, angle and length: the geometry's closed forms, what is refused, first runs."""
+
+import math
+import pathlib
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from command import call
+
+import afo_sim as afo
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.description.handmade import BraidFacts, blocked_force, maximum_contraction, muscle_values
+from afo_sim.description.new import new
+from afo_sim.description.reader import load
+
+GIVEN = {"bore": "10 mm", "braid_angle": "22 deg", "length": "20 cm"}
+R0, LENGTH, P = 5e-3, 0.18, 4e5  # of the braid between two ends of a bore each
+
+
+@pytest.mark.parametrize("degrees", [10.0, 22.0, 35.0, 48.0])
+def test_law_meets_the_closed_forms_of_the_braid(degrees: float, tmp_path: pathlib.Path) -> None:
+    """F(0) = π r0² p (3/tan²α0 − 1/sin²α0); F = 0 at cos α = 1/√3; the threads lock at cos α = 1."""
+    muscle = load("muscle", new("muscle", "mine", tmp_path, braid=GIVEN | {"braid_angle": f"{degrees} deg"}))
+    alpha = math.radians(degrees)
+    assert muscle.nominal_length == pytest.approx(LENGTH)
+    expected = math.pi * R0**2 * P * (3.0 / math.tan(alpha) ** 2 - 1.0 / math.sin(alpha) ** 2)
+    assert muscle.force(P, contraction=0.0) == pytest.approx(expected, rel=1e-9)
+    assert blocked_force(muscle.braid, P) == pytest.approx(expected, rel=1e-12)
+    most = maximum_contraction(alpha)
+    assert math.cos(alpha) * (1.0 - most) == pytest.approx(1.0 / math.sqrt(3.0), rel=1e-12)
+    assert muscle.contraction(P, force=0.0) == pytest.approx(most, abs=1e-6)
+    assert math.cos(alpha) * (1.0 - muscle.braid.lock) == pytest.approx(1.0, rel=1e-12)
+    assert muscle.braid.lock < muscle.limits.contraction_min < 0.0
+    assert muscle.limits.force == pytest.approx(expected, rel=1e-3)
+    assert muscle.limits.contraction_max == pytest.approx(most, abs=1e-4)
+
+
+def test_force_is_the_work_of_the_volume() -> None:
+    """Without friction and with threads that do not stretch, F dL = −p dV."""
+    muscle = load("muscle", "handmade_10mm")
+    for kappa in (0.02, 0.1, 0.25, 0.35):
+        h = 1e-5
+        grown = muscle.volume(contraction=kappa + h) - muscle.volume(contraction=kappa - h)
+        work = P * grown / (2.0 * h * LENGTH)
+        assert muscle.force(P, contraction=kappa) == pytest.approx(work, rel=1e-6)
+
+
+def test_facts_of_one_filling() -> None:
+    """Volumes of two cylinders with the threads' length; isothermal air from ambient to 4 bar gauge."""
+    facts = BraidFacts.of(load("muscle", "handmade_10mm"))
+    alpha, neutral = math.radians(22.0), math.acos(1.0 / math.sqrt(3.0))
+    thread = LENGTH / math.cos(alpha)
+
+    def cylinder(angle: float) -> float:
+        radius = R0 * math.sin(angle) / math.sin(alpha)
+        return math.pi * radius**2 * thread * math.cos(angle) + 1.57e-6
+
+    assert facts.volume == pytest.approx((cylinder(alpha), cylinder(neutral)), rel=1e-9)
+    mass = (501_325.0 * cylinder(neutral) - 101_325.0 * cylinder(alpha)) / (287.05 * 293.15)
+    assert facts.free_air == pytest.approx(mass / 1.185, rel=1e-9)
+
+
+def test_wall_takes_force_and_the_bladder_more(tmp_path: pathlib.Path) -> None:
+    """Wall term of Chou & Hannaford at no contraction: π p [D90 t (2 s − 1/s) − t²]."""
+    thick = load("muscle", new("muscle", "thick", tmp_path, braid=GIVEN | {"wall_thickness": "1 mm"}))
+    thin = load("muscle", "handmade_10mm")
+    s = math.sin(math.radians(22.0))
+    term = math.pi * P * (2.0 * R0 / s * 1e-3 * (2.0 * s - 1.0 / s) - 1e-6)
+    assert term < 0.0
+    loss = thick.force(P, contraction=0.0) - thin.force(P, contraction=0.0)
+    assert loss == pytest.approx(term, rel=1e-9)
+    rubber = thin.using(law="tondu_lopez_2000_bladder")
+    assert rubber.force(P, contraction=0.1) < thin.using(law="tondu_lopez_2000").force(P, contraction=0.1)
+
+
+def test_bladder_of_s1s_bore_and_angle_is_s1s() -> None:
+    given = {"bore": "11.5 mm", "braid_angle": "22 deg", "length": "21.5 cm", "end_length": "5.19 cm"}
+    table = muscle_values(given, _base())["laws"]["tondu_lopez_2000_bladder"]
+    shipped = load("muscle", "s1_215mm").law_set.parameters
+    for name in ("bladder_force", "bladder_stiffness"):
+        assert float(table[name]["value"].split()[0]) == pytest.approx(shipped[name], rel=1e-3)
+
+
+def test_every_number_says_whether_it_is_yours(tmp_path: pathlib.Path) -> None:
+    muscle = load("muscle", new("muscle", "mine", tmp_path, braid=GIVEN))
+    kinds = {name: told.kind for name, told in muscle.provenance.items()}
+    assert {name for name, kind in kinds.items() if kind == "user"} == {"total_length", "bore", "braid_angle"}
+    parts = [muscle, muscle.limits, *muscle.laws.values(), *muscle.frictions.values()]
+    found = {told.kind for part in parts for told in part.provenance.values()}
+    assert found == {"user", "assumed", "derived"}
+    assert "lengths" in new("muscle", "other", tmp_path, braid=GIVEN).read_text()  # shown as a comment
+
+
+def test_shipped_template_is_what_the_template_writes(tmp_path: pathlib.Path) -> None:
+    own = load("muscle", new("muscle", "mine", tmp_path, braid=GIVEN)).model_dump()
+    shipped = load("muscle", "handmade_10mm").model_dump()
+    different = {key for key in own if own[key] != shipped[key]}
+    assert different <= {"name", "description", "provenance", "laws"}
+    assert _parameters(own) == _parameters(shipped)
+
+
+def _parameters(table: dict[str, Any]) -> Any:
+    return {name: {k: v for k, v in law.items() if k != "provenance"} for name, law in table["laws"].items()}
+
+
+def _base() -> dict[str, Any]:
+    return assets.read_toml(assets.find("muscle", "s1_215mm"))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"bore": "0 mm"}, r"bore = '0 mm': is out of range; allowed: above 0 mm, to 200 mm"),
+        ({"bore": "-5 mm"}, r"bore .* is out of range"),
+        ({"bore": "3 bar"}, r"bore = '3 bar'"),
+        (
+            {"braid_angle": "54.8 deg"},
+            r"54\.7 deg or more does not shorten .*; allowed: 5 deg",
+        ),
+        ({"braid_angle": "52 deg"}, r"braid_angle .* out of range; allowed: 5 deg to 49\.9 deg"),
+        ({"braid_angle": "2 deg"}, r"braid_angle .* out of range"),
+        ({"braid_angle": "22"}, r"has no unit"),
+        ({"length": "-3 cm"}, r"length .* out of range"),
+        ({"length": "2 cm"}, r"no braid is left between the ends, 20 mm in all; allowed: more than 30 mm"),
+        ({"length": "2.5 cm"}, r"leaves 5 mm of braid, no longer than the bore of 10 mm"),
+        ({"bore": "9 cm"}, r"leaves 20 mm of braid, no longer than the bore of 90 mm"),
+        ({"bore": "80 mm", "length": "60 cm"}, r"would pull with 22\.6 kN at 4 bar.*allowed: up to 15 kN"),
+        ({"end_length": "30 cm"}, r"no braid is left between the ends, 300 mm in all"),
+        ({"wall_thickness": "1 cm"}, r"wall_thickness .* allowed: 0 mm to 5 mm"),
+        ({"bor": "1 cm"}, r"bor: is unknown; .* did you mean 'bore'"),
+    ],
+)
+def test_bad_braids_are_refused_and_leave_nothing(
+    change: dict[str, str], says: str, tmp_path: pathlib.Path
+) -> None:
+    with pytest.raises(InputError, match=says):
+        new("muscle", "mine", tmp_path, braid=GIVEN | change)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("missing", GIVEN)
+def test_a_braid_needs_all_three(missing: str, tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match=f"{missing}: is missing; .*a braid needs `bore`"):
+        new("muscle", "mine", tmp_path, braid={k: v for k, v in GIVEN.items() if k != missing})
+
+
+@pytest.mark.parametrize(
+    ("degrees", "bore"), [(5.1, 1.0), (49.8, 1.0), (22.0, 60.0), (30.0, 3.0), (49.0, 190.0)]
+)
+def test_extreme_braids_load(degrees: float, bore: float, tmp_path: pathlib.Path) -> None:
+    """Whatever the template accepts, the description accepts too."""
+    braid = {"bore": f"{bore} mm", "braid_angle": f"{degrees} deg", "length": "60 cm"}
+    muscle = load("muscle", new("muscle", "mine", tmp_path, braid=braid))
+    for law in muscle.laws:
+        assert np.isfinite(muscle.using(law=law).force("4 bar", contraction=[0.0, 0.1])).all()
+
+
+# --- the command, and first runs
+
+
+def test_command_writes_tells_and_runs(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    braid = ("--bore", "10 mm", "--braid-angle", "22 deg", "--length", "20 cm")
+    code, printed, complaint = call(capsys, "new", "muscle", "mine", *braid)
+    assert code == 0, complaint
+    assert "contraction at most: 37.7 %" in printed and "353.5 N" in printed and "l (ANR)" in printed
+    assert re.search(r"rubber bladder like S1's .*: 250\.7 N, contraction at most 21\.9 %", printed)
+    sets = {"orthosis.muscle.dorsiflexor.type": "mine", "orthosis.muscle.dorsiflexor.link_length": "12 cm"}
+    run = afo.run("seated", sets | {"duration": "1 s"})
+    assert run.ok and run["muscle/dorsiflexor_1/force"].max() > 20.0
+    code, _, complaint = call(
+        capsys, "new", "muscle", "bad", *braid[:2], "--braid-angle", "60 deg", *braid[4:]
+    )
+    assert code != 0 and "--braid-angle = '60 deg'" in complaint
+    for arguments, says in (
+        (("valve", "v", "--bore", "3 mm"), "does not go with a new valve"),
+        (("muscle", "v", "--like", "dmsp_10", *braid), "does not go with --like"),
+    ):
+        code, _, complaint = call(capsys, "new", *arguments)
+        assert code != 0 and says in complaint
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_template_pulls_on_the_stand_as_its_law() -> None:
+    test = afo.stand("isobaric", "handmade_10mm", pressure=["3 bar"])
+    force = test.trials[0].curves[0]["force"]
+    assert float(np.max(force)) == pytest.approx(0.75 * 353.5, rel=0.01)
+
+
+def test_length_of_the_template_is_one_number() -> None:
+    """A longer braid pulls alike and shortens by more."""
+    longer = load("muscle", "handmade_10mm", {"total_length": "38 cm"})
+    assert longer.nominal_length == pytest.approx(0.36)
+    assert longer.force(P, contraction=0.1) == pytest.approx(
+        load("muscle", "handmade_10mm").force(P, contraction=0.1), rel=1e-12
+    )
