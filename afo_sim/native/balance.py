@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from afo_sim.common.units import HEAT_CAPACITY_RATIO
 from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, stretch
 from afo_sim.native.slots import (
+    AIR_HEAT_CAPACITY_RATIO,
     ANCHOR_DAMPING,
     ANCHOR_FORCE,
     ANCHOR_LENGTH,
@@ -110,8 +110,9 @@ def pressure_of(m: Any, d: Any, chamber: int, volume: float, rest: bool) -> tupl
     adr = m.actuator_actadr[chamber]
     if rest:
         return d.act[adr + LAST_PRESSURE], 0.0
-    pressure = chamber_pressure(d.act[adr + SIGMA], volume)
-    return pressure, HEAT_CAPACITY_RATIO * pressure / volume
+    gamma = m.actuator_user[m.nuser_actuator * chamber + AIR_HEAT_CAPACITY_RATIO]
+    pressure = chamber_pressure(d.act[adr + SIGMA], volume, gamma)
+    return pressure, gamma * pressure / volume
 
 
 @register_jitable

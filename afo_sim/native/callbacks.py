@@ -41,7 +41,7 @@ Three numerical matters:
 from collections.abc import Callable
 from typing import Any
 
-from afo_sim.native.air import chamber_dyn, valve_dyn
+from afo_sim.native.air_step import air_dyn, compressor_dyn
 from afo_sim.native.complaints import FINE, NO_NUMBER
 from afo_sim.native.driving import drive_dyn
 from afo_sim.native.guides import behind_guides
@@ -55,8 +55,11 @@ from afo_sim.native.slots import (
     KIND_NETWORK,
     KIND_PAD,
     KIND_PASSIVE,
+    KIND_RESTRICTION,
     KIND_SPASTIC,
+    KIND_STORE,
     KIND_VALVE,
+    KIND_VOLUME,
     MUSCLE_LEADER,
     MUSCLE_USERDATA,
     MUSCLE_WRAP_FRICTION,
@@ -67,6 +70,7 @@ from afo_sim.native.slots import (
     SPASTIC_GAIN,
 )
 from afo_sim.native.state import TENSION
+from afo_sim.native.valve import valve_dyn
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 
 
@@ -108,8 +112,10 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             complaint, actuator = network_dyn(m, d, i, j)
             if complaint != FINE:
                 fail(complaint, actuator)
-        elif kind == KIND_CHAMBER:
-            chamber_dyn(m, d, i, j)
+        elif kind in (KIND_CHAMBER, KIND_VOLUME, KIND_STORE):
+            air_dyn(m, d, j)
+        elif kind == KIND_RESTRICTION:
+            compressor_dyn(m, d, i, j)
         elif kind == KIND_DRIVE:
             complaint = drive_dyn(m, d, i, j)
             if complaint != FINE:

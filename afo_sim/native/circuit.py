@@ -14,18 +14,31 @@ from typing import Any, Protocol
 
 import mujoco
 
+from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.native.air_circuit import (
+    AMBIENT_NAME,
+    SUPPLY_NAME,
+    CircuitRestriction,
+    CircuitStore,
+    CircuitVolume,
+)
 from afo_sim.native.slots import N_USER, RIGID
 from afo_sim.native.state import (
     ANCHOR_DATA,
     ANCHOR_STATES,
     CHAMBER_DATA,
     CHAMBER_STATES,
+    COMPRESSOR_STATES,
     DRIVE_DATA,
     DRIVE_STATES,
+    EDGE_DATA,
     LEADER_DATA,
     LEADER_STATES,
     VALVE_STATES,
+    VOLUME_DATA,
+    VOLUME_STATES,
 )
+from afo_sim.physics.air_path import COMPRESSOR
 from afo_sim.physics.friction import FRICTIONS
 
 SIDES = ("inlet", "outlet")
@@ -44,12 +57,17 @@ class ValveParameters(Protocol):
 
 @dataclass(frozen=True)
 class CircuitValve:
-    """A solenoid valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s]."""
+    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
+
+    bandwidth, dead_band : of a proportional valve [Hz], [-]
+    """
 
     conductance: float
     critical_ratio: float
     opening_delay: float = 0.0
     closing_delay: float = 0.0
+    bandwidth: float = 0.0
+    dead_band: float = 0.0
 
     @property
     def row(self) -> Mapping[str, Any]:
@@ -122,6 +140,9 @@ class CircuitChamber:
     tube_volume : between valves and muscles [m³]
     wall_conductance : heat to the wall [W/K]
     drive : what makes coils of a pressure that is asked for; none where coils are the inputs
+    feed, exhaust : nodes before the inlet and behind the outlet
+    port : node that the valves open into, where a tube leads on to the muscles; the chamber itself by default
+    three_way : whether the outlet is the other way of the inlet valve, open while that is shut
     """
 
     name: str
@@ -131,15 +152,29 @@ class CircuitChamber:
     inlet: ValveParameters
     outlet: ValveParameters
     drive: CircuitDrive | None = None
+    feed: str = SUPPLY_NAME
+    exhaust: str = AMBIENT_NAME
+    port: str = ""
+    three_way: bool = False
 
 
 @dataclass(frozen=True)
 class Circuit:
-    """Muscles, chambers and anchors, in the order of their actuators."""
+    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path.
+
+    upstream : store or volume that the supply draws from; none where it never sags
+    gas_constant, heat_capacity_ratio : of the gas, R [J/(kg·K)] and γ [-]
+    """
 
     muscles: tuple[CircuitMuscle, ...]
     chambers: tuple[CircuitChamber, ...]
     anchors: tuple[CircuitAnchor, ...] = ()
+    volumes: tuple[CircuitVolume, ...] = ()
+    stores: tuple[CircuitStore, ...] = ()
+    restrictions: tuple[CircuitRestriction, ...] = ()
+    upstream: str = ""
+    gas_constant: float = GAS_CONSTANT
+    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
 
     def muscles_of(self, chamber: str) -> tuple[CircuitMuscle, ...]:
         """The muscles on a chamber."""
@@ -194,6 +229,7 @@ class CircuitIds:
     """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's.
 
     muscles : by tendon
+    valves : also those between other nodes, by their own names
     anchors : (network, number in it) by name
     """
 
@@ -204,6 +240,9 @@ class CircuitIds:
     frictions: dict[str, int]
     anchors: dict[str, tuple[int, int]]
     drives: dict[str, int] = field(default_factory=dict)
+    volumes: dict[str, int] = field(default_factory=dict)
+    stores: dict[str, int] = field(default_factory=dict)
+    restrictions: dict[str, int] = field(default_factory=dict)
 
 
 def add_circuit(
@@ -284,6 +323,26 @@ def add_chambers(
         if muscle.friction_states:
             joint = joints[muscle.chamber]
             _add_states(spec, f"{prefix}friction_{muscle.name}", joint, muscle.friction_states, default)
+    _add_air_path(spec, circuit, prefix, default)
+
+
+def _add_air_path(
+    spec: mujoco.MjSpec, circuit: Circuit, prefix: str, default: mujoco.MjsDefault | None
+) -> None:
+    """Volumes, stores and restrictions; those without states ask for no callback and hold numbers only."""
+    if not circuit.chambers:
+        return
+    joint = circuit.chambers[0].joint
+    for volume in circuit.volumes:
+        _add_states(spec, f"{prefix}volume_{volume.name}", joint, VOLUME_STATES, default)
+    for store in circuit.stores:
+        _add_states(spec, f"{prefix}store_{store.name}", joint, VOLUME_STATES, default)
+    for each in circuit.restrictions:
+        if each.valve is not None:
+            _add_states(spec, f"{prefix}valve_{each.name}", joint, VALVE_STATES, default)
+            continue
+        running = COMPRESSOR_STATES if each.law == COMPRESSOR else 0
+        _add_states(spec, f"{prefix}restriction_{each.name}", joint, running, default)
 
 
 def circuit_data(circuit: Circuit) -> int:
@@ -293,19 +352,22 @@ def circuit_data(circuit: Circuit) -> int:
         + LEADER_DATA * len(circuit.muscles)
         + ANCHOR_DATA * len(circuit.anchors)
         + DRIVE_DATA * len(circuit.driven)
+        + VOLUME_DATA * (len(circuit.volumes) + len(circuit.stores))
+        + EDGE_DATA * len(circuit.restrictions)
     )
 
 
 def _add_states(
     spec: mujoco.MjSpec, name: str, joint: str, count: int, default: mujoco.MjsDefault | None
 ) -> None:
-    """An actuator without force that holds states of the callbacks'."""
+    """An actuator without force that holds states of the callbacks', or numbers alone."""
+    user, none = mujoco.mjtDyn.mjDYN_USER, mujoco.mjtDyn.mjDYN_NONE
     spec.add_actuator(
         default,
         name=name,
-        actdim=count,
+        actdim=count if count else -1,
         userdata=BLANK,
-        dyntype=mujoco.mjtDyn.mjDYN_USER,
+        dyntype=user if count else none,
         gaintype=mujoco.mjtGain.mjGAIN_FIXED,
         gainprm=[0.0] * 10,
         biastype=mujoco.mjtBias.mjBIAS_NONE,
@@ -322,11 +384,13 @@ def circuit_ids(model: mujoco.MjModel, circuit: Circuit, prefix: str = "") -> Ci
 
     networks = circuit.networks()
     ids = found("", [network.name for network in networks])
+    valves = [f"{chamber.name}_{side}" for chamber in circuit.chambers for side in SIDES]
+    valves += [each.name for each in circuit.restrictions if each.valve is not None]
     return CircuitIds(
         networks=ids,
         muscles=found("", [tendon for muscle in circuit.muscles for tendon in muscle.tendons]),
         chambers=found("chamber_", [chamber.name for chamber in circuit.chambers]),
-        valves=found("valve_", [f"{chamber.name}_{side}" for chamber in circuit.chambers for side in SIDES]),
+        valves=found("valve_", valves),
         frictions=found("friction_", [m.name for m in circuit.muscles if m.friction_states]),
         anchors={
             name: (ids[network.name], number)
@@ -334,4 +398,7 @@ def circuit_ids(model: mujoco.MjModel, circuit: Circuit, prefix: str = "") -> Ci
             for number, name in enumerate(network.anchors)
         },
         drives=found("drive_", [chamber.name for chamber in circuit.driven]),
+        volumes=found("volume_", [each.name for each in circuit.volumes]),
+        stores=found("store_", [each.name for each in circuit.stores]),
+        restrictions=found("restriction_", [r.name for r in circuit.restrictions if r.valve is None]),
     )

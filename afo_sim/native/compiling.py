@@ -1,14 +1,16 @@
 """The callbacks from Python to machine code; what a kernel raises is a complaint like others."""
 
+import functools
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
+from numba.extending import intrinsic, overload
 
 from afo_sim.common import compiling
 from afo_sim.common.machine_code import Compiled
+from afo_sim.native.air_block import BLOCK, block
 from afo_sim.native.callbacks import define
 from afo_sim.native.complaints import COMPLAINTS, MJU_ERROR, RAISED
 from afo_sim.native.refuse import marked_only
@@ -20,11 +22,34 @@ def compile_all() -> Compiled:
     """Machine code of act_bias and act_dyn."""
     kernels = [marked_only(kernel, _fail) for kernel in define(_fail)]
     register_all()
+    _on_the_stack()
     return compiling.compile_all(kernels, SIGNATURE, _raised)
 
 
 def _raised(builder: Any, arguments: Any) -> None:
     _complain(builder, ir.Constant(ir.IntType(64), RAISED), arguments[2])
+
+
+@functools.cache
+def _on_the_stack() -> None:
+    """Tell numba that `block` is room on the stack of the function that asks for it."""
+
+    def typed() -> Any:
+        return lambda: _room()
+
+    overload(block, inline="always")(typed)
+
+
+@intrinsic
+def _room(typing_context: Any) -> Any:
+    """A pointer to the numbers of a block, not set, which live as long as the calling function runs."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        room = cgutils.alloca_once(builder, ir.DoubleType(), size=BLOCK)
+        room.align = 64  # a line of the cache
+        return room
+
+    return types.CPointer(types.float64)(), generate
 
 
 @intrinsic

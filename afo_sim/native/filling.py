@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
+from afo_sim.native.air_filling import AirPlaces, fill_air_path, start_air_path
 from afo_sim.native.circuit import Circuit, CircuitChamber, CircuitIds, CircuitMuscle, circuit_ids
 from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.scratch import scratch
@@ -15,6 +16,8 @@ from afo_sim.native.slots import (
     MARK,
     MUSCLE_INVERSE_MASS,
     N_USER,
+    VALVE_BANDWIDTH,
+    VALVE_COIL,
     chamber_row,
     drive_row,
     friction_row,
@@ -27,15 +30,19 @@ from afo_sim.native.state import (
     CHAMBER_DATA,
     DRIVE_DATA,
     INLET_COIL,
+    INLET_FLOW,
     LAST_VOLUME,
     LEADER_DATA,
     LEADER_STATES,
     OUTLET_COIL,
+    OUTLET_FLOW,
     air_at,
+    gas_of,
     read_flows,
     write_air,
     write_rest,
 )
+from afo_sim.physics.pneumatics import laminar_slope
 
 LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 
@@ -54,6 +61,7 @@ def fill_circuit(
     """
     ids, user = ids or circuit_ids(model, circuit), _rows(model)
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
+    slots = AirPlaces.of(circuit, ids)
     anchors = {anchor.name: anchor for anchor in circuit.anchors}
     data = userdata
     for network in circuit.networks():
@@ -62,7 +70,7 @@ def fill_circuit(
         following = [*(ids.chambers[name] for name in network.chambers[1:]), -1]
         for name, next_chamber in zip(network.chambers, following, strict=True):
             leaders = [ids.muscles[muscle.tendons[0]] for muscle in circuit.muscles_of(name)]
-            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data)
+            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data, slots)
             data += CHAMBER_DATA
             chain = zip(circuit.muscles_of(name), [*leaders[1:], -1], strict=False)
             for muscle, next_muscle in chain:
@@ -78,6 +86,7 @@ def fill_circuit(
     for chamber in circuit.driven:
         _fill_drive(model, ids, chamber, data)
         data += DRIVE_DATA
+    fill_air_path(model, circuit, ids, slots, data)
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
             user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
@@ -108,6 +117,7 @@ def _fill_chamber(
     first_muscle: int,
     next_chamber: int,
     data: int,
+    slots: AirPlaces,
 ) -> None:
     """The rows of a chamber and its valves."""
     user = _rows(model)
@@ -119,9 +129,16 @@ def _fill_chamber(
         tube_volume=chamber.tube_volume,
         wall_conductance=chamber.wall_conductance,
         userdata=data,
+        air=slots.nodes[chamber.name],
     )
-    for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
-        user[ids.valves[f"{chamber.name}_{side}"]] = valve_row(**valve.row)
+    sides = (("inlet", chamber.inlet, INLET_FLOW), ("outlet", chamber.outlet, OUTLET_FLOW))
+    for side, valve, place in sides:
+        key = f"{chamber.name}_{side}"
+        row = dict(valve.row)
+        slope = laminar_slope(row["conductance"], row["critical_ratio"])
+        follows = ids.valves[f"{chamber.name}_inlet"] + 1 if chamber.three_way and side == "outlet" else 0
+        edge = slots.edges[key]._replace(place=data + place, steepness=slope, follows=follows)
+        user[ids.valves[key]] = valve_row(**row, edge=edge)
 
 
 def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, data: int) -> None:
@@ -129,10 +146,11 @@ def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber,
     user, name, drive = _rows(model), chamber.name, chamber.drive
     assert drive is not None
     user[ids.drives[name]] = drive_row(**drive.row, chamber=ids.chambers[name], userdata=data)
-    coils = (("inlet", chamber.inlet, INLET_COIL), ("outlet", chamber.outlet, OUTLET_COIL))
-    for side, valve, place in coils:
-        row = valve_row(**valve.row, bandwidth=drive.bandwidth, coil=data + place)
-        user[ids.valves[f"{name}_{side}"]] = row
+    for side, place in (("inlet", INLET_COIL), ("outlet", OUTLET_COIL)):
+        actuator = ids.valves[f"{name}_{side}"]
+        user[actuator, VALVE_COIL] = data + place + 1.0
+        if drive.bandwidth > 0.0:
+            user[actuator, VALVE_BANDWIDTH] = drive.bandwidth
 
 
 def _fill_muscle(
@@ -168,11 +186,14 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
     chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
     for chamber in chambers:
-        write_air(model, data.act, chamber, air_at(gauge[chamber], 1e-3))  # of any volume
+        write_air(
+            model, data.act, chamber, air_at(gauge[chamber], 1e-3, gas_of(model, chamber))
+        )  # of any volume
+    start_air_path(model, data, gauge)
     _solve_at_rest(model, data, networks)
     for chamber in chambers:
         volume = float(read_flows(model, data.userdata, chamber).volume)
-        write_air(model, data.act, chamber, air_at(gauge[chamber], volume))
+        write_air(model, data.act, chamber, air_at(gauge[chamber], volume, gas_of(model, chamber)))
     for network in networks:
         write_rest(model, data, network)
 

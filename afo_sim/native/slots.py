@@ -4,20 +4,24 @@ An actuator's row begins with a mark and a kind. Nothing outside this package wr
 read by name.
 """
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS
 from afo_sim.physics.hill import DAMPER_COEFFICIENTS
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2829.0  # tells this project's actuators from anybody else's; another number where the slots move
+MARK = 2831.0  # tells this project's actuators from anybody else's; another number where the slots move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
+KIND_VOLUME, KIND_STORE, KIND_RESTRICTION = 11.0, 12.0, 13.0
 BANG_BANG, PWM, REGULATOR = 1.0, 2.0, 3.0  # kinds of a drive
 MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
 
@@ -59,7 +63,21 @@ MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
     CHAMBER_TUBE_VOLUME,
     CHAMBER_WALL_CONDUCTANCE,
     CHAMBER_USERDATA,
-) = range(2, 9)
+    AIR_NEXT,
+    AIR_NUMBER,
+    AIR_FIRST_EDGE,
+    AIR_UPSTREAM,
+    AIR_LEADS,
+    AIR_GAS,
+    AIR_HEAT_CAPACITY_RATIO,
+    AIR_FIRST_NODE,
+    AIR_STEEPNESS,
+) = range(2, 18)
+# of a volume, beside the slots of a chamber for what both have; of a store
+VOLUME_START, VOLUME_START_AS = CHAMBER_FIRST_MUSCLE, CHAMBER_NEXT
+VOLUME_POWER, VOLUME_POWER_RATE = CHAMBER_INLET, CHAMBER_OUTLET  # V^−γ and V^(γ − 1)
+STORE_CONTENT, STORE_SHELL = CHAMBER_FIRST_MUSCLE, CHAMBER_NEXT
+STORE_GAS = AIR_STEEPNESS + 1  # R, c_v, b0, b1, c0, c1, whether it liquefies
 NETWORK_FIRST_CHAMBER, NETWORK_STATE, NETWORK_USERDATA, NETWORK_ANCHORS, NETWORK_FIRST_ANCHOR = range(2, 7)
 # places within an anchor's own block of slots
 ANCHOR_STIFFNESS, ANCHOR_FORCE, ANCHOR_LENGTH, ANCHOR_DAMPING = range(4)
@@ -71,7 +89,20 @@ ANCHOR_SLOTS = 4
     VALVE_CLOSING_DELAY,
     VALVE_BANDWIDTH,
     VALVE_COIL,
-) = range(2, 8)
+    VALVE_DEAD_BAND,
+    EDGE_ROW_ORIGIN,
+    EDGE_ROW_END,
+    EDGE_ROW_NEXT,
+    EDGE_ROW_PLACE,
+    EDGE_ROW_LAW,
+    EDGE_ROW_FOLLOWS,
+    EDGE_ROW_STEEPNESS,
+    EDGE_ROW_1,
+    EDGE_ROW_2,
+    EDGE_ROW_3,
+    EDGE_ROW_4,
+    EDGE_ROW_TANK,
+) = range(2, 21)
 (
     DRIVE_KIND,
     DRIVE_CHAMBER,
@@ -185,6 +216,7 @@ def chamber_row(
     wall_conductance: float,
     userdata: int,
     next_chamber: int = -1,
+    air: "AirSlots | None" = None,
 ) -> np.ndarray:
     """`actuator_user` of a chamber.
 
@@ -196,10 +228,62 @@ def chamber_row(
     wall_conductance : heat to the wall [W/K]
     userdata : first place of its block in `userdata`
     next_chamber : actuator id of the next chamber of the network; −1 for none
+    air : its place among what hangs together by its air
     """
     return _row(
-        KIND_CHAMBER, first_muscle, next_chamber, inlet, outlet, tube_volume, wall_conductance, userdata
+        KIND_CHAMBER,
+        first_muscle,
+        next_chamber,
+        inlet,
+        outlet,
+        tube_volume,
+        wall_conductance,
+        userdata,
+        *(air or AirSlots()),
     )
+
+
+class AirSlots(NamedTuple):
+    """Slots of a node of the air.
+
+    following : actuator id of the next node; −1 for none
+    number : its number in the network
+    first_edge : actuator id of the first valve or restriction; of the node that leads, else −1
+    upstream : number of the node that the supply draws from; 0 for none
+    leads : 1 of the node that leads, which is the last one in the order of the actuators; else 0
+    gas_constant : R [J/(kg·K)]
+    heat_capacity_ratio : γ [-]
+    first_node : actuator id of the first chamber
+    steepness : largest slope of the flows at the node by its pressure, all open [kg/(s·Pa)]; that of a flow
+        between two volumes counts twice
+    """
+
+    following: int = -1
+    number: int = 2
+    first_edge: int = -1
+    upstream: int = 0
+    leads: float = 0.0
+    gas_constant: float = GAS_CONSTANT
+    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
+    first_node: int = 0
+    steepness: float = math.inf
+
+
+def volume_row(
+    *, volume: float, wall_conductance: float, userdata: int, start: float, start_as: int, air: AirSlots
+) -> np.ndarray:
+    """`actuator_user` of a rigid volume.
+
+    Parameters
+    ----------
+    volume, wall_conductance : [m³], heat to the wall [W/K]
+    userdata : place of its pressure there
+    start, start_as : gauge pressure to begin with [Pa], or the chamber whose pressure it is; −1 for none
+    air : its place among what hangs together
+    """
+    gamma = air.heat_capacity_ratio
+    powers = (volume**-gamma, volume ** (gamma - 1.0))
+    return _row(KIND_VOLUME, start, start_as, *powers, volume, wall_conductance, userdata, *air)
 
 
 def network_row(
@@ -219,6 +303,30 @@ def network_row(
     return _row(KIND_NETWORK, first_chamber, state, userdata, len(anchors), *flat)
 
 
+def store_row(
+    *,
+    volume: float,
+    content: float,
+    shell: float,
+    wall_conductance: float,
+    gas: Sequence[float],
+    userdata: int,
+    air: AirSlots,
+) -> np.ndarray:
+    """`actuator_user` of a finite source, whose states are mass [kg] and temperature [K].
+
+    Parameters
+    ----------
+    volume, content : [m³], gas and liquid that it begins with [kg]
+    shell, wall_conductance : heat capacity of the shell [J/K], heat to the surroundings [W/K]
+    gas : `Gas.row`
+    userdata : place of its pressure there
+    air : its place among what hangs together
+    """
+    none = (0.0,) * (CHAMBER_TUBE_VOLUME - CHAMBER_INLET)
+    return _row(KIND_STORE, content, shell, *none, volume, wall_conductance, userdata, *air, *gas)
+
+
 def valve_row(
     *,
     conductance: float,
@@ -227,6 +335,8 @@ def valve_row(
     closing_delay: float,
     bandwidth: float = 0.0,
     coil: int = -1,
+    dead_band: float = 0.0,
+    edge: "EdgeSlots | None" = None,
 ) -> np.ndarray:
     """`actuator_user` of a valve: C [m³/(s·Pa)], b [-], dead times [s].
 
@@ -235,8 +345,53 @@ def valve_row(
     bandwidth : of a proportional valve, whose input is its opening [Hz]; 0 for a solenoid valve
     coil : place in `userdata` of the coil that a drive gives it; −1 for its own input. The slot holds one
         more, so that a row without the slot is one without a drive.
+    dead_band : share of a proportional valve's input that does not open it [-]
+    edge : what it lies between
     """
-    return _row(KIND_VALVE, conductance, critical_ratio, opening_delay, closing_delay, bandwidth, coil + 1.0)
+    return _row(
+        KIND_VALVE,
+        conductance,
+        critical_ratio,
+        opening_delay,
+        closing_delay,
+        bandwidth,
+        coil + 1.0,
+        dead_band,
+        *(edge or EdgeSlots()),
+    )
+
+
+class EdgeSlots(NamedTuple):
+    """Slots of a valve or restriction between two nodes of the air.
+
+    origin, end : numbers of the nodes
+    following : actuator id of the next one; −1 for none
+    place : of its flow in `userdata`
+    law : of its flow
+    follows : actuator id of the valve whose other way it is, and one more; 0 for none
+    steepness : largest slope of the flow by a pressure difference [kg/(s·Pa)]
+    first, second, third, fourth : parameters of the law
+    tank : actuator id of a compressor's tank
+    """
+
+    origin: int = 0
+    end: int = 0
+    following: int = -1
+    place: int = 0
+    law: int = 0
+    follows: int = 0
+    steepness: float = 0.0
+    first: float = 0.0
+    second: float = 0.0
+    third: float = 0.0
+    fourth: float = 0.0
+    tank: int = -1
+
+
+def restriction_row(*, conductance: float, critical_ratio: float, edge: EdgeSlots) -> np.ndarray:
+    """`actuator_user` of a restriction without a coil: C [m³/(s·Pa)], b [-]."""
+    none = (0.0,) * (EDGE_ROW_ORIGIN - VALVE_OPENING_DELAY)
+    return _row(KIND_RESTRICTION, conductance, critical_ratio, *none, *edge)
 
 
 def drive_row(

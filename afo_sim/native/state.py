@@ -21,9 +21,26 @@ import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.native.slots import (
+    AIR_FIRST_EDGE,
+    AIR_FIRST_NODE,
+    AIR_GAS,
+    AIR_HEAT_CAPACITY_RATIO,
+    AIR_LEADS,
+    AIR_NEXT,
+    AIR_NUMBER,
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_NEXT,
+    CHAMBER_TUBE_VOLUME,
     CHAMBER_USERDATA,
+    EDGE_ROW_END,
+    EDGE_ROW_FOLLOWS,
+    EDGE_ROW_NEXT,
+    EDGE_ROW_ORIGIN,
+    EDGE_ROW_PLACE,
+    KIND_CHAMBER,
+    KIND_STORE,
+    KIND_VOLUME,
+    MARK,
     MUSCLE_LEADER,
     MUSCLE_NEXT,
     MUSCLE_STATE,
@@ -37,6 +54,9 @@ from afo_sim.native.slots import (
 
 AIR_MASS, SIGMA, LAST_VOLUME, LAST_PRESSURE = range(4)
 ARMATURE, OPENING = range(2)
+RUNNING = 0  # of a compressor
+VOLUME_PRESSURE = 0
+STORE_MASS, STORE_TEMPERATURE = range(2)
 CONTRACTION, CARRIED, LAST_MOVE = range(3)  # of a leader in the act of its network
 ANCHOR_DISPLACEMENT, ANCHOR_LOSS = range(2)  # of an anchor there
 INLET_FLOW, OUTLET_FLOW, VOLUME, PRESSURE = range(4)
@@ -69,6 +89,7 @@ INLET_COIL, OUTLET_COIL = range(2)
 ) = range(9)
 CHAMBER_STATES, VALVE_STATES, LEADER_STATES, ANCHOR_STATES, DRIVE_STATES = 4, 2, 3, 2, 9
 CHAMBER_DATA, LEADER_DATA, ANCHOR_DATA, DRIVE_DATA = 4, 10, 2, 2
+VOLUME_STATES, VOLUME_DATA, EDGE_DATA, COMPRESSOR_STATES = 2, 1, 1, 2
 
 
 class Air(NamedTuple):
@@ -102,6 +123,20 @@ class Yielding(NamedTuple):
     displacement: np.ndarray
 
 
+class GasOf(NamedTuple):
+    """The gas of a chamber: R [J/(kg·K)], γ [-]."""
+
+    constant: float = GAS_CONSTANT
+    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
+
+
+def gas_of(model: mujoco.MjModel, node: int) -> GasOf:
+    """The gas in the actuator of a chamber, a volume or a store."""
+    row = model.actuator_user[node]
+    gamma = float(row[AIR_HEAT_CAPACITY_RATIO])
+    return GasOf(float(row[AIR_GAS]), gamma)
+
+
 def read_air(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, chamber: int) -> Air:
     """The air of a chamber's actuator, from `act` (…, na) and `userdata` (…, nuserdata)."""
     at = int(model.actuator_user[chamber, CHAMBER_USERDATA])
@@ -113,29 +148,32 @@ def write_air(model: mujoco.MjModel, act: np.ndarray, chamber: int, air: Air) ->
     """Set the states of a chamber's actuator in `act` (…, na): air that has stood like this."""
     at = model.actuator_actadr[chamber]
     act[..., at + AIR_MASS] = air.mass
-    act[..., at + SIGMA] = air.absolute_pressure * air.volume**HEAT_CAPACITY_RATIO
+    act[..., at + SIGMA] = air.absolute_pressure * air.volume ** gas_of(model, chamber).heat_capacity_ratio
     act[..., at + LAST_VOLUME] = air.volume
     act[..., at + LAST_PRESSURE] = air.absolute_pressure
 
 
 def read_held(model: mujoco.MjModel, act: np.ndarray, chamber: int) -> np.ndarray:
-    """Mass [kg] and σ of a chamber's actuator, from `act` (…, na): (…, 2)."""
+    """Mass [kg] and σ of the actuator of a chamber or volume, from `act` (…, na): (…, 2)."""
     at = model.actuator_actadr[chamber]
     held: np.ndarray = act[..., at + AIR_MASS : at + SIGMA + 1]
     return held
 
 
 def write_held(model: mujoco.MjModel, act: np.ndarray, chamber: int, held: np.ndarray) -> None:
-    """Set mass [kg] and σ (2,) of a chamber's actuator in `act` (na,); the volume stays."""
+    """Set mass [kg] and σ (2,) of the actuator of a chamber or volume in `act` (na,); its room stays."""
     at = model.actuator_actadr[chamber]
     act[at + AIR_MASS : at + SIGMA + 1] = held
-    act[at + LAST_PRESSURE] = held[1] / act[at + LAST_VOLUME] ** HEAT_CAPACITY_RATIO
+    if model.actuator_user[chamber, 1] == KIND_VOLUME:
+        return
+    act[at + LAST_PRESSURE] = held[1] / act[at + LAST_VOLUME] ** gas_of(model, chamber).heat_capacity_ratio
 
 
-def air_at(pressure: float, volume: float) -> Air:
-    """A chamber at gauge `pressure` [Pa] and ambient temperature: m = p_abs V/(R T)."""
+def air_at(pressure: float, volume: float, gas: GasOf | None = None) -> Air:
+    """A chamber at gauge `pressure` [Pa] and ambient temperature: m = p_abs V/(R T); of air by default."""
     absolute = pressure + AMBIENT_PRESSURE
-    return Air(absolute * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE), volume, absolute)
+    constant = (gas or GasOf()).constant
+    return Air(absolute * volume / (constant * AMBIENT_TEMPERATURE), volume, absolute)
 
 
 def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
@@ -185,10 +223,64 @@ def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flo
     return Flows(inlet, outlet, volume)
 
 
+def read_volume(model: mujoco.MjModel, userdata: np.ndarray, node: int) -> np.ndarray:
+    """Absolute pressure of the actuator of a volume or store [Pa], from `userdata` (…, nuserdata)."""
+    found: np.ndarray = userdata[..., int(model.actuator_user[node, CHAMBER_USERDATA]) + VOLUME_PRESSURE]
+    return found
+
+
+def room_of(model: mujoco.MjModel, node: int) -> float:
+    """Volume of the actuator of a rigid volume or store [m³]."""
+    return float(model.actuator_user[node, CHAMBER_TUBE_VOLUME])
+
+
+def read_flow(model: mujoco.MjModel, userdata: np.ndarray, edge: int) -> np.ndarray:
+    """Mean flow of the step through the actuator of a valve or restriction [kg/s], from `userdata`."""
+    found: np.ndarray = userdata[..., int(model.actuator_user[edge, EDGE_ROW_PLACE])]
+    return found
+
+
+def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
+    """Valves and restrictions at a node's actuator, each with the sign of a flow into it."""
+    rows = model.actuator_user
+    number = rows[node, AIR_NUMBER]
+    found = []
+    for edge in _edges_of(rows, node):
+        ends = ((EDGE_ROW_ORIGIN, -1.0), (EDGE_ROW_END, 1.0))
+        found += [(edge, sign) for slot, sign in ends if rows[edge, slot] == number]
+    return found
+
+
+def _edges_of(rows: np.ndarray, node: int) -> list[int]:
+    """Actuators of all valves and restrictions of the network that a node's actuator belongs to."""
+    nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
+    for leader in map(int, np.flatnonzero(nodes & (rows[:, AIR_LEADS] > 0.0))):
+        members, actuator = [], int(rows[leader, AIR_FIRST_NODE])
+        while actuator >= 0:
+            members.append(actuator)
+            actuator = int(rows[actuator, AIR_NEXT])
+        if node in members:
+            edges, edge = [], int(rows[leader, AIR_FIRST_EDGE])
+            while edge >= 0:
+                edges.append(edge)
+                edge = int(rows[edge, EDGE_ROW_NEXT])
+            return edges
+    return []
+
+
 def read_opening(model: mujoco.MjModel, act: np.ndarray, valve: int) -> np.ndarray:
-    """Opening of a valve's seat [-], from `act` (…, na)."""
+    """Opening of a valve's seat [-], from `act` (…, na); of a 3/2 valve's other way what the first leaves."""
+    first = first_way(model, valve)
+    if first is not None:
+        return 1.0 - read_opening(model, act, first)
     opening: np.ndarray = act[..., model.actuator_actadr[valve] + OPENING]
     return opening
+
+
+def first_way(model: mujoco.MjModel, valve: int) -> int | None:
+    """The actuator of the 3/2 valve whose other way a valve's actuator is; None where it is no other way."""
+    follows = int(model.actuator_user[valve, EDGE_ROW_FOLLOWS])
+    return follows - 1 if follows > 0 else None
 
 
 def is_driven(model: mujoco.MjModel, valve: int) -> bool:

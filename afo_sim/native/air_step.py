@@ -1,0 +1,469 @@
+"""One step of the air of a network: the midpoint rule, or Chebyshev stages where the air is stiff.
+
+Where a node would change by more than a share of itself, the step is taken in parts. What a restriction has
+moved is integrated by the same scheme as the nodes, so that no air is lost between them. In one part and
+without stiffness this is the midpoint rule with the volume half a step on, by what it moved in the last step.
+"""
+
+import math
+from typing import Any
+
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.native.air import evaluate, keep_powers, take_edges, take_nodes, take_slopes
+from afo_sim.native.air_block import (
+    EDGE_END,
+    EDGE_FIRST_FLOW,
+    EDGE_FLOW,
+    EDGE_LAST_MOVED,
+    EDGE_MOVED,
+    EDGE_NUMBERS,
+    EDGE_ORIGIN,
+    EDGE_PLACE,
+    EDGE_STEEPNESS,
+    EDGE_TOTAL,
+    FIRST_EDGE,
+    FIRST_NODE,
+    NODE_ACTUATOR,
+    NODE_FIRST_MASS,
+    NODE_FIRST_MASS_RATE,
+    NODE_FIRST_SIGMA,
+    NODE_KIND,
+    NODE_LAST_MASS,
+    NODE_MASS,
+    NODE_MASS_RATE,
+    NODE_NUMBERS,
+    NODE_PRESSURE,
+    NODE_SIGMA,
+    NODE_SIGMA_RATE,
+    NODE_STEEPNESS,
+    NODE_TEMPERATURE,
+    NODE_VOLUME,
+    NODE_WALL,
+    OF_STORE,
+    OF_VOLUME,
+    SUPPLY,
+    block,
+)
+from afo_sim.native.slots import (
+    AIR_GAS,
+    AIR_HEAT_CAPACITY_RATIO,
+    AIR_LEADS,
+    CHAMBER_TUBE_VOLUME,
+    CHAMBER_USERDATA,
+    CHAMBER_WALL_CONDUCTANCE,
+    EDGE_ROW_3,
+    EDGE_ROW_4,
+    EDGE_ROW_TANK,
+    KIND_CHAMBER,
+    KIND_STORE,
+    STORE_GAS,
+    STORE_SHELL,
+)
+from afo_sim.native.state import (
+    AIR_MASS,
+    LAST_PRESSURE,
+    LAST_VOLUME,
+    PRESSURE,
+    RUNNING,
+    SIGMA,
+    STORE_MASS,
+    STORE_TEMPERATURE,
+    VOLUME,
+    VOLUME_PRESSURE,
+)
+from afo_sim.physics.chebyshev import following, origin, stages
+from afo_sim.physics.feeding import compressor_runs
+from afo_sim.physics.jitable import register_jitable
+from afo_sim.physics.store import store_temperature_rate
+
+CHANGE = 0.1  # of a node's air or σ in a part of a step, at most [-]
+MOST_PARTS = 512
+ERROR = 2e-5  # of a node's air or σ in a part of a step of Chebyshev stages, as estimated, at most [-]
+MARGIN = 1.2  # by which the slope of the air may exceed its estimate [-]
+SLOW = 0.3  # rate × part up to which the midpoint rule is taken, without an estimate of its error
+
+
+@register_jitable
+def air_dyn(m: Any, d: Any, j: int) -> None:
+    """Write the rates of all nodes of the network that the node whose row starts at j leads; else nothing."""
+    u = m.actuator_user
+    if not u[j + AIR_LEADS] > 0.0:
+        return
+    gas, gamma = u[j + AIR_GAS], u[j + AIR_HEAT_CAPACITY_RATIO]
+    s = block()
+    nodes, edges = take_nodes(m, d, j, s), take_edges(m, d, j, s)
+    evaluate(s, nodes, edges, 0.0, True, gas, gamma)
+    step = m.opt.timestep
+    if u[j + 1] != KIND_CHAMBER:  # the last node leads, and chambers come first
+        remember_pressures(m, d, nodes, s)
+    if calm(s, nodes, step, gas, gamma):
+        if one_midpoint(s, nodes, edges, step, gas, gamma):
+            write_rates(m, d, nodes, s, True)
+            write_flows(m, d, edges, s, True)
+            return
+        take_nodes(m, d, j, s)  # which it has moved
+        evaluate(s, nodes, edges, 0.0, True, gas, gamma)
+    take_slopes(m, j, s, edges)
+    rate, change = fastest(s, nodes, edges, gas, gamma)
+    parts = 1
+    while parts < MOST_PARTS and change * step > CHANGE * parts:
+        parts *= 2
+    if parts > 1 or step * rate > SLOW:
+        keep_powers(s, nodes, gamma)
+    while True:
+        taken = advance(s, nodes, edges, step, parts, rate, gas, gamma)
+        if taken == parts:
+            break
+        if parts >= MOST_PARTS:
+            spoil(s, nodes)  # the next step will complain
+            break
+        parts *= 2
+        if taken == 0:
+            restore(s, nodes, edges)
+        else:
+            take_nodes(m, d, j, s)
+            evaluate(s, nodes, edges, 0.0, True, gas, gamma)
+            keep_powers(s, nodes, gamma)
+    plain = parts == 1 and step * rate <= SLOW
+    write_rates(m, d, nodes, s, plain)
+    write_flows(m, d, edges, s, plain)
+
+
+@register_jitable
+def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
+    """Whether one midpoint takes the step, even were all valves open: most steps of most circuits.
+
+    As `fastest` has it, with R T/V = p/m: γ p Σ k + (γ − 1) hA/R by the mass.
+    """
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        mass = s[n + NODE_MASS]
+        if s[n + NODE_KIND] == OF_STORE:
+            return False
+        rate = gamma * gas * s[n + NODE_PRESSURE] * s[n + NODE_STEEPNESS] + (gamma - 1.0) * s[n + NODE_WALL]
+        if not step * rate <= SLOW * mass * gas:
+            return False
+        if not step * abs(s[n + NODE_MASS_RATE]) <= CHANGE * mass:
+            return False
+        if not step * abs(s[n + NODE_SIGMA_RATE]) <= CHANGE * s[n + NODE_SIGMA]:
+            return False
+    return True
+
+
+@register_jitable
+def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma: float) -> bool:
+    """The rates of a step of the midpoint rule in one part into the block; False where it fails."""
+    half = 0.5 * step
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        s[n + NODE_FIRST_MASS], s[n + NODE_FIRST_SIGMA] = s[n + NODE_MASS], s[n + NODE_SIGMA]
+        s[n + NODE_MASS] += half * s[n + NODE_MASS_RATE]
+        s[n + NODE_SIGMA] += half * s[n + NODE_SIGMA_RATE]
+    evaluate(s, nodes, edges, 0.5, False, gas, gamma)
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        if not (
+            s[n + NODE_FIRST_MASS] + step * s[n + NODE_MASS_RATE] > 0.0
+            and s[n + NODE_FIRST_SIGMA] + step * s[n + NODE_SIGMA_RATE] > 0.0
+        ):
+            return False
+    return True
+
+
+@register_jitable
+def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[float, float]:
+    """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s].
+
+    dp/dt = γ R T/V Σ k (p' − p) with the steepest slope k of each restriction. A circle that holds all rates
+    (Gershgorin) counts k twice between two volumes.
+    """
+    rate, change = 0.0, 0.0
+    for number in range(nodes):
+        s[NODE_NUMBERS * number + NODE_STEEPNESS] = 0.0
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        a, b = NODE_NUMBERS * int(s[e + EDGE_ORIGIN]), NODE_NUMBERS * int(s[e + EDGE_END])
+        twice = 2.0 if s[a + NODE_KIND] == OF_VOLUME and s[b + NODE_KIND] == OF_VOLUME else 1.0
+        s[a + NODE_STEEPNESS] += twice * s[e + EDGE_STEEPNESS]
+        s[b + NODE_STEEPNESS] += twice * s[e + EDGE_STEEPNESS]
+    upstream = int(s[NODE_NUMBERS * SUPPLY + NODE_ACTUATOR])
+    if upstream > 0:  # what draws from the supply may draw from behind it
+        s[NODE_NUMBERS * upstream + NODE_STEEPNESS] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE_STEEPNESS]
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        mass, share = s[n + NODE_MASS], abs(s[n + NODE_SIGMA_RATE] / s[n + NODE_SIGMA])
+        change = max(change, share, abs(s[n + NODE_MASS_RATE] / mass))
+        if s[n + NODE_KIND] != OF_STORE:
+            air = gamma * gas * s[n + NODE_TEMPERATURE] * s[n + NODE_STEEPNESS] / s[n + NODE_VOLUME]
+            rate = max(rate, air + (gamma - 1.0) * s[n + NODE_WALL] / (mass * gas))
+    return rate, change
+
+
+@register_jitable
+def advance(
+    s: Any, nodes: int, edges: int, step: float, parts: int, rate: float, gas: float, gamma: float
+) -> int:
+    """Take a step in equal parts, up to where a mass or a pressure would not stay positive or is far off.
+
+    Returns how many parts were taken: all of them, or those before the one that failed. The rates at its
+    beginning stand in the block. The shortest parts are taken however far off they are.
+    """
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        s[e + EDGE_TOTAL] = 0.0
+    part = step / parts
+    known = True  # whether the rates at the part's beginning stand in the block
+    for k in range(parts):
+        if not known:
+            evaluate(s, nodes, edges, k / parts, False, gas, gamma)
+        begin(s, nodes, edges)
+        known = False
+        if part * rate <= SLOW:
+            fine = midpoint(s, nodes, edges, part, k / parts, 1.0 / parts, gas, gamma)
+        else:
+            fine = chebyshev(s, nodes, edges, part, rate, k / parts, 1.0 / parts, gas, gamma)
+            if fine and parts < MOST_PARTS:
+                evaluate(s, nodes, edges, (k + 1) / parts, False, gas, gamma)
+                fine = error(s, nodes, part) <= ERROR
+                known = True
+        if not fine:
+            return k
+        for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+            s[e + EDGE_TOTAL] += s[e + EDGE_MOVED]
+    return parts
+
+
+@register_jitable
+def restore(s: Any, nodes: int, edges: int) -> None:
+    """Go back to the state and the rates that a part of a step began with."""
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        for k in range(2):
+            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k]
+            s[n + NODE_MASS_RATE + k] = s[n + NODE_FIRST_MASS_RATE + k]
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        s[e + EDGE_FLOW] = s[e + EDGE_FIRST_FLOW]
+
+
+@register_jitable
+def begin(s: Any, nodes: int, edges: int) -> None:
+    """Keep the state and the rates that a part of a step begins with."""
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        for k in range(2):
+            s[n + NODE_FIRST_MASS + k] = s[n + NODE_LAST_MASS + k] = s[n + NODE_MASS + k]
+            s[n + NODE_FIRST_MASS_RATE + k] = s[n + NODE_MASS_RATE + k]
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        s[e + EDGE_FIRST_FLOW] = s[e + EDGE_FLOW]
+        s[e + EDGE_MOVED] = s[e + EDGE_LAST_MOVED] = 0.0
+
+
+@register_jitable
+def positive(s: Any, nodes: int) -> bool:
+    """Whether mass and σ of every node are above zero; of a NaN they are not."""
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        if not (s[n + NODE_MASS] > 0.0 and s[n + NODE_SIGMA] > 0.0):
+            return False
+    return True
+
+
+@register_jitable
+def midpoint(
+    s: Any, nodes: int, edges: int, part: float, share: float, width: float, gas: float, gamma: float
+) -> bool:
+    """The midpoint rule over a part of a step that begins at a share of it; False where it fails."""
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        for k in range(2):
+            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k] + 0.5 * part * s[n + NODE_FIRST_MASS_RATE + k]
+    if not positive(s, nodes):
+        return False
+    evaluate(s, nodes, edges, share + 0.5 * width, False, gas, gamma)
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        for k in range(2):
+            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k] + part * s[n + NODE_MASS_RATE + k]
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        s[e + EDGE_MOVED] = part * s[e + EDGE_FLOW]
+    return positive(s, nodes)
+
+
+@register_jitable
+def chebyshev(
+    s: Any,
+    nodes: int,
+    edges: int,
+    part: float,
+    rate: float,
+    share: float,
+    width: float,
+    gas: float,
+    gamma: float,
+) -> bool:
+    """As many Chebyshev stages as the fastest rate needs, over a part of a step; False where it fails."""
+    count = stages(MARGIN * part * rate)
+    x, w1 = origin(count)
+    t0, t1, d0, d1, s0, s1 = 1.0, x, 0.0, 1.0, 0.0, 0.0
+    b = 4.0 / (16.0 * x * x)  # of stage 2: T'' = 4, T' = 4 x; stages 0 and 1 take it
+    before_b, before_before_b, before_a = b, b, 1.0 - b * x
+    combine(s, nodes, edges, 0.0, 0.0, 0.0, b * w1 * part)
+    place = w1 / (4.0 * x * x)  # of stage 1: c2/T'2, and c2 = w1/x
+    for _ in range(2, count + 1):
+        if not positive(s, nodes):
+            return False
+        evaluate(s, nodes, edges, share + place * width, False, gas, gamma)
+        t2, d2, s2 = following(x, t0, t1, d0, d1, s0, s1)
+        t0, t1, d0, d1, s0, s1 = t1, t2, d1, d2, s1, s2
+        b = s1 / (d1 * d1)
+        mu, nu, by_rate = 2.0 * b * x / before_b, -b / before_before_b, 2.0 * b * w1 / before_b
+        combine(s, nodes, edges, mu, nu, by_rate * part, -before_a * by_rate * part)
+        before_before_b, before_b, before_a = before_b, b, 1.0 - b * t1
+        place = w1 * s1 / d1
+    settle(s, nodes, edges)
+    return positive(s, nodes)
+
+
+@register_jitable
+def settle(s: Any, nodes: int, edges: int) -> None:
+    """Masses at the end of a part from what restrictions have moved: many stages gather rounding."""
+    for number in range(FIRST_NODE, nodes):
+        s[NODE_NUMBERS * number + NODE_MASS] = s[NODE_NUMBERS * number + NODE_FIRST_MASS]
+    upstream = s[SUPPLY * NODE_NUMBERS + NODE_ACTUATOR]
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        origin, end, moved = s[e + EDGE_ORIGIN], s[e + EDGE_END], s[e + EDGE_MOVED]
+        if origin == SUPPLY and upstream > 0.0:
+            origin = upstream
+        if end == SUPPLY and upstream > 0.0:
+            end = upstream
+        s[NODE_NUMBERS * int(origin) + NODE_MASS] -= moved
+        s[NODE_NUMBERS * int(end) + NODE_MASS] += moved
+
+
+@register_jitable
+def error(s: Any, nodes: int, part: float) -> float:
+    """Largest share of mass or σ by which a part of a step is off, by the rates at its end [-].
+
+    0.8 (Y0 − Y1) + 0.4 h (F0 + F1), the estimate of the source of `chebyshev`. The stages damp some fast
+    decays by almost nothing; a node that should have come to rest is far from it by this measure.
+    """
+    largest = 0.0
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        if s[n + NODE_KIND] != OF_STORE:
+            for k in range(2):
+                first, last = s[n + NODE_FIRST_MASS + k], s[n + NODE_MASS + k]
+                rates = s[n + NODE_FIRST_MASS_RATE + k] + s[n + NODE_MASS_RATE + k]
+                largest = max(largest, abs(0.8 * (first - last) + 0.4 * part * rates) / last)
+    return largest
+
+
+@register_jitable
+def combine(s: Any, nodes: int, edges: int, mu: float, nu: float, by_rate: float, by_first: float) -> None:
+    """Next stage of states and moved air: (1 − μ − ν) Y0 + μ Y(j−1) + ν Y(j−2) + h μ' F(j−1) + h γ' F0."""
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        for k in range(2):
+            now = s[n + NODE_MASS + k]
+            s[n + NODE_MASS + k] = (
+                (1.0 - mu - nu) * s[n + NODE_FIRST_MASS + k]
+                + mu * now
+                + nu * s[n + NODE_LAST_MASS + k]
+                + by_rate * s[n + NODE_MASS_RATE + k]
+                + by_first * s[n + NODE_FIRST_MASS_RATE + k]
+            )
+            s[n + NODE_LAST_MASS + k] = now
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        now = s[e + EDGE_MOVED]
+        s[e + EDGE_MOVED] = (
+            mu * now
+            + nu * s[e + EDGE_LAST_MOVED]
+            + by_rate * s[e + EDGE_FLOW]
+            + by_first * s[e + EDGE_FIRST_FLOW]
+        )
+        s[e + EDGE_LAST_MOVED] = now
+
+
+@register_jitable
+def spoil(s: Any, nodes: int) -> None:
+    """States that are no numbers, where no part of a step is short enough."""
+    for number in range(FIRST_NODE, nodes):
+        s[NODE_NUMBERS * number + NODE_MASS] = s[NODE_NUMBERS * number + NODE_SIGMA] = math.nan
+
+
+@register_jitable
+def remember_pressures(m: Any, d: Any, nodes: int, s: Any) -> None:
+    """Pressures of volumes and stores at the start of the step to `userdata`."""
+    u = m.actuator_user
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        q = m.nuser_actuator * int(s[n + NODE_ACTUATOR])
+        if u[q + 1] != KIND_CHAMBER:
+            d.userdata[int(u[q + CHAMBER_USERDATA]) + VOLUME_PRESSURE] = s[n + NODE_PRESSURE]
+
+
+@register_jitable
+def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
+    """Rates that lead the states to the end of the step, which stands in the block.
+
+    plain : whether the last rates are the step's, as of the midpoint rule in one part
+    """
+    u, act, act_dot, data, step = m.actuator_user, d.act, d.act_dot, d.userdata, m.opt.timestep
+    for number in range(FIRST_NODE, nodes):
+        n = NODE_NUMBERS * number
+        actuator = int(s[n + NODE_ACTUATOR])
+        adr, q = m.actuator_actadr[actuator], m.nuser_actuator * actuator
+        if u[q + 1] == KIND_STORE:
+            outflow = (act[adr + STORE_MASS] - s[n + NODE_MASS]) / step
+            act_dot[adr + STORE_MASS] = -outflow
+            act_dot[adr + STORE_TEMPERATURE] = cooling(u, q, act[adr], act[adr + STORE_TEMPERATURE], outflow)
+        elif plain:
+            act_dot[adr + AIR_MASS], act_dot[adr + SIGMA] = s[n + NODE_MASS_RATE], s[n + NODE_SIGMA_RATE]
+        else:
+            act_dot[adr + AIR_MASS] = (s[n + NODE_MASS] - act[adr + AIR_MASS]) / step
+            act_dot[adr + SIGMA] = (s[n + NODE_SIGMA] - act[adr + SIGMA]) / step
+        if u[q + 1] == KIND_CHAMBER:
+            place = int(u[q + CHAMBER_USERDATA])
+            act_dot[adr + LAST_VOLUME] = (data[place + VOLUME] - act[adr + LAST_VOLUME]) / step
+            act_dot[adr + LAST_PRESSURE] = (data[place + PRESSURE] - act[adr + LAST_PRESSURE]) / step
+
+
+@register_jitable
+def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> float:
+    """Rate of temperature of the store whose row starts at q, which gives a flow [K/s]."""
+    g = q + STORE_GAS
+    return store_temperature_rate(
+        mass,
+        temperature,
+        u[q + CHAMBER_TUBE_VOLUME],
+        max(-outflow, 0.0),
+        max(outflow, 0.0),
+        u[q + STORE_SHELL],
+        u[q + CHAMBER_WALL_CONDUCTANCE],
+        AMBIENT_TEMPERATURE,
+        u[g],
+        u[g + 1],
+        u[g + 2],
+        u[g + 3],
+        u[g + 4],
+        u[g + 5],
+        u[g + 6],
+    )
+
+
+@register_jitable
+def write_flows(m: Any, d: Any, edges: int, s: Any, plain: bool) -> None:
+    """Mean flow of every restriction over the step to `userdata` [kg/s]."""
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        mean = s[e + EDGE_FLOW] if plain else s[e + EDGE_TOTAL] / m.opt.timestep
+        d.userdata[int(s[e + EDGE_PLACE])] = mean
+
+
+@register_jitable
+def compressor_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Start the compressor of actuator i when its tank is below one pressure; stop it above another."""
+    u = m.actuator_user
+    tank = m.nuser_actuator * int(u[j + EDGE_ROW_TANK])
+    gauge = d.userdata[int(u[tank + CHAMBER_USERDATA]) + VOLUME_PRESSURE] - AMBIENT_PRESSURE
+    adr = m.actuator_actadr[i]
+    running = d.act[adr + RUNNING]
+    wanted = compressor_runs(running, gauge, u[j + EDGE_ROW_3], u[j + EDGE_ROW_4])
+    d.act_dot[adr + RUNNING] = (wanted - running) / m.opt.timestep

@@ -1,0 +1,124 @@
+"""Nodes of the air of a compiled model and the ways between them, read from its rows."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
+from afo_sim.native.slots import (
+    AIR_FIRST_EDGE,
+    AIR_FIRST_NODE,
+    AIR_LEADS,
+    AIR_NEXT,
+    AIR_UPSTREAM,
+    CHAMBER_WALL_CONDUCTANCE,
+    EDGE_ROW_1,
+    EDGE_ROW_END,
+    EDGE_ROW_LAW,
+    EDGE_ROW_NEXT,
+    EDGE_ROW_ORIGIN,
+    KIND_CHAMBER,
+    KIND_STORE,
+    KIND_VALVE,
+    KIND_VOLUME,
+    MARK,
+    STORE_CONTENT,
+    VALVE_CONDUCTANCE,
+    VALVE_CRITICAL_RATIO,
+)
+from afo_sim.native.state import STORE_MASS, STORE_TEMPERATURE
+from afo_sim.physics.air_path import QUICK_EXHAUST
+
+TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
+
+
+class Way(NamedTuple):
+    """A valve or restriction.
+
+    actuator : its own
+    origin, end : actuators of the nodes, or TO_AMBIENT, TO_SUPPLY
+    valve : whether a coil opens it
+    law, conductance, critical_ratio, parameters : as of `CircuitRestriction`
+    pilot : actuator of the node that keeps a quick exhaust shut, or NOWHERE
+    upstream : actuator of what the supply draws from, or NOWHERE
+    """
+
+    actuator: int
+    origin: int
+    end: int
+    valve: bool
+    law: int
+    conductance: float
+    critical_ratio: float
+    parameters: tuple[float, float, float, float]
+    pilot: int = NOWHERE
+    upstream: int = NOWHERE
+
+
+def ways_of(model: mujoco.MjModel) -> list[Way]:
+    """All valves and restrictions of a model."""
+    rows = model.actuator_user
+    kinds = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
+    found = []
+    for leader in map(int, np.flatnonzero(kinds & (rows[:, AIR_LEADS] > 0.0))):
+        nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
+        nodes |= dict(enumerate(_chain(rows, int(rows[leader, AIR_FIRST_NODE]), AIR_NEXT), FIRST_NODE))
+        number = int(rows[leader, AIR_UPSTREAM])
+        upstream = nodes[number] if number else NOWHERE
+        for edge in _chain(rows, int(rows[leader, AIR_FIRST_EDGE]), EDGE_ROW_NEXT):
+            row = rows[edge]
+            law, first = int(row[EDGE_ROW_LAW]), float(row[EDGE_ROW_1])
+            found.append(
+                Way(
+                    edge,
+                    nodes[int(row[EDGE_ROW_ORIGIN])],
+                    nodes[int(row[EDGE_ROW_END])],
+                    bool(row[1] == KIND_VALVE),
+                    law,
+                    float(row[VALVE_CONDUCTANCE]),
+                    float(row[VALVE_CRITICAL_RATIO]),
+                    (first, *map(float, row[EDGE_ROW_1 + 1 : EDGE_ROW_1 + 4])),  # type: ignore[arg-type]
+                    nodes[int(first)] if law == QUICK_EXHAUST else NOWHERE,
+                    upstream,
+                )
+            )
+    return found
+
+
+def _chain(rows: np.ndarray, first: int, slot: int) -> Iterator[int]:
+    while first >= 0:
+        yield first
+        first = int(rows[first, slot])
+
+
+def wall_of(model: mujoco.MjModel, node: int) -> float:
+    """Heat conductance to the wall of the actuator of a chamber or volume [W/K]."""
+    return float(model.actuator_user[node, CHAMBER_WALL_CONDUCTANCE])
+
+
+def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
+    """Share of its first content that is left in a store's actuator [-], from `act` (na,)."""
+    left = act[model.actuator_actadr[store] + STORE_MASS] / model.actuator_user[store, STORE_CONTENT]
+    return float(left)
+
+
+def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
+    """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
+    at = model.actuator_actadr[store]
+    act[at + STORE_MASS] = model.actuator_user[store, STORE_CONTENT]
+    act[at + STORE_TEMPERATURE] = AMBIENT_TEMPERATURE
+
+
+def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
+    """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
+    content: np.ndarray = act[..., model.actuator_actadr[store] + STORE_MASS]
+    return content
+
+
+def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: float) -> None:
+    """Set what is in the actuator of a store [kg] in `act` (na,), gas and liquid at ambient temperature."""
+    at = model.actuator_actadr[store]
+    act[at + STORE_MASS], act[at + STORE_TEMPERATURE] = content, AMBIENT_TEMPERATURE
