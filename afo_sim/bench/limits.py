@@ -8,6 +8,7 @@ import numpy as np
 from afo_sim.bench.rest import force_at, lifting, slack
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.quantity import told_of
 
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
 PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
@@ -47,11 +48,10 @@ def check_loads(
 
 def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
-    if supply is not None and supply > muscle.limits.pressure:
-        raise _pressure_refusal(
-            "is more than the muscle bears", "supply", supply, 0.0, muscle.limits.pressure
-        )
-    top, whose = muscle.limits.pressure, "the muscle's limit"
+    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
+    whose = f"the muscle's limit{told}"
+    if supply is not None and supply > top:
+        raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)
     if supply is not None:
         top, whose = supply, "the supply's pressure"
     for pressure in pressures:

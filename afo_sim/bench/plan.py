@@ -87,7 +87,7 @@ class StandPlan:
     @property
     def inertia(self) -> float:
         """Mass that moves with a hanging carriage beside the load's own: half the muscle's [kg]."""
-        return max(0.5 * self.muscle.mass, 1e-3)
+        return max(0.5 * self.muscle.whole_mass, 1e-3)
 
     @property
     def held(self) -> bool:

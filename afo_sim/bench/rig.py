@@ -31,7 +31,6 @@ from afo_sim.common.units import (
     GRAVITY,
     HEAT_CAPACITY_RATIO,
 )
-from afo_sim.model.stability import AIR_LIMIT
 from afo_sim.model.start import get_state
 from afo_sim.physics.pneumatics import laminar_slope, muscle_volume
 from afo_sim.simulation.policy import Moment, Policy
@@ -39,6 +38,7 @@ from afo_sim.simulation.rollout import Case, Recipe, Rollout, roll_out
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
+AIR_LIMIT = 1.0  # of rate × time step of the stand's air, so that its readings are exact beside a sensor's
 REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
 MUSCLE, CHAMBER = "muscle", "stand"  # names in the circuit
 MOUNTING = 1e7  # stiffness of frame and hook [N/m]: 0.1 mm under 1 kN
@@ -129,7 +129,7 @@ def stability(plan: StandPlan) -> dict[str, float]:
     Raises
     ------
     InputError
-        The air would be unstable at this time step.
+        The air would be coarse at this time step.
     """
     step = plan.timestep
     air = REGULATOR_NUMBER

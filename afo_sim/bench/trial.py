@@ -29,6 +29,7 @@ from afo_sim.bench.rig import Progress, Rows, roll
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.quantity import told_of
 from afo_sim.description.reader import load as load_description
 from afo_sim.metrics.metric import Metric
 from afo_sim.physics.pneumatics import muscle_volume
@@ -284,10 +285,23 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
     )
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
+    strong, stretched = (told_of(limits, key) for key in ("force", "contraction_min"))
     compared = (  # text, values, excess over the limit, tolerated excess, limit
-        ("force reaches {:.4g} N", force, force - limits.force, 1.0, f"limit of {limits.force:g} N"),
+        (
+            "force reaches {:.4g} N",
+            force,
+            force - limits.force,
+            1.0,
+            f"limit of {limits.force:g} N{strong}",
+        ),
         ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"limit of {most:g}"),
-        ("is stretched to {:.3f}", contraction, least - contraction, 1e-3, f"limit of {least:g}"),
+        (
+            "is stretched to {:.3f}",
+            contraction,
+            least - contraction,
+            1e-3,
+            f"limit of {least:g}{stretched}",
+        ),
         (
             f"the law {muscle.law} is asked at {{:.3g}} bar",
             pressure * 1e-5,
@@ -301,3 +315,5 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
         if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
             shown = text.format(round(float(values[worst]), 6) + 0.0)
             yield f"{muscle.name}: {shown}, beyond its {limit}"
+    if muscle.length_warning:
+        yield f"{muscle.name}: {muscle.length_warning}"

@@ -23,8 +23,8 @@ from afo_sim.description.reader import load
 from afo_sim.limb.finding import Found
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.build import Built, build
-from afo_sim.model.circuit import circuit_of
-from afo_sim.model.stability import check_air, check_friction
+from afo_sim.model.circuit import circuit_of, endless
+from afo_sim.model.stability import check_air, check_friction, check_longest
 from afo_sim.native.circuit import circuit_data
 
 STUB = "adult_75kg"  # the leg on which cuff, plate and paths are laid out; only what is added is taken
@@ -62,9 +62,10 @@ class OrthosisEntity(Driven):
         name: str = "orthosis",
     ) -> None:
         self.orthosis: Orthosis = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
+        _check_valves(self.orthosis)
         self._side, self._name = side, name
         self.supply_pressure = supply_pressure
-        self.circuit = circuit_of(self.orthosis)
+        self.circuit = circuit_of(self.orthosis, supply=endless(supply_pressure))
         self.userdata = circuit_data(self.circuit)
         self._root = new_model(name)
         self._parts: list[Any] = []
@@ -144,7 +145,7 @@ class OrthosisEntity(Driven):
         _choose_integrator(leg.root_model)
         _ = getattr(leg_entity, "actuators", None)  # dm_control's walkers keep what they find first
         tilting = tilts(leg, found, plate) and not pulleys
-        self.circuit = circuit_of(self.orthosis, inverts=tilting)
+        self.circuit = circuit_of(self.orthosis, inverts=tilting, supply=endless(self.supply_pressure))
         self.userdata = circuit_data(self.circuit)
         built = self._laid_out(found.side, tilting)
         self._friction = built.stability["friction"] / STUB_STEP
@@ -197,6 +198,7 @@ class OrthosisEntity(Driven):
         if self.found is None:
             raise InputError("is attached to no leg: attach_to(leg_entity) puts it on one", field="orthosis")
         step = float(model.opt.timestep)
+        check_longest(step)
         check_friction(self._friction * step, step)
         for note in check_air(self.orthosis, step)[1]:
             warnings.warn(note, stacklevel=2)
@@ -222,7 +224,8 @@ class OrthosisEntity(Driven):
         InputError
             There is no such chamber, or it is no command.
         """
-        self._coils |= coils(commands, self._coils)
+        three_way = [name for name, chamber in self.orthosis.chamber.items() if chamber.three_way]
+        self._coils |= coils(commands, self._coils, three_way=three_way)
 
     @property
     def supply_pressure(self) -> float:
@@ -329,3 +332,11 @@ def _choose_integrator(root: Any) -> None:
         root.option.integrator = INTEGRATOR
     elif chosen != INTEGRATOR:
         raise wrong_integrator(chosen)
+
+
+def _check_valves(orthosis: Orthosis) -> None:
+    """Refuse valves that no command of an entity opens."""
+    for name, each in orthosis.restriction.items():
+        if each.kind == "valve":
+            problem = "is a valve between two nodes, and an entity commands those of chambers alone"
+            raise InputError(problem, field=f"restriction.{name}", allowed="afo.attach, or another kind")

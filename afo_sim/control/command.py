@@ -14,16 +14,21 @@ WORDS = "inlet, outlet, both, shut, or the two coils (inlet, outlet) from 0 to 1
 
 
 def coils(
-    commands: Mapping[str, Command], chambers: Iterable[str], allowed: str = WORDS
+    commands: Mapping[str, Command],
+    chambers: Iterable[str],
+    allowed: str = WORDS,
+    three_way: Iterable[str] = (),
 ) -> dict[str, tuple[float, float]]:
     """Coils (inlet, outlet) [-] of the chambers that are commanded; a refusal tells `allowed`.
+
+    Chambers `three_way` have a 3/2 valve, which vents while its one coil has no current.
 
     Raises
     ------
     InputError
         There is no such chamber, or it is no command.
     """
-    known = list(chambers)
+    known, one_coil = list(chambers), set(three_way)
     found = {}
     for chamber, command in commands.items():
         if chamber not in known:
@@ -32,6 +37,8 @@ def coils(
             if command not in COILS:
                 raise InputError("is no command", field=chamber, value=command, allowed=allowed)
             found[chamber] = COILS[command]
+            if chamber in one_coil and command in ("shut", "both"):
+                raise _one_coil(chamber, command)
             continue
         try:
             inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]
@@ -39,8 +46,18 @@ def coils(
             raise InputError("is no command", field=chamber, value=command, allowed=allowed) from None
         if not (0.0 <= inlet <= 1.0 and 0.0 <= outlet <= 1.0):
             raise InputError("is outside a coil's range", field=chamber, value=command, allowed=allowed)
+        if chamber in one_coil and min(inlet, outlet) > 0.0:
+            raise _one_coil(chamber, command)
         found[chamber] = (inlet, outlet)
     return found
+
+
+def _one_coil(chamber: str, command: object) -> InputError:
+    """A 3/2 valve can neither hold the air nor be open both ways."""
+    problem = "is nothing that a 3/2 valve can do: it fills with current, and vents without"
+    return InputError(
+        problem, field=chamber, value=command, allowed="inlet, outlet, or two coils, one of them 0"
+    )
 
 
 def checked_pressure(pressure: float) -> float:
@@ -55,7 +72,10 @@ def checked_pressure(pressure: float) -> float:
 
 
 def checked(
-    commands: object, chambers: Iterable[str], driven: Iterable[str] = ()
+    commands: object,
+    chambers: Iterable[str],
+    driven: Iterable[str] = (),
+    three_way: Iterable[str] = (),
 ) -> dict[str, tuple[float, float] | float | None]:
     """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's timing.
 
@@ -64,6 +84,7 @@ def checked(
     commands : what a controller gave: a mapping of chambers to commands
     chambers : of the orthosis
     driven : chambers that have a pressure drive
+    three_way : chambers with a 3/2 valve, which vents while its one coil has no current
 
     Raises
     ------
@@ -73,7 +94,7 @@ def checked(
     if not isinstance(commands, Mapping):
         allowed = 'a mapping of chambers, such as {"dorsiflexor": "inlet"}'
         raise InputError("is no command", field="command", value=commands, allowed=allowed)
-    known, drives = list(chambers), set(driven)
+    known, drives, one_coil = list(chambers), set(driven), set(three_way)
     found: dict[str, tuple[float, float] | float | None] = {}
     for chamber, command in commands.items():
         if chamber not in known:
@@ -86,7 +107,7 @@ def checked(
             asks = f"{WORDS}; {TIMED}"
             if chamber in drives:
                 asks += f"; or a number, a gauge pressure from 0 to {HIGHEST:g} Pa"
-            found |= coils({chamber: command}, known, asks)
+            found |= coils({chamber: command}, known, asks, one_coil)
     return found
 
 

@@ -68,7 +68,11 @@ class Attached:
 
     @property
     def valves(self) -> dict[str, int]:
-        """Actuator of every valve ("dorsiflexor_inlet", …); its `ctrl` is 1 with current, else 0."""
+        """Actuator of every valve ("dorsiflexor_inlet", …); its `ctrl` is 1 with current, else 0.
+
+        Valves between other nodes have the names of their restrictions. The outlet of a 3/2 valve follows
+        its inlet.
+        """
         return self.ids.valves
 
     @property
@@ -183,12 +187,23 @@ class Attached:
         return {name: air.volume for name, air in self._air(data).items()}
 
     def flow(self, data: mujoco.MjData) -> dict[str, float]:
-        """Air through each valve, supply to chamber to ambient positive [kg/s], in the step last computed."""
+        """Air through each valve and restriction [kg/s], in the step last computed.
+
+        From the supply to chambers to the ambient air, and downstream, it is positive.
+        """
         found = {}
         for name, chamber in self.chambers.items():
             flows = native.read_flows(self.model, data.userdata, chamber)
             found[f"{name}_inlet"], found[f"{name}_outlet"] = float(flows.inlet), float(flows.outlet)
+        for name, edge in (self.valves | self.ids.restrictions).items():
+            if name not in found:
+                found[name] = float(native.read_flow(self.model, data.userdata, edge))
         return found
+
+    def volume_pressure(self, data: mujoco.MjData) -> dict[str, float]:
+        """Gauge pressure of each rigid volume, ends of tubes too, at the start of the last step [Pa]."""
+        read = {k: native.read_volume(self.model, data.userdata, v) for k, v in self.ids.volumes.items()}
+        return {name: float(pressure) - AMBIENT_PRESSURE for name, pressure in read.items()}
 
     def force(self, data: mujoco.MjData) -> dict[str, float]:
         """Pull of every single muscle [N]."""

@@ -18,7 +18,7 @@ from afo_sim.limb.tree import Tree
 from afo_sim.model.guide_checks import check_guides
 from afo_sim.model.mounting import check_stretch, sweep_lengths
 from afo_sim.model.path_checks import check_paths
-from afo_sim.model.stability import check_air, check_friction, falling_frictions
+from afo_sim.model.stability import check_air, check_friction, check_longest, falling_frictions
 from afo_sim.model.tendons import add_tendons
 
 ANGLES = 41  # of the range of motion at which a muscle's path is looked at
@@ -167,6 +167,7 @@ def check_step(attached: Attached) -> list[str]:
     √d J M⁻¹ Jᵀ √d, J the muscles' paths by the joints: with one joint, Σ d r²/I.
     """
     model, found, step = attached.model, attached.found, float(attached.model.opt.timestep)
+    check_longest(step)
     _, warned = check_air(attached.orthosis, step)
     falling = falling_frictions(attached.orthosis, attached.supply)
     if falling.any():

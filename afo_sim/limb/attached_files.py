@@ -26,7 +26,7 @@ from afo_sim.limb.attached import Attached
 from afo_sim.limb.attached_spec import compiled, files_of, own_spec
 from afo_sim.limb.attaching import completed
 from afo_sim.limb.finding import Found
-from afo_sim.model.circuit import circuit_of
+from afo_sim.model.circuit import circuit_of, endless
 from afo_sim.native.compiled import mujoco_library
 
 VERSION = 1  # of the sidecar
@@ -143,7 +143,8 @@ def _leg(
             description[kind] = assets.file_beside(description[kind], sidecar)
     device: Orthosis = load("orthosis", description)
     joints = tuple(table["joints"])
-    circuit = circuit_of(device, found.ankle, inverts=joints != (found.ankle,))
+    inverts = joints != (found.ankle,)
+    circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(table["supply"]))
     return Attached(
         model=model,
         spec=spec,

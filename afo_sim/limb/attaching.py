@@ -21,7 +21,7 @@ from afo_sim.limb.finding import Found, find
 from afo_sim.limb.hanging import hang, places_of
 from afo_sim.limb.mjcf import one_line, tree_of
 from afo_sim.limb.tree import Tree
-from afo_sim.model.circuit import circuit_of
+from afo_sim.model.circuit import circuit_of, endless
 from afo_sim.model.mirror import mirror_shapes
 from afo_sim.model.tendons import add_tendons
 from afo_sim.native.hold import Hold
@@ -94,7 +94,8 @@ def attach(
     told = told_changes(spec, step)
     joints = _crossed(tree, found, bodies["foot"])
     # where another joint turns the foot too, parallel paths are not equally long
-    circuit = circuit_of(device, found.ankle, inverts=joints != (found.ankle,))
+    inverts = joints != (found.ankle,)
+    circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(pressure))
     first = max(spec.nuserdata, 0)
     mirrored = device.side != found.side
     try:

@@ -12,6 +12,7 @@ from afo_sim import native
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.checks import STANCE_FORCE
 from afo_sim.model import mounting, stability
+from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.assemble import assemble, compiled
 from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
@@ -121,7 +122,8 @@ def build(scenario: Scenario) -> Built:
     numbers, coarse = stability.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
-    warnings = (*mounting.check_description(scenario), *stretch, *coarse, *guided, *_walked(scenario))
+    told = (*mounting.check_description(scenario), *check_air_path(scenario))
+    warnings = (*told, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:
         return built
@@ -129,7 +131,9 @@ def build(scenario: Scenario) -> Built:
 
 
 def _circuit(scenario: Scenario) -> native.Circuit:
-    return circuit_of(scenario.orthosis, inverts=free(scenario), drives=scenario.drive)
+    return circuit_of(
+        scenario.orthosis, inverts=free(scenario), drives=scenario.drive, supply=scenario.supply
+    )
 
 
 def _walked(scenario: Scenario) -> Iterator[str]:

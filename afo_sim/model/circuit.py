@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 
 from afo_sim import native
+from afo_sim.description.air.supply import Supply
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.orthosis import Chamber, Mounting, MuscleGroup, Orthosis
+from afo_sim.model.air_path import VALVE_END, AirPath, half_of_tubes, valve_row
 from afo_sim.model.mounting import ANKLE
 
 KINDS = {"bang_bang": native.BANG_BANG, "pwm": native.PWM, "regulator": native.REGULATOR}
@@ -15,6 +17,7 @@ def circuit_of(
     joint: str = ANKLE,
     inverts: bool = False,
     drives: Mapping[str, Drive] | None = None,
+    supply: Supply | None = None,
 ) -> native.Circuit:
     """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own.
 
@@ -24,8 +27,9 @@ def circuit_of(
     joint : the one that MuJoCo asks for; nothing in the chambers puts a force on it
     inverts : whether the foot turns to its sides, which makes parallel paths unlike
     drives : pressure drives by chamber
+    supply : that it hangs on; endless air by default
     """
-    driven = drives or {}
+    driven, path = drives or {}, AirPath.of(orthosis, supply)
     return native.Circuit(
         muscles=tuple(
             native.CircuitMuscle(
@@ -45,21 +49,42 @@ def circuit_of(
             native.CircuitChamber(
                 name=name,
                 joint=joint,
-                tube_volume=chamber.tube_volume,
+                tube_volume=chamber.tube_volume + half_of_tubes(orthosis, name),
                 wall_conductance=chamber.wall_conductance,
-                inlet=chamber.inlet,
-                outlet=chamber.outlet,
-                drive=drive_of(driven[name], opening_delay(chamber)) if name in driven else None,
+                inlet=native.CircuitValve(**valve_row(chamber.inlet, path.gas)),
+                outlet=native.CircuitValve(**valve_row(chamber.vent, path.gas)),
+                drive=drive_of(driven[name], shortest_pulse(chamber)) if name in driven else None,
+                feed=path.node(chamber.feed),
+                exhaust=path.node(chamber.exhaust),
+                port="" if chamber.tube is None else VALVE_END.format(name),
+                three_way=chamber.three_way,
             )
             for name, chamber in orthosis.chamber.items()
         ),
         anchors=tuple(_anchor(name, mounting) for name, mounting in orthosis.anchor.items()),
+        volumes=path.volumes,
+        stores=path.stores,
+        restrictions=path.restrictions,
+        upstream=path.upstream,
+        gas_constant=path.gas.constant,
+        heat_capacity_ratio=path.gas.heat_capacity_ratio,
     )
+
+
+def endless(pressure: float) -> Supply | None:
+    """A supply that never sags, at a gauge pressure [Pa]; None where it is not above ambient pressure."""
+    return Supply.model_validate({"pressure": f"{pressure!r} Pa"}) if pressure > 0.0 else None
 
 
 def opening_delay(chamber: Chamber) -> float:
     """Longer one of the opening delays of a chamber's valves [s]."""
-    return max(chamber.inlet.opening_delay, chamber.outlet.opening_delay)
+    return max(chamber.inlet.opening_delay, chamber.vent.opening_delay)
+
+
+def shortest_pulse(chamber: Chamber) -> float:
+    """Shortest pulse that a chamber's valves answer [s]: the longest opening delay or minimum on-time."""
+    least = [valve.minimum_on_time or 0.0 for valve in (chamber.inlet, chamber.outlet) if valve is not None]
+    return max(opening_delay(chamber), *least)
 
 
 def _alike(name: str, group: MuscleGroup, inverts: bool) -> list[tuple[str, ...]]:
@@ -68,14 +93,14 @@ def _alike(name: str, group: MuscleGroup, inverts: bool) -> list[tuple[str, ...]
     return [tendons] if group.alike and not inverts else [(tendon,) for tendon in tendons]
 
 
-def drive_of(drive: Drive, opening_delay: float = 0.0) -> native.CircuitDrive:
-    """A described drive of valves with this opening delay [s], as the circuit takes it."""
+def drive_of(drive: Drive, shortest: float = 0.0) -> native.CircuitDrive:
+    """A described drive of valves that answer no pulse below the shortest [s], as the circuit takes it."""
     row = {
         "kind": KINDS[drive.kind],
         "dead_band": drive.dead_band,
         "release": drive.releases_at,
         "period": drive.period,
-        "least_on": drive.shortest_pulse(opening_delay),
+        "least_on": drive.shortest_pulse(shortest),
         "least_off": drive.least_off,
         "full_at": drive.full_at,
         "integral_rate": 0.0 if drive.integral_time is None else 1.0 / drive.integral_time,

@@ -1,6 +1,8 @@
 """Solenoid timer, gait phase, recorded walking → the control array (n_step, nu) of a simulation."""
 
 import functools
+from collections.abc import Container, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -31,13 +33,13 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
     count = n_step or scenario.n_step
     control = np.zeros((count, built.model.nu))
     control[:, index.passive] = scenario.shank.knee_angle or 0.0
-    control[:, list(index.chambers.values())] = scenario.supply.pressure
+    control[:, list(index.chambers.values())] = scenario.supply.fixed
     control[:, list(index.drives.values())] = OFF
     if scenario.timer is not None:
         clock = Clock.of(np.arange(count) * scenario.timestep, scenario.timestep, scenario.timer.period)
         for chamber, times in scenario.timer.chambers.items():
-            for side in ("inlet", "outlet"):
-                control[:, index.valves[f"{chamber}_{side}"]] = clock.share(getattr(times, side))
+            for valve, intervals in _of_valves(chamber, times, index.chambers):
+                control[:, index.valves[valve]] = clock.share(intervals)
     if built.walk is not None:
         _walking_controls(built, control)
     return control
@@ -67,12 +69,19 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
         control[:, index.walking[REST]] = rest[steps]
     phases = built.scenario.phases
     for chamber, events in phases.chambers.items() if phases else ():
-        for side in ("inlet", "outlet"):
-            parts = tuple(
-                p for a, b in getattr(events, side) for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)])
-            )
+        for valve, intervals in _of_valves(chamber, events, index.chambers):
+            parts = tuple(p for a, b in intervals for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)]))
             if parts:
-                control[:, index.valves[f"{chamber}_{side}"]] = _share(walk.clock, parts)[steps]
+                control[:, index.valves[valve]] = _share(walk.clock, parts)[steps]
+
+
+def _of_valves(name: str, times: Any, chambers: Container[str]) -> Iterator[tuple[str, Intervals]]:
+    """(valve, its intervals) of a table of times: of a chamber's two valves, or of one between nodes."""
+    if name not in chambers:
+        yield name, times.open
+        return
+    for side in ("inlet", "outlet"):
+        yield f"{name}_{side}", getattr(times, side)
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share what they do not change

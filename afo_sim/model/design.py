@@ -74,6 +74,17 @@ def design(source: Source, *, leg: str | None = None, pressure: float | str | No
     InputError
         There is no such orthosis or scenario, it has no muscle, or it cannot be built.
     """
+    return design_of(build(scenario_of(source, leg)), gauge(pressure))
+
+
+def gauge(pressure: float | str | None) -> float | None:
+    """A gauge pressure [Pa] as a number or with its unit; None stays.
+
+    Raises
+    ------
+    InputError
+        It is no pressure, or a number that must have been meant in bar.
+    """
     if isinstance(pressure, str):
         try:
             pressure = parse_quantity(pressure, "Pa")
@@ -83,7 +94,7 @@ def design(source: Source, *, leg: str | None = None, pressure: float | str | No
         raise InputError(
             "is a number of Pa: was it meant in bar?", field="pressure", value=pressure, allowed='"4 bar"'
         )
-    return design_of(build(scenario_of(source, leg)), pressure)
+    return pressure
 
 
 def design_of(built: Built, pressure: float | None = None) -> Design:

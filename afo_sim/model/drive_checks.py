@@ -17,7 +17,9 @@ from afo_sim.common.units import (
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.scenario import Scenario
+from afo_sim.model.air_checks import too_short
 from afo_sim.model.chamber_volume import least_volume
+from afo_sim.model.circuit import shortest_pulse
 
 SAMPLED = 2.0  # rate × period beyond which an integrator that is corrected once a period swings
 FINE = 64.0  # a step by so much shorter is taken for continuous
@@ -49,7 +51,11 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
                 value=f"{in_unit(drive.period, 's', 'ms'):g} ms",
                 allowed=f"at least {in_unit(scenario.timestep, 's', 'ms'):g} ms, or a shorter timestep",
             )
-        said = [*_idle(drive), *CHECKS[drive.kind](drive, rate, scenario, name)]
+        said = [
+            *_idle(drive),
+            *_short(drive, scenario.orthosis, name),
+            *CHECKS[drive.kind](drive, rate, scenario, name),
+        ]
         warnings += [f"drive of chamber {name!r}: {text}" for text in said]
         if drive.kind != "bang_bang":
             numbers.append(scenario.timestep * rate / drive.full_at)
@@ -67,7 +73,7 @@ def fastest_rise(orthosis: Orthosis, chamber: str, supply: float) -> float:
     supply : gauge pressure before the inlet, and the highest in the chamber [Pa]
     """
     described = orthosis.chamber[chamber]
-    conductance = max(described.inlet.conductance, described.outlet.conductance)
+    conductance = max(described.inlet.conductance, described.vent.conductance)
     flow = conductance * STANDARD_DENSITY * (supply + AMBIENT_PRESSURE)
     stiff = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE
     return stiff * flow / least_volume(orthosis, chamber)
@@ -78,10 +84,21 @@ def _idle(drive: Drive) -> Iterator[str]:
         yield f"{', '.join(drive.idle)} changes nothing in a drive of kind {drive.kind}"
 
 
+def _short(drive: Drive, orthosis: Orthosis, name: str) -> Iterator[str]:
+    """Pulses that the drive gives, and that are too short for its valves."""
+    chamber = orthosis.chamber[name]
+    shortest = drive.shortest_pulse(shortest_pulse(chamber))
+    if drive.kind == "regulator" or (drive.least_on is None and shortest < drive.period):
+        return
+    for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
+        if valve is not None and (text := too_short(f"{name}_{side}", valve, shortest)):
+            yield text
+
+
 def _bang_bang(drive: Drive, rate: float, scenario: Scenario, name: str) -> Iterator[str]:
     """An open valve moves the pressure on until it is shut; it must not come to where the other opens."""
     chamber = scenario.orthosis.chamber[name]
-    shuts = max(chamber.inlet.closing_delay, chamber.outlet.closing_delay, scenario.timestep)
+    shuts = max(chamber.inlet.closing_delay, chamber.vent.closing_delay, scenario.timestep)
     late = shuts + scenario.timestep  # it is looked at once a step
     swing = rate * (late + drive.filter_time)
     if swing > drive.dead_band + drive.releases_at:
@@ -94,7 +111,7 @@ def _bang_bang(drive: Drive, rate: float, scenario: Scenario, name: str) -> Iter
 
 def _pwm(drive: Drive, rate: float, scenario: Scenario, name: str) -> Iterator[str]:
     chamber = scenario.orthosis.chamber[name]
-    opening = max(chamber.inlet.opening_delay, chamber.outlet.opening_delay)
+    opening = max(chamber.inlet.opening_delay, chamber.vent.opening_delay)
     if drive.period <= opening:
         yield (
             f"its period is not longer than the valves' opening delay, {in_unit(opening, 's', 'ms'):g} ms: "

@@ -154,6 +154,9 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         tuple((name, *_path(group)) for name, group in orthosis.muscle.items()),
         tuple((m.name, m.tendons, m.chamber, m.anchors, m.friction_states) for m in circuit.muscles),
         tuple((c.name, c.joint, c.drive is not None) for c in circuit.chambers),
+        tuple(each.name for each in circuit.volumes),
+        tuple(each.name for each in circuit.stores),
+        tuple((r.name, r.law, r.valve is not None) for r in circuit.restrictions),
     )
     described = _Seen(seen, scenario, circuit, size, own)
     return (_made if None in times else _kept)(described)
@@ -173,7 +176,7 @@ def _path(group: MuscleGroup) -> tuple[Any, ...]:
     muscle = group.type
     drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0
     places = tuple(_values(place) for place in group.path)
-    return (muscle.mass, muscle.bore, drawn, places, *_values(group, OF_A_GROUP))
+    return (muscle.whole_mass, muscle.bore, drawn, places, *_values(group, OF_A_GROUP))
 
 
 @functools.lru_cache(maxsize=8)
@@ -210,6 +213,9 @@ def _made(seen: _Seen) -> Geometry:
             ankle_qpos=int(joint.qposadr[0]),
             ankle_dof=int(joint.dofadr[0]),
             drives=ids.drives,
+            volumes=ids.volumes,
+            stores=ids.stores,
+            restrictions=ids.restrictions,
         ),
         angles=angles,
         lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),

@@ -34,6 +34,9 @@ class Index:
     ankle_qpos: int
     ankle_dof: int
     drives: dict[str, int] = field(default_factory=dict)  # by chamber
+    volumes: dict[str, int] = field(default_factory=dict)
+    stores: dict[str, int] = field(default_factory=dict)
+    restrictions: dict[str, int] = field(default_factory=dict)  # those without a coil
 
 
 def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:

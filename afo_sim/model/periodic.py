@@ -6,6 +6,7 @@ stride: then every stride takes the same inputs, and the state at its start maps
 
 import math
 
+from afo_sim.description.air.network import AMBIENT, SUPPLY
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.walk import stride_time_of
 
@@ -27,11 +28,23 @@ def why_walked(scenario: Scenario) -> str:
         return "the stride time varies (gait.variability)"
     if gait.pace:
         return "the cadence changes or the walker stops (gait.pace)"
+    source = scenario.supply.source
+    if source is not None and source.kind == "compressor":
+        return "the compressor starts and stops at its own times, and strides need not repeat"
     if drift(scenario):
         assert scenario.timer is not None
         stride, period = stride_time_of(scenario), scenario.timer.period
         return f"the timer's period of {period:g} s does not fit the stride of {stride:.6g} s"
     return ""
+
+
+def beyond_chambers(scenario: Scenario) -> bool:
+    """Whether air is elsewhere than in chambers between endless air and the surroundings."""
+    orthosis, supply = scenario.orthosis, scenario.supply
+    led = any(
+        c.tube is not None or (c.feed, c.exhaust) != (SUPPLY, AMBIENT) for c in orthosis.chamber.values()
+    )
+    return bool(led or orthosis.volume or orthosis.restriction or supply.source or supply.regulator)
 
 
 def drift(scenario: Scenario) -> float:

@@ -5,7 +5,8 @@ A chamber that is filled for a time is integrated from ambient air, with mass an
     ṁ = ṁ_in        σ̇ as `pneumatics.sigma_rate`        p V(p)^γ = σ
 
 The posture is that of the first step. V(p) is the volume of muscles at rest at their own length, on the cuff
-that gives way under them.
+that gives way under them. Behind tubes, restrictions or a source that sags the whole network is stepped
+instead (`prefill_network`).
 """
 
 import math
@@ -18,7 +19,10 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description.orthosis import Chamber
+from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
+from afo_sim.model.network_prefill import prefill_network
+from afo_sim.model.periodic import beyond_chambers
 from afo_sim.physics.pneumatics import laminar_slope, sigma_rate, valve_flow
 
 STEP = 0.025  # of the filling at first; half of it changes air and pressure by less than 0.1 % [s]
@@ -61,6 +65,9 @@ def prefill(built: Built, data: mujoco.MjData) -> None:
     data : at the first posture; its air is written over. The callbacks must be installed.
     """
     model, scenario = built.model, built.scenario
+    if beyond_chambers(scenario):
+        prefill_network(built, data)
+        return
     told = scenario.start.chambers if scenario.start is not None else {}
     actuators = {built.index.chambers[name]: start for name, start in told.items()}
     gauge = {k: start.pressure for k, start in actuators.items() if start.pressure is not None}
@@ -182,20 +189,32 @@ def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: floa
     p = m R T / V(p), again and again: the volume hardly follows the pressure.
     """
     volume, pressure = _volume_of(model, data, actuator, {}), AMBIENT_PRESSURE
+    constant = native.gas_of(model, actuator).constant
     for _ in range(TRIES):
-        last, pressure = pressure, mass * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume(pressure)
+        last, pressure = pressure, mass * constant * AMBIENT_TEMPERATURE / volume(pressure)
         if abs(pressure / last - 1.0) < SAME:
             break
     return pressure
 
 
 def ambient_mass(built: Built, data: mujoco.MjData) -> float:
-    """Air in all chambers at ambient pressure and temperature, in a posture [kg]; callbacks installed."""
-    native.fill_chambers(built.model, data, 0.0)
-    held = [native.read_held(built.model, data.act, k)[0] for k in built.index.chambers.values()]
-    return float(sum(held))
+    """Air that is there with all at ambient pressure and temperature, in a posture [kg]; callbacks installed.
+
+    A compressor's tank is not in it: it is the source.
+    """
+    model = built.model
+    native.fill_chambers(model, data, 0.0)
+    in_chambers = sum(native.read_held(model, data.act, k)[0] for k in built.index.chambers.values())
+    rigid = ((native.room_of(model, k), native.gas_of(model, k)) for k in _volumes(built))
+    return float(in_chambers + sum(native.air_at(0.0, room, gas).mass for room, gas in rigid))
 
 
 def held_mass(built: Built, act: np.ndarray) -> float:
-    """Air in all chambers in a state `act` (na,) [kg]."""
-    return float(sum(native.read_held(built.model, act, k)[0] for k in built.index.chambers.values()))
+    """Air in all chambers and volumes in a state `act` (na,) [kg]; a compressor's tank is not in it."""
+    nodes = (*built.index.chambers.values(), *_volumes(built))
+    return float(sum(native.read_held(built.model, act, k)[0] for k in nodes))
+
+
+def _volumes(built: Built) -> list[int]:
+    """Actuators of rigid volumes behind the source."""
+    return [k for name, k in built.index.volumes.items() if name != SOURCE]

@@ -7,10 +7,14 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built
+from afo_sim.model.controls import controls
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.subtalar import find_rest, free
 from afo_sim.model.walk import JOINTS
+from afo_sim.physics.content import gas_mass
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
@@ -48,6 +52,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
         return float(data.qacc[index.ankle_dof])
 
     if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
+        _take_from_source(built, data)
         return get_state(model, data)
     lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
     if imbalance(lower) * imbalance(upper) > 0.0:
@@ -58,6 +63,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if turns:
         find_rest(model, data, forward)
     native.fill_chambers(model, data, 0.0)
+    _take_from_source(built, data)
     return get_state(model, data)
 
 
@@ -88,6 +94,7 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
     data.ctrl[:] = control
     if air is None:
         prefill(built, data)
+        _take_from_source(built, data)
     else:
         native.fill_chambers(model, data, air(built, data))
     native.step_back(model, data)
@@ -114,8 +121,46 @@ def _at_first_posture(built: Built) -> mujoco.MjData:
     return data
 
 
+def fills(scenario: Scenario) -> bool:
+    """Whether air is filled before the first step: into chambers, volumes, or behind a regulator."""
+    return bool(scenario.start is not None or scenario.orthosis.volume or scenario.supply.regulator)
+
+
+def _take_from_source(built: Built, data: mujoco.MjData) -> None:
+    """Take what volumes and chambers hold beyond ambient air out of bottle or cartridge.
+
+    That air was given slowly, so that what is left is as warm as the room. It keeps what it has at ambient
+    pressure, even where that is too little for all of it.
+    """
+    stores, source = built.index.stores, built.scenario.supply.source
+    if not stores or source is None:
+        return
+    empty = mujoco.MjData(built.model)  # `data` may be the scratch one
+    empty.qpos[:] = data.qpos
+    taken = held_mass(built, data.act) - ambient_mass(built, empty)
+    least = gas_mass(source.real_gas, source.volume, AMBIENT_PRESSURE)
+    for store in stores.values():
+        native.write_content(built.model, data.act, store, max(source.full_mass - max(taken, 0.0), least))
+
+
+def content_at_start(built: Built) -> float:
+    """Gas and liquid in the bottle or cartridge as the walk from a stop begins [kg].
+
+    Parameters
+    ----------
+    built : compiled scenario with walking, whose source is a bottle or a cartridge
+    """
+    with native.installed(built.scenario.callback):
+        data = _at_first_posture(built)
+        data.ctrl[:] = controls(built, 1)[0]
+        prefill(built, data)
+        _take_from_source(built, data)
+    store = next(iter(built.index.stores.values()))
+    return float(native.read_content(built.model, data.act, store))
+
+
 def air_before(built: Built, act: np.ndarray) -> float:
-    """Air that was filled before the first step, beyond what the chambers hold at ambient pressure [kg].
+    """Air that was filled before the first step, beyond ambient air in chambers and volumes [kg].
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def _add_path(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
             pos=position,
             size=[0.006, 0.0, 0.0],
-            mass=group.type.mass / 2.0,
+            mass=group.type.whole_mass / 2.0,
             contype=0,
             conaffinity=0,
             rgba=[0.8, 0.8, 0.82, 1.0],

@@ -1,0 +1,210 @@
+"""What is unusual in an air path, or in the times of its valves: warnings, from the description alone."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from afo_sim.common.units import in_unit
+from afo_sim.description.air.air_graph import ALWAYS_OPEN, highest_pressures, reached, ways
+from afo_sim.description.air.network import AMBIENT, SUPPLY
+from afo_sim.description.air.valve import Valve
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.quantity import amount
+from afo_sim.description.scenario import Scenario
+from afo_sim.model.walk import stride_time_of
+
+ALIKE = 1.0 - 1e-9
+LONG_TUBE = 5.0  # [m]
+SHORTEST_STEP = 1e-5  # that is worth telling [s]
+
+
+def check_air_path(scenario: Scenario) -> list[str]:
+    """Warnings of the air path of a scenario: what air is lost by, what never opens, what has too much.
+
+    Returns
+    -------
+    warnings, each with the component's name and what would mend it
+    """
+    orthosis = scenario.orthosis
+    if not orthosis.chamber:
+        return []
+    return [
+        *_blown_off(orthosis),
+        *_by_passed(orthosis),
+        *_dead_ends(orthosis),
+        *_pressures(scenario),
+        *_above_supply(scenario),
+        *_long_tubes(orthosis),
+        *_never(scenario),
+        *_pulses(scenario),
+    ]
+
+
+def _blown_off(orthosis: Orthosis) -> Iterator[str]:
+    """Air that goes from the supply to the ambient air all the time."""
+    kinds = (*ALWAYS_OPEN, "silencer", "check_valve", "regulator")
+    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.kind in kinds]).get(AMBIENT)
+    if lost:
+        through = ", ".join(way.key.partition(".")[2] for way in lost)
+        yield f"air blows off all the time, from the supply through {through}: a valve between would stop it"
+
+
+def _by_passed(orthosis: Orthosis) -> Iterator[str]:
+    """Chambers that the supply fills past their inlet valves, all the time."""
+    kinds = (*ALWAYS_OPEN, "check_valve", "quick_exhaust", "regulator")
+    open_ways = [way for way in ways(orthosis) if way.kind in kinds]
+    fed = reached([SUPPLY], open_ways)
+    for name in orthosis.chamber:
+        if name in fed:
+            through = ", ".join(repr(way.key.partition(".")[2]) for way in fed[name])
+            mend = "a valve between, or another upstream, would stop it"
+            if fed[name][-1].kind == "quick_exhaust":
+                mend = f"chamber.{name}.quick_exhaust would stand behind the inlet"
+            yield (
+                f"chamber {name!r} is on the supply all the time: its inlet valve is bypassed by restriction "
+                f"{through}; {mend}"
+            )
+
+
+def _dead_ends(orthosis: Orthosis) -> Iterator[str]:
+    """Volumes that fill and never give their air to anything."""
+    out = reached([AMBIENT], ways(orthosis), back=True)
+    for name in orthosis.volume:
+        if name not in out:
+            yield f"volume {name!r} fills and never vents: nothing draws from it or leads out of it"
+
+
+def valves_of(orthosis: Orthosis) -> Iterator[tuple[str, Valve, str]]:
+    """(name, valve, node before it) of all valves that are described."""
+    for name, chamber in orthosis.chamber.items():
+        yield f"{name}_inlet", chamber.inlet, chamber.feed
+        if chamber.outlet is not None:
+            yield f"{name}_outlet", chamber.outlet, name
+    for name, each in orthosis.restriction.items():
+        if each.valve is not None:
+            yield name, each.valve, each.upstream
+
+
+def _pressures(scenario: Scenario) -> Iterator[str]:
+    """Valves that get another pressure than their maker allows."""
+    highest = highest_pressures(scenario.orthosis, scenario.supply.pressure)
+    for name, valve, before in valves_of(scenario.orthosis):
+        if valve.working_pressure is None:
+            continue
+        (low, high), pressure = valve.working_pressure, highest.get(before, 0.0)
+        told = f"valve {name} ({valve.name or 'unnamed'}) has {amount(pressure, 'Pa', 3)}"
+        if pressure > high * (1.0 + 1e-9):
+            yield f"{told} before it, and its maker allows {amount(high, 'Pa', 3)}"
+        elif pressure < low * ALIKE:
+            yield (
+                f"{told} before it, and needs {amount(low, 'Pa', 3)}: here it switches all the same; "
+                "another valve, or more pressure"
+            )
+
+
+def _above_supply(scenario: Scenario) -> Iterator[str]:
+    """Volumes that the supply feeds and that begin with more than it has."""
+    most = scenario.supply.pressure
+    fed = reached([SUPPLY], ways(scenario.orthosis))
+    for name, each in scenario.orthosis.volume.items():
+        if name in fed and (each.start_pressure or 0.0) > most * (1.0 + 1e-9):
+            yield (
+                f"volume {name!r} begins with {amount(each.start_pressure or 0.0, 'Pa', 3)}, more than the "
+                f"supply's {amount(most, 'Pa', 3)}: start_pressure would be that of a volume filled before"
+            )
+
+
+def _long_tubes(orthosis: Orthosis) -> Iterator[str]:
+    """Tubes beyond what the lumped model is tested for."""
+    tubes = [(f"chamber {k!r}", c.tube, c.tube_length) for k, c in orthosis.chamber.items()]
+    tubes += [(f"restriction {k!r}", r.tube, r.length) for k, r in orthosis.restriction.items()]
+    for where, tube, length in tubes:
+        if tube is not None and length is not None and length > LONG_TUBE:
+            yield (
+                f"the tube of {where} is {length:.3g} m long: tubes have no delay here, and sound takes "
+                f"{_ms(tube.delay(length))} through it (2.9 ms/m); they are tested to 2 m"
+            )
+
+
+def _never(scenario: Scenario) -> Iterator[str]:
+    """Valves between nodes that nothing opens."""
+    timing = scenario.timer or scenario.phases
+    told = timing.chambers if timing is not None else {}
+    for name, each in scenario.orthosis.restriction.items():
+        if each.valve is not None and not (name in told and told[name].open):
+            table = "phases" if scenario.phases is not None else "timer"
+            yield f"valve {name!r} never opens: {table}.{name}.open would tell when"
+
+
+def _pulses(scenario: Scenario) -> Iterator[str]:
+    """Pulses too short for their valve."""
+    valves = {name: valve for name, valve, _ in valves_of(scenario.orthosis)}
+    for name, seconds in _shortest(scenario).items():
+        if name in valves and (text := too_short(name, valves[name], seconds, scenario.timestep)):
+            yield text
+
+
+def too_short(name: str, valve: Valve, seconds: float, step: float = 0.0) -> str:
+    """What comes of a pulse of a coil that is too short for its valve; "" where it is long enough.
+
+    Parameters
+    ----------
+    name, valve : of whose coil
+    seconds : for which it has current [s]
+    step : of the integration [s]; a pulse that is longer than delay and step by another one is cut exactly
+    """
+    pulse, delay = f"valve {name}: a pulse of {_ms(seconds)}", valve.opening_delay
+    if seconds < delay * ALIKE:
+        return f"{pulse} is shorter than its opening delay, {_ms(delay)}: it does not open"
+    if valve.minimum_on_time is not None and seconds < valve.minimum_on_time * ALIKE:
+        least = _ms(valve.minimum_on_time)
+        return f"{pulse} is shorter than its minimum_on_time, {least}: here it opens, and it may not"
+    if not valve.proportional and seconds < (max(delay, step) + step) * ALIKE:
+        enough = min(seconds - delay, 0.5 * seconds)
+        text = f"{pulse} is hardly longer than its opening delay or the time step: its air is uncertain"
+        return f"{text}; a timestep of {_ms(enough)} would do" if enough > SHORTEST_STEP else text
+    return ""
+
+
+def _ms(seconds: float) -> str:
+    return f"{in_unit(seconds, 's', 'ms'):.3g} ms"
+
+
+def _shortest(scenario: Scenario) -> dict[str, float]:
+    """The shortest pulse of every valve that times are told of [s]; by phase as of the mean stride."""
+    controller = scenario.controller
+    clock = scenario.timer or (controller.timer if controller is not None else None)
+    found: dict[str, float] = {}
+    tables: Mapping[str, Any]
+    if controller is not None and controller.pid is not None and controller.pid.pressures is None:
+        named, period = controller.pid.named.values(), 1.0 / controller.rate
+        return {f"{name}_{side}": period for name in named for side in ("inlet", "outlet")}
+    if clock is not None:
+        period, unit, tables = clock.period, 1.0, clock.chambers
+    elif scenario.phases is not None:
+        period, unit, tables = 1.0, stride_time_of(scenario), scenario.phases.chambers
+    else:
+        return found
+    for name, times in tables.items():
+        sides = ("inlet", "outlet") if name in scenario.orthosis.chamber else ("open",)
+        for side in sides:
+            spans = durations(getattr(times, side), period)
+            if spans:
+                found[name if side == "open" else f"{name}_{side}"] = unit * min(spans)
+    return found
+
+
+def durations(intervals: tuple[tuple[float, float], ...], period: float) -> list[float]:
+    """Durations of intervals that repeat with a period, those that touch as one; none of a coil always on."""
+    parts = sorted(p for a, b in intervals for p in ([(a, b)] if a < b else [(a, period), (0.0, b)]))
+    merged: list[list[float]] = []
+    for start, end in parts:
+        if merged and start <= merged[-1][1] + 1e-12 * period:
+            merged[-1][1] = max(merged[-1][1], end)
+        else:
+            merged.append([start, end])
+    if len(merged) > 1 and merged[0][0] <= 0.0 and merged[-1][1] >= period * ALIKE:
+        first = merged.pop(0)
+        merged[-1][1] += first[1]
+    elif merged and merged[0][0] <= 0.0 and merged[0][1] >= period * ALIKE:
+        return []
+    return [end - start for start, end in merged if end > start]

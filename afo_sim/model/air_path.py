@@ -1,0 +1,252 @@
+"""Volumes, restrictions and the source of an orthosis, as `native` takes them.
+
+A tube's friction lies between the halves of its air. A regulator with droop has a volume behind its seat,
+which feeds all that names the supply. A source's own pressure is before it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
+from afo_sim.description.air.chamber import Chamber
+from afo_sim.description.air.network import SUPPLY, Restriction
+from afo_sim.description.air.quick_exhaust import QuickExhaust
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.source import Source
+from afo_sim.description.air.supply import Supply
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.physics.gas import AIR, Gas
+
+SOURCE, OUTLET = (
+    "source",
+    "regulator",
+)  # nodes of a supply: bottle, cartridge or tank; volume behind its regulator
+VALVE_END, TUBE = "{}_valve_end", "{}_tube"  # of a chamber's tube
+TUBE_END, QUICK_EXHAUST = "{}_tube_end", "{}_quick_exhaust"  # where one stands between tube and muscles
+
+
+@dataclass(frozen=True)
+class AirPath:
+    """What a circuit has beside its chambers.
+
+    feed : node that stands for the supply
+    upstream : node that an ideal regulator draws from; "" where the supply never sags
+    """
+
+    volumes: tuple[native.CircuitVolume, ...]
+    stores: tuple[native.CircuitStore, ...]
+    restrictions: tuple[native.CircuitRestriction, ...]
+    gas: Gas = AIR
+    feed: str = SUPPLY
+    upstream: str = ""
+
+    @classmethod
+    def of(cls, orthosis: Orthosis, supply: Supply | None = None) -> "AirPath":
+        """The air path of an orthosis on a supply; on endless air without one."""
+        if not orthosis.chamber:
+            return cls((), (), ())
+        source = None if supply is None else supply.source
+        regulator = None if supply is None else supply.regulator
+        feed = SUPPLY if regulator is None else OUTLET
+        gas = AIR if source is None else source.real_gas
+        before = SUPPLY if source is None else SOURCE
+        pressure = 0.0 if supply is None else supply.pressure
+        volumes = [
+            *_volumes(orthosis, pressure),
+            *(end for name, each in orthosis.chamber.items() for end in _tube_ends(name, each)),
+        ]
+        restrictions = [
+            *(part for name, each in orthosis.chamber.items() for part in _behind_valves(name, each)),
+            *(part for name, each in orthosis.restriction.items() for part in _parts(name, each, feed)),
+        ]
+        stores = []
+        if source is not None and source.kind == "compressor":
+            volumes.append(_tank(source))
+            restrictions.append(_compressor(source))
+        elif source is not None:
+            stores.append(_store(source))
+        if regulator is not None:
+            volumes.append(native.CircuitVolume(OUTLET, regulator.outlet_volume, 0.0, pressure))
+            restrictions += _regulator(OUTLET, regulator, pressure, before, OUTLET)
+        scaled = tuple(_in_gas(each, gas) for each in restrictions)
+        upstream = SOURCE if source is not None and regulator is None else ""
+        return cls(tuple(volumes), tuple(stores), scaled, gas, feed, upstream)
+
+    def node(self, name: str) -> str:
+        """The node that a name in an orthosis stands for."""
+        return self.feed if name == SUPPLY else name
+
+
+def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
+    """A valve's parameters for another gas, which chokes at another flow through the same hole."""
+    row = dict(valve.row)
+    return row | {"conductance": row["conductance"] * gas.flow_factor}
+
+
+def _in_gas(each: native.CircuitRestriction, gas: Gas) -> native.CircuitRestriction:
+    return each if gas is AIR else each.times(gas.flow_factor)
+
+
+def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolume]:
+    brought = _brought(orthosis, pressure)
+    for name, volume in orthosis.volume.items():
+        start = volume.start_pressure
+        if start is None:
+            start = brought.get(name, 0.0)
+        room = volume.volume + _beside(orthosis, name)
+        yield native.CircuitVolume(name, room, volume.wall_conductance, start)
+
+
+def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
+    """Gauge pressure at which the supply's air comes to rest in the nodes that no valve shuts off [Pa].
+
+    Behind a regulator it is what that is set to, behind a check valve less by what opens it.
+    """
+    found, changed = {SUPPLY: pressure}, True
+    while changed:
+        changed = False
+        for each in orthosis.restriction.values():
+            if each.kind in ("valve", "silencer", "leak"):
+                continue
+            both = each.kind in ("tube", "orifice", "throttle")
+            ways = [(each.upstream, each.downstream)] + [(each.downstream, each.upstream)] * both
+            for origin, end in ways:
+                if origin not in found or end == native.AMBIENT_NAME:
+                    continue
+                rests = found[origin] - (0.0 if both else each.cracking_pressure or 0.0)
+                if each.pressure is not None:
+                    rests = min(rests, each.pressure)
+                if rests > found.get(end, 0.0):
+                    found[end], changed = rests, True
+    return found
+
+
+def half_of_tubes(orthosis: Orthosis, name: str) -> float:
+    """Air of what leads to a chamber [m³]: half of its own tube and of others, regulators' outlets.
+
+    A quick exhaust stands between the chamber and its own tube.
+    """
+    chamber = orthosis.chamber[name]
+    total = 0.0
+    if chamber.tube is not None and chamber.tube_length is not None and chamber.quick_exhaust is None:
+        total += 0.5 * chamber.tube.volume(chamber.tube_length)
+    return total + _beside(orthosis, name)
+
+
+def _beside(orthosis: Orthosis, name: str) -> float:
+    """Air of restrictions that counts at a node [m³]: half of each tube's, all of a regulator's outlet."""
+    total = 0.0
+    for each in orthosis.restriction.values():
+        if each.tube is not None and each.length is not None and name in (each.upstream, each.downstream):
+            total += 0.5 * each.tube.volume(each.length)
+        elif each.regulator is not None and name == each.downstream:
+            total += each.regulator.outlet_volume
+    return total
+
+
+def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:
+    """Nodes of a chamber's tube that are not the chamber's own."""
+    if chamber.tube is not None and chamber.tube_length is not None:
+        half = 0.5 * chamber.tube.volume(chamber.tube_length)
+        yield native.CircuitVolume(VALVE_END.format(name), half, start_as=name)
+        if chamber.quick_exhaust is not None:
+            yield native.CircuitVolume(TUBE_END.format(name), half, start_as=name)
+
+
+def _behind_valves(name: str, chamber: Chamber) -> Iterator[native.CircuitRestriction]:
+    """A chamber's tube, and the quick exhaust at its end."""
+    if chamber.tube is None or chamber.tube_length is None:
+        return
+    tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
+    end = name if quick is None else TUBE_END.format(name)
+    c, b = tube.conductance(length), tube.critical_ratio(length)
+    yield native.CircuitRestriction(TUBE.format(name), VALVE_END.format(name), end, c, b)
+    if quick is not None:
+        yield from _quick_exhaust(QUICK_EXHAUST.format(name), end, name, quick)
+
+
+def _quick_exhaust(
+    name: str, a: str, b: str, quick: QuickExhaust | Restriction
+) -> Iterator[native.CircuitRestriction]:
+    """From a to b as a check valve; from b to the ambient air while a's pressure is lower."""
+    c, vent, cracking = quick.conductance, quick.exhaust_conductance, quick.cracking_pressure or 0.0
+    assert c is not None and vent is not None
+    ratio = quick.critical_ratio or 0.0
+    yield native.check_valve(name, a, b, c, ratio, cracking=cracking)
+    yield native.quick_exhaust(f"{name}_exhaust", b, a, vent, ratio, cracking=cracking)
+
+
+def _parts(name: str, each: Restriction, feed: str) -> Iterator[native.CircuitRestriction]:
+    """What one restriction is made of."""
+    a, b = (feed if node == SUPPLY else node for node in (each.upstream, each.downstream))
+    conductance, cracking = each.conductance or 0.0, each.cracking_pressure or 0.0
+    if each.tube is not None and each.length is not None:
+        tube, length = each.tube, each.length
+        yield native.CircuitRestriction(name, a, b, tube.conductance(length), tube.critical_ratio(length))
+    elif each.valve is not None:
+        row = each.valve.row
+        yield native.CircuitRestriction(name, a, b, row["conductance"], row["critical_ratio"], valve=row)
+    elif each.regulator is not None and each.pressure is not None:
+        yield from _regulator(name, each.regulator, each.pressure, a, b)
+    elif each.kind == "throttle":
+        assert each.check_conductance is not None
+        yield native.check_valve(
+            name,
+            a,
+            b,
+            each.check_conductance,
+            each.ratio,
+            cracking=cracking,
+            throttle=conductance,
+            throttle_ratio=each.ratio,
+        )
+    elif each.kind == "check_valve":
+        yield native.check_valve(name, a, b, conductance, each.ratio, cracking=cracking)
+    elif each.kind == "quick_exhaust":
+        yield from _quick_exhaust(name, a, b, each)
+    else:
+        yield native.CircuitRestriction(name, a, b, conductance, each.ratio)
+
+
+def _regulator(
+    name: str, regulator: Regulator, pressure: float, before: str, behind: str
+) -> Iterator[native.CircuitRestriction]:
+    """A regulator's seat, its relief and its bleed."""
+    ratio = regulator.critical_ratio
+    yield native.regulator(
+        name, before, behind, regulator.conductance, ratio, setting=pressure, per_droop=regulator.gain
+    )
+    if regulator.relief is not None:
+        yield native.relief(
+            f"{name}_relief",
+            behind,
+            regulator.opens_to_ambient,
+            ratio,
+            limit=pressure + regulator.relief,
+            per_excess=regulator.gain,
+        )
+    if regulator.bleed_flow > 0.0:  # choked at the set pressure
+        bleed = regulator.bleed_flow / (STANDARD_DENSITY * (pressure + AMBIENT_PRESSURE))
+        yield native.CircuitRestriction(f"{name}_bleed", behind, native.AMBIENT_NAME, bleed, ratio)
+
+
+def _tank(source: Source) -> native.CircuitVolume:
+    return native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
+
+
+def _compressor(source: Source) -> native.CircuitRestriction:
+    stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
+    assert stall is not None and starts is not None and stops is not None
+    free = source.delivery(0.0) / STANDARD_DENSITY
+    return native.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
+
+
+def _store(source: Source) -> native.CircuitStore:
+    row = {
+        "volume": source.volume,
+        "shell": source.shell,
+        "wall_conductance": source.wall_conductance,
+        "gas": source.real_gas.row,
+    }
+    return native.CircuitStore(SOURCE, row, source.full_mass)

@@ -1,0 +1,383 @@
+"""The air path as a graph for people: nodes, what air flows through, and the narrowest part on each way.
+
+It is the description's own, with the products' names; what is solved is `air_path`.
+"""
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.air.chamber import Chamber
+from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction
+from afo_sim.description.air.quick_exhaust import QuickExhaust
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.source import Source
+from afo_sim.description.air.supply import Supply
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END, half_of_tubes
+
+LITRE = 1e8  # C in dm³/(s·bar) of one in m³/(s·Pa)
+INLET, OUTLETS = "inlet", "outlet"  # ways of a chamber's valves
+FREE = "ideal regulator"  # between a source and the supply: no flow lowers its pressure
+REGULATOR = "regulator of the supply"
+
+
+@dataclass(frozen=True)
+class AirNode:
+    """A place with a pressure of its own.
+
+    kind : "supply" (endless), "bottle", "cartridge", "compressor", "point" (regulator's outlet, valve end of
+        a tube), "volume", "chamber" or "ambient"
+    name : as people read it
+    lines : what is told of it, a line each
+    volume : of its air [m³]; of a chamber with its muscles at their nominal length; 0 where it is endless
+    """
+
+    kind: str
+    name: str
+    lines: tuple[str, ...] = ()
+    volume: float = 0.0
+
+
+@dataclass(frozen=True)
+class AirEdge:
+    """What air flows through between two nodes.
+
+    kind : "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve",
+        "valve_3_2" or "regulator"
+    name : unique; of chambers' valves "<chamber> inlet" and so on
+    label : its name as people read it, without its chamber's
+    upstream, downstream : nodes
+    forward, back : sonic conductance each way [m³/(s·Pa)]; 0 where nothing flows, infinite of an ideal
+        regulator
+    ratio : critical pressure ratio b [-]
+    lines : what is told of it beside C and b
+    exhaust : node behind the third port of a 3/2 valve or a quick exhaust
+    venting : sonic conductance of that way [m³/(s·Pa)], from `downstream`
+    way : INLET or OUTLETS of a chamber's valve, else ""
+    marks : "proportional" of a valve, "spring" of a check valve that a pressure opens
+    """
+
+    kind: str
+    name: str
+    label: str
+    upstream: str
+    downstream: str
+    forward: float
+    back: float
+    ratio: float
+    lines: tuple[str, ...] = ()
+    exhaust: str = ""
+    venting: float = 0.0
+    venting_ratio: float = 0.0
+    way: str = ""
+    marks: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class AirWay:
+    """The way of air between a node and a chamber.
+
+    edges : (its name, C [m³/(s·Pa)]) in the order of the flow; parts that hinder nothing are left out
+    """
+
+    edges: tuple[tuple[str, float], ...]
+
+    @property
+    def conductance(self) -> float:
+        """Sonic conductance of all together, C = 1/√(Σ 1/C_i²) [m³/(s·Pa)]; infinite without any."""
+        total: float = sum(each**-2 for _, each in self.edges)
+        return float("inf") if total == 0.0 else total**-0.5
+
+    @property
+    def narrowest(self) -> str:
+        """Name of the edge with the least conductance; "" where nothing hinders."""
+        return min(self.edges, key=lambda edge: edge[1])[0] if self.edges else ""
+
+    @property
+    def share(self) -> float:
+        """Part of Σ 1/C² that the narrowest makes [-]; 0 where nothing hinders."""
+        return (self.conductance / min(each for _, each in self.edges)) ** 2 if self.edges else 0.0
+
+
+@dataclass(frozen=True)
+class AirScheme:
+    """The air path of an orthosis on its supply.
+
+    nodes, edges : by name, in the order of the description
+    origin : node that all air comes from
+    filling, venting : of each chamber the widest way from the origin, and to the ambient air
+    """
+
+    name: str
+    description: str
+    nodes: dict[str, AirNode]
+    edges: dict[str, AirEdge]
+    origin: str
+    filling: dict[str, AirWay] = field(default_factory=dict)
+    venting: dict[str, AirWay] = field(default_factory=dict)
+
+    @property
+    def narrowest(self) -> set[str]:
+        """Names of the edges that are the narrowest on the way to some chamber."""
+        return {way.narrowest for way in self.filling.values() if way.narrowest}
+
+
+def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
+    """The graph of an orthosis on a supply.
+
+    Raises
+    ------
+    InputError
+        The orthosis has no chamber.
+
+    Conductances are those of air. Of parts in series C = 1/√(Σ 1/C_i²): for a small drop ISO 6358 gives
+    Δp ∝ (1 − b) (ṁ/C)²/p, and drops add. It is an estimate where a part is choked or where b differs.
+    """
+    if not orthosis.chamber:
+        raise InputError("has no muscle, and no air", field="orthosis", value=orthosis.name)
+    nodes, edges = _supply(supply)
+    origin = next(iter(nodes))
+    feed = next(reversed(nodes))
+    nodes |= _volumes(orthosis)
+    parts = [*edges]
+    for name, chamber in orthosis.chamber.items():
+        end = VALVE_END.format(name)
+        if chamber.tube is not None and chamber.tube_length is not None:
+            half = 0.5 * chamber.tube.volume(chamber.tube_length)
+            nodes[end] = AirNode("point", "valve end", (_millilitres(half),), half)
+            if chamber.quick_exhaust is not None:
+                nodes[TUBE_END.format(name)] = AirNode("point", "tube end", (_millilitres(half),), half)
+        nodes[name] = _chamber(orthosis, name)
+        parts += _of_chamber(name, chamber)
+    parts += [_restriction(name, each) for name, each in orthosis.restriction.items()]
+    nodes[AMBIENT] = AirNode("ambient", "ambient air")
+    found = {each.name: _fed(each, feed) for each in parts}
+    scheme = AirScheme(orthosis.name or "orthosis", orthosis.description, nodes, found, origin)
+    for name in orthosis.chamber:
+        if (way := _filling(scheme, name)) is not None:
+            scheme.filling[name] = way
+        if (way := _widest(scheme, name, AMBIENT, outwards=True)) is not None:
+            scheme.venting[name] = way
+    return scheme
+
+
+def _fed(each: AirEdge, feed: str) -> AirEdge:
+    """An edge whose "supply" is the node that stands for it."""
+    if each.name in (FREE, REGULATOR):
+        return each
+    a, b, c = (feed if end == SUPPLY else end for end in (each.upstream, each.downstream, each.exhaust))
+    return replace(each, upstream=a, downstream=b, exhaust=c)
+
+
+def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
+    """Nodes and edges of a supply; the first node is where air comes from, the last feeds the orthosis."""
+    source, regulator = supply.source, supply.regulator
+    bar = _bar(supply.pressure)
+    if source is None and regulator is None:
+        return {SUPPLY: AirNode("supply", "supply", (bar, "endless"))}, []
+    if source is None:
+        first, before = AirNode("supply", "line", (_bar(supply.fixed), "endless")), SUPPLY
+    else:
+        first, before = (
+            AirNode(source.kind, source.name or source.kind, _of_source(source), source.volume),
+            SOURCE,
+        )
+    if regulator is None:
+        free = float("inf")
+        edge = AirEdge("regulator", FREE, "ideal regulator", before, SUPPLY, free, 0.0, 0.0, (f"set {bar}",))
+        return {before: first, SUPPLY: AirNode("point", "supply", (bar,))}, [edge]
+    edge = _regulator(REGULATOR, regulator.name or "regulator", regulator, supply.pressure, before, OUTLET)
+    room = regulator.outlet_volume
+    return {before: first, OUTLET: AirNode("point", "regulator outlet", (_millilitres(room),), room)}, [edge]
+
+
+def _of_source(source: Source) -> tuple[str, ...]:
+    room = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
+    if source.kind == "bottle":
+        return ("bottle", room, f"{_bar(source.filling_pressure or 0.0)} full")
+    if source.kind == "cartridge":
+        return ("cartridge", room, f"{1e3 * (source.content or 0.0):.3g} g CO₂")
+    flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
+    return (
+        "compressor",
+        flow,
+        f"tank {room}",
+        f"{1e-5 * (source.switch_on or 0.0):.3g}–{_bar(source.switch_off or 0.0)}",
+    )
+
+
+def _volumes(orthosis: Orthosis) -> dict[str, AirNode]:
+    found = {}
+    for name, each in orthosis.volume.items():
+        tubes = sum(
+            0.5 * part.tube.volume(part.length)
+            for part in orthosis.restriction.values()
+            if part.tube is not None and part.length is not None and name in (part.upstream, part.downstream)
+        )
+        told = _millilitres(each.volume) + (f" + {1e6 * tubes:.3g} ml" if tubes else "")
+        lines = (told, "with half tubes") if tubes else (told,)
+        found[name] = AirNode("volume", name, lines, each.volume + tubes)
+    return found
+
+
+def _chamber(orthosis: Orthosis, name: str) -> AirNode:
+    groups = orthosis.muscles_of(name)
+    muscles = tuple(f"{group.count} × {group.type.name or 'muscle'}" for group in groups.values())
+    dead = orthosis.chamber[name].tube_volume + half_of_tubes(orthosis, name)
+    room = sum(group.count * float(group.type.volume(contraction=0.0)) for group in groups.values())
+    return AirNode(
+        "chamber",
+        name,
+        (*muscles, f"{_millilitres(room)} at rest", f"tubes {_millilitres(dead)}"),
+        room + dead,
+    )
+
+
+def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
+    """A chamber's valves and tube."""
+    end = name if chamber.tube is None else VALVE_END.format(name)
+    valve = chamber.inlet
+    marks = frozenset({"proportional"} if valve.proportional else ())
+    label = f"inlet {valve.name}".strip()
+    c, b = valve.conductance, valve.critical_ratio
+    if chamber.three_way:
+        vent = chamber.vent
+        yield AirEdge(
+            "valve_3_2", f"{name} inlet", f"3/2 {valve.name}".strip(), chamber.feed, end, c, c, b, (),
+            chamber.exhaust, vent.conductance, vent.critical_ratio, INLET, marks,
+        )  # fmt: skip
+    else:
+        assert chamber.outlet is not None
+        yield AirEdge("valve", f"{name} inlet", label, chamber.feed, end, c, c, b, way=INLET, marks=marks)
+        valve = chamber.outlet
+        c, b, label = valve.conductance, valve.critical_ratio, f"outlet {valve.name}".strip()
+        marks = frozenset({"proportional"} if valve.proportional else ())
+        yield AirEdge(
+            "valve", f"{name} outlet", label, end, chamber.exhaust, c, c, b, way=OUTLETS, marks=marks
+        )
+    if chamber.tube is not None and chamber.tube_length is not None:
+        tube, length = chamber.tube, chamber.tube_length
+        c, b = tube.conductance(length), tube.critical_ratio(length)
+        told = _of_tube(length, tube.volume(length))
+        quick = chamber.quick_exhaust
+        far = name if quick is None else TUBE_END.format(name)
+        yield AirEdge("tube", f"{name} tube", f"tube {tube.name}".strip(), end, far, c, c, b, told)
+        if quick is not None:
+            yield _quick_exhaust(f"{name} quick exhaust", "quick exhaust", far, name, quick)
+
+
+def _of_tube(length: float, volume: float) -> tuple[str, ...]:
+    return (f"{length:.3g} m, {_millilitres(volume)}",)
+
+
+def _restriction(name: str, each: Restriction) -> AirEdge:
+    a, b = each.upstream, each.downstream
+    c, ratio = each.conductance or 0.0, each.ratio
+    spring = frozenset({"spring"} if each.cracking_pressure else ())
+    opens = (f"opens {_bar(each.cracking_pressure)}",) if each.cracking_pressure else ()
+    if each.tube is not None and each.length is not None:
+        tube, length = each.tube, each.length
+        c, ratio = tube.conductance(length), tube.critical_ratio(length)
+        lines = (f"tube {tube.name}".strip(), *_of_tube(length, tube.volume(length)))
+        return AirEdge("tube", name, name, a, b, c, c, ratio, lines)
+    if each.valve is not None:
+        c, ratio = each.valve.conductance, each.valve.critical_ratio
+        marks = frozenset({"proportional"} if each.valve.proportional else ())
+        return AirEdge(
+            "valve", name, name, a, b, c, c, ratio, (f"valve {each.valve.name}".strip(),), marks=marks
+        )
+    if each.regulator is not None and each.pressure is not None:
+        return _regulator(
+            name, name, each.regulator, each.pressure, a, b, (f"regulator {each.regulator.name}".strip(),)
+        )
+    if each.kind == "throttle":
+        free = ("throttle, check", f"check C {conductance(each.check_conductance or 0.0)}", *opens)
+        return AirEdge(
+            "throttle", name, name, a, b, c + (each.check_conductance or 0.0), c, ratio, free, marks=spring
+        )
+    if each.kind == "check_valve":
+        return AirEdge("check_valve", name, name, a, b, c, 0.0, ratio, ("check valve", *opens), marks=spring)
+    if each.kind == "quick_exhaust":
+        return _quick_exhaust(name, name, a, b, each, ("quick exhaust",))
+    return AirEdge(each.kind, name, name, a, b, c, c, ratio, () if each.kind in name else (each.kind,))
+
+
+def _quick_exhaust(
+    name: str, label: str, a: str, b: str, quick: QuickExhaust | Restriction, lines: tuple[str, ...] = ()
+) -> AirEdge:
+    opening, ratio = quick.cracking_pressure, quick.critical_ratio or 0.0
+    told = (*lines, *((f"opens {_bar(opening)}",) if opening else ()))
+    ways = quick.conductance or 0.0, 0.0, ratio
+    vent = quick.exhaust_conductance or 0.0
+    marks = frozenset({"spring"} if opening else ())
+    return AirEdge("quick_exhaust", name, label, a, b, *ways, told, AMBIENT, vent, ratio, marks=marks)
+
+
+def _regulator(
+    name: str, label: str, regulator: Regulator, pressure: float, a: str, b: str, lines: tuple[str, ...] = ()
+) -> AirEdge:
+    droop = f"{1e-5 * regulator.droop:.2g} bar at {6e4 * regulator.rated_flow:.3g} l/min"
+    told = (*(line for line in lines if line), f"set {_bar(pressure)}", f"droops {droop}")
+    if regulator.relief is not None:
+        told += (f"relief +{_bar(regulator.relief)}",)
+    c = regulator.conductance
+    return AirEdge("regulator", name, label, a, b, c, 0.0, regulator.critical_ratio, told)
+
+
+def _bar(pressure: float) -> str:
+    return f"{1e-5 * pressure:.3g} bar"
+
+
+def _millilitres(volume: float) -> str:
+    return f"{1e6 * volume:.3g} ml"
+
+
+def conductance(value: float) -> str:
+    """A sonic conductance as people read it [dm³/(s·bar)]."""
+    return f"{LITRE * value:.3g}"
+
+
+def _filling(scheme: AirScheme, chamber: str) -> AirWay | None:
+    """The widest way from the origin to a chamber; through another chamber's outlet only where it must."""
+    found = _widest(scheme, scheme.origin, chamber, outwards=False)
+    return found or _widest(scheme, scheme.origin, chamber, outwards=True)
+
+
+def _widest(scheme: AirScheme, start: str, end: str, *, outwards: bool) -> AirWay | None:
+    """The way with the least Σ 1/C² (Dijkstra 1959); None where there is none.
+
+    It never leads through the ambient air or back through a valve into what feeds it; through chambers' ways
+    out only where these are wanted.
+    """
+    queue: list[tuple[float, int, str, tuple[tuple[str, float], ...]]] = [(0.0, 0, start, ())]
+    done, count = set(), 0
+    steps = list(_steps(scheme, outwards))
+    while queue:
+        cost, _, node, way = heapq.heappop(queue)
+        if node == end:
+            return AirWay(way)
+        if node in done or (node == AMBIENT and node != start):
+            continue
+        done.add(node)
+        for edge, a, b, c in steps:
+            if a == node and b not in done:
+                count += 1
+                hindered = c != float("inf")
+                further = (*way, (edge, c)) if hindered else way
+                heapq.heappush(queue, (cost + (c**-2 if hindered else 0.0), count, b, further))
+    return None
+
+
+def _steps(scheme: AirScheme, outwards: bool) -> Iterator[tuple[str, str, str, float]]:
+    """(edge, from, to, C) of every way that air can go; valves of chambers lead one way."""
+    for name, each in scheme.edges.items():
+        if each.way == OUTLETS and not outwards:
+            continue
+        if each.forward > 0.0:
+            yield name, each.upstream, each.downstream, each.forward
+        if each.back > 0.0 and not each.way:
+            yield name, each.downstream, each.upstream, each.back
+        if each.venting > 0.0 and outwards:
+            yield name, each.downstream, each.exhaust, each.venting
