@@ -66,4 +66,6 @@ def with_orthosis(columns: dict[str, np.ndarray], torque: np.ndarray) -> dict[st
         "valve/front_inlet/opening": np.where(swing, 1.0, 0.0),
         "valve/front_outlet/opening": np.where(swing, 0.0, 1.0),
         "supply/pressure": np.full_like(torque, 4e5),
+        "supply/exergy_flow": np.where(swing, 2e-3 * 135.6e3, 0.0),
+        "exhaust/exergy_flow": np.where(swing, 0.0, 100.0),
     }

@@ -5,9 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.inversion import inversion_peaks
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
+from afo_sim.metrics.supply import beside_inlets, flow_metrics, rows_of
 from afo_sim.metrics.switching import switching_by_the_minute
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
@@ -50,7 +52,7 @@ def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
 @tells(
     AIR,
     ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
-    ("air_per_cycle_{}", "g", "Air per cycle, {}"),
+    ("air_per_cycle_{}", "g", "Air per cycle, {}", "through its inlet, wherever from"),
     ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
 )
 @tells(
@@ -69,6 +71,7 @@ def ankle_metrics(
     timestep: float,
     period: float,
     directions: tuple[str, str] = ("dorsiflexion", "plantarflexion"),
+    free_density: float = STANDARD_DENSITY,
 ) -> dict[str, Metric]:
     """Angle, torque, pressure and air of a run.
 
@@ -78,10 +81,11 @@ def ankle_metrics(
     timestep : [s]
     period : the timer's cycle [s]
     directions : what positive and negative angles are called
+    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
 
     Returns
     -------
-    dict of Metric by name. Air used is what the inlet valves take from the supply, per cycle begun.
+    dict of Metric by name. Air used is what is taken from the supply, per cycle begun.
     """
     time, angle = columns["time"], np.degrees(columns["ankle/angle"])
     torque = columns["ankle/moment/orthosis"]
@@ -97,13 +101,27 @@ def ankle_metrics(
     found |= dict(inversion_peaks(columns, timestep))
     found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
     cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
-    total = 0.0
-    for name in chambers(columns):
+    total, names = 0.0, chambers(columns)
+    rows = rows_of(columns, slice(None), names)
+    for name in names:
         found[f"peak_pressure_{name}"] = float(columns[f"chamber/{name}/pressure"].max()) * 1e-5
         flow = columns[f"valve/{name}_inlet/mass_flow"]
         air = float(np.sum(np.maximum(flow, 0.0))) * timestep * 1e3 / cycles
         found[f"air_per_cycle_{name}"] = air
         total += air
+    total += beside_inlets(rows, names) * timestep * 1e3 / cycles
     found["air_per_cycle"] = total
+    if names:
+        seconds = float(time[-1] - time[0]) + timestep
+        told = flow_metrics(
+            rows,
+            names,
+            cycles * total,
+            timestep,
+            seconds=seconds,
+            cycles=cycles,
+            free_density=free_density,
+        )
+        found |= dict(told)
     found |= dict(switching_by_the_minute(columns, timestep))
     return {name: measured(name, value) for name, value in found.items()}

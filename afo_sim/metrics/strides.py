@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common.units import GRAVITY, STANDARD_DENSITY
 from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
@@ -26,6 +26,7 @@ class Stride:
     rows: slice
     timestep: float  # between two rows [s]
     body_mass: float  # [kg]
+    free_density: float = STANDARD_DENSITY  # of the supply's gas at ANR [kg/m³]
 
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column][self.rows]
@@ -132,7 +133,12 @@ def progress(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     return columns["gait/stride"] + columns["gait/phase"]
 
 
-def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float) -> list[Stride]:
+def strides(
+    columns: Mapping[str, np.ndarray],
+    timestep: float,
+    body_mass: float,
+    free_density: float = STANDARD_DENSITY,
+) -> list[Stride]:
     """The whole strides of a recording, in order; the first one begun is the transient from the start.
 
     Parameters
@@ -140,6 +146,7 @@ def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float
     columns : of a recording of walking
     timestep : between two rows [s]
     body_mass : of the patient [kg]
+    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
 
     Returns
     -------
@@ -152,7 +159,7 @@ def strides(columns: Mapping[str, np.ndarray], timestep: float, body_mass: float
     last = int(np.floor(way[-1] + 1.5 * (way[-1] - way[-2])))
     cuts = np.searchsorted(way, np.arange(first, last + 1) - 1e-9)
     return [
-        Stride(columns, first + k, slice(int(a), int(b)), timestep, body_mass)
+        Stride(columns, first + k, slice(int(a), int(b)), timestep, body_mass, free_density)
         for k, (a, b) in enumerate(itertools.pairwise(cuts))
     ]
 

@@ -26,6 +26,7 @@ AGAINST = {
     "torque_against_push_off_per_mass": "torque_against_push_off",
     "work_against_push_off": "work_against_push_off",
 }
+SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
     "toe_clearance",
@@ -59,6 +60,18 @@ class Limits(Protocol):
 
 
 @dataclass(frozen=True)
+class Feed:
+    """The source that a scenario names, in words.
+
+    words : "a bottle of 0.5 l at 300 bar"
+    runs : whether it is a compressor, which does not run empty
+    """
+
+    words: str
+    runs: bool = False
+
+
+@dataclass(frozen=True)
 class Answer:
     """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
 
@@ -72,7 +85,9 @@ class Answer:
         return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
 
 
-def verdict(metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits) -> tuple[Answer, ...]:
+def verdict(
+    metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits, feed: Feed | None = None
+) -> tuple[Answer, ...]:
     """The answers of a walking run; none of other runs.
 
     Parameters
@@ -80,6 +95,7 @@ def verdict(metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits) ->
     metrics : of the run
     strides : metrics of each whole stride, by its number
     limits : of the scenario [SI]
+    feed : the scenario's source; without one the air is held against the bottle of the limits
     """
     if "strides_counted" not in metrics and not strides:
         return ()
@@ -88,7 +104,7 @@ def verdict(metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits) ->
         _lift(metrics, strides, limits.toe_clearance),
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
-        _air(metrics, worn, limits),
+        _air(metrics, worn, limits, feed),
     )
 
 
@@ -98,7 +114,7 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
         _lift({}, {}, limits.toe_clearance),
         _heel({}, {}, limits.contact_pitch),
         _push_off({}, True, limits),
-        _air({}, True, limits),
+        _air({}, True, limits, None),
     )
     return tuple(dataclasses.replace(answer, text=f"Not known: {why}.") for answer in found)
 
@@ -276,11 +292,14 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
 # --- air
 
 
-def _air(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
-    """Air per stride and minute, and the strides of one bottle."""
+def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answer:
+    """Air per stride and hour, and how long its source lasts or whether it keeps up."""
     wanted, few = limits.strides_per_bottle
-    bottle = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
     limit = f"wanted {wanted:g} strides, too few below {few:g}"
+    if feed is not None and feed.runs:
+        limit = "mean flow up to its delivery at the set pressure"
+    if feed is not None or _sags(metrics):
+        limit += f"; sag at most {SAG:g} %"
     if not worn:
         return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit)
     if not _has(metrics, "air_per_stride"):
@@ -288,33 +307,80 @@ def _air(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     grams = metrics["air_per_stride"].value
     if grams <= 0.0:
         return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit)
-    minute = (
-        f", {metrics['free_air_per_minute'].value:.1f} l/min (ANR)"
-        if _has(metrics, "free_air_per_minute")
-        else ""
-    )
-    text = f"A stride takes {grams:.3g} g{minute}."
+    parts = [f"A stride takes {grams:.3g} g"]
+    if _has(metrics, "free_air_per_minute"):
+        parts.append(f"{_three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
+    words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
+    if feed is not None and feed.runs:
+        status, told = _compressor(metrics, feed.words)
+    else:
+        status, told = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
+    found = [f"{', '.join(parts)}.", told]
+    if _sags(metrics):
+        status = "bad"
+        found.append(_sag(metrics))
+    return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit)
+
+
+def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[Status, str]:
+    """How long a bottle or cartridge lasts."""
     if not _has(metrics, "strides_per_bottle"):
-        text += " The run does not hold the strides of a bottle: run it again."
-        return Answer(AIR, QUESTIONS[AIR], "unknown", text, limit)
+        return "unknown", "The run does not hold the strides of a bottle: run it again."
     strides = metrics["strides_per_bottle"].value
     if strides <= 0.0:
-        text += f" {_capital(bottle)} gives none: the supply needs as much pressure."
-        return Answer(AIR, QUESTIONS[AIR], at_least(strides, (wanted, few)), text, limit)
+        told = f"{_capital(words)} gives none: the supply needs as much pressure."
+        return at_least(strides, limit), told
     lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
     if _has(metrics, "stride_time"):
         lasts += f", {_lasting(strides * metrics['stride_time'].value)}"
-    return Answer(
-        AIR,
-        QUESTIONS[AIR],
-        at_least(strides, (wanted, few)),
-        f"{text} {_capital(bottle)} lasts {lasts}.",
-        limit,
+    return at_least(strides, limit), f"{_capital(words)} lasts {lasts}."
+
+
+def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
+    """Whether a compressor keeps up, and how long it runs; one that never rests is no good one."""
+    if not _has(metrics, "compressor_duty"):
+        return "unknown", "The run does not hold the compressor's duty: run it again."
+    duty = metrics["compressor_duty"].value
+    share = metrics["source_share"].value if _has(metrics, "source_share") else math.inf
+    told = f"{_capital(words)} runs {_three(duty)} % of the time"
+    if _has(metrics, "compressor_power"):
+        told += f", {metrics['compressor_power'].value:.3g} W on average"
+    if share > 100.0:
+        gives = "nothing"
+        if math.isfinite(share) and _has(metrics, "free_air_per_minute"):
+            gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
+        return "bad", f"{told} and cannot keep up: at the set pressure it gives {gives}."
+    return ("doubtful" if duty >= 100.0 else "good"), f"{told}, at {_three(share)} % of what it can give."
+
+
+def _sags(metrics: Numbers) -> bool:
+    """Whether the supply falls too far below its set pressure, or the source runs empty."""
+    return _has(metrics, "source_empty_after") or (
+        _has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
     )
 
 
+def _sag(metrics: Numbers) -> str:
+    parts = []
+    if _has(metrics, "source_empty_after"):
+        parts.append(f"It is empty after {_lasting(metrics['source_empty_after'].value)}.")
+    if _has(metrics, "supply_sag") and _has(metrics, "lowest_supply_pressure"):
+        low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
+        parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
+    return " ".join(parts)
+
+
 def _lasting(seconds: float) -> str:
+    if seconds < 60.0:
+        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
+    if seconds >= 6000.0:
+        return f"{seconds / 3600.0:.1f} h"
     return f"{seconds / 60.0:.0f} min" if seconds >= 600.0 else f"{seconds / 60.0:.1f} min"
+
+
+def _three(value: float) -> str:
+    """Whole from 100 on, three digits below."""
+    return f"{value:.0f}" if value >= 99.95 else f"{value:.3g}"
 
 
 # --- words

@@ -35,6 +35,7 @@ from afo_sim.metrics.metric import (
 )
 from afo_sim.metrics.need import SIDES, SWING, needs
 from afo_sim.metrics.push_off import against_push_off, push_off
+from afo_sim.metrics.stride_air import flow_of, grams_of
 from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
 from afo_sim.metrics.switching import switching
 
@@ -81,6 +82,7 @@ def walk_metrics(
     transient: bool = True,
     solved: bool = False,
     wanted: Collection[str] | None = None,
+    free_density: float = STANDARD_DENSITY,
 ) -> WalkMetrics:
     """All metrics of a recording of walking.
 
@@ -92,12 +94,13 @@ def walk_metrics(
     transient : also of the strides that do not count
     solved : the last whole stride is the settled one, and counts alone
     wanted : names of metrics that are computed, with those that come along; all by default
+    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
 
     Returns
     -------
     WalkMetrics; without a whole stride after the first there are no totals, but a warning
     """
-    whole = strides(columns, timestep, body_mass)
+    whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)
     each_of = {_each(name) for name in wanted} - {"strides_counted"} if wanted is not None else None
     all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
@@ -195,7 +198,7 @@ def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dic
     """
     parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
     if has_orthosis(stride.columns):
-        parts += [against_push_off, _torque, inversion, _work, _air, switching]
+        parts += [against_push_off, _torque, inversion, _work, _air, flow_of, switching]
     return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
 
 
@@ -343,27 +346,24 @@ def _work(stride: Stride) -> Found:
 
 @tells(
     AIR,
-    ("air_per_stride_{}", "g", "Air per stride, {}"),
+    ("air_per_stride_{}", "g", "Air per stride, {}", "through its inlet, wherever from"),
     ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
     ("air_per_stride", "g", "Air per stride", "taken from the supply"),
     ("free_air_per_stride", "l", "Free air per stride", ANR),
     ("normal_litres_per_stride", "l", "Normal litres per stride", NORMAL),
 )
 def _air(stride: Stride) -> Found:
-    """Air that the inlet valves take from the supply, and the chambers' highest and lowest pressures."""
-    total = 0.0
-    pressures = []
+    """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
+    pressures, total = [], grams_of(stride)
     for name in chambers(stride.columns):
         inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
-        air = 1e3 * float(inlet.sum()) * stride.timestep
-        total += air
-        yield f"air_per_stride_{name}", air
+        yield f"air_per_stride_{name}", 1e3 * float(inlet.sum()) * stride.timestep
         pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
         pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
         pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
     yield "air_per_stride", total
-    yield "free_air_per_stride", total / STANDARD_DENSITY  # 1 g/l = 1 kg/m³
-    yield "normal_litres_per_stride", total / NORMAL_DENSITY
+    yield "free_air_per_stride", total / stride.free_density  # 1 g/l = 1 kg/m³
+    yield "normal_litres_per_stride", total / (NORMAL_DENSITY * (stride.free_density / STANDARD_DENSITY))
     yield from pressures
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from afo_sim.metrics import ankle as _ankle  # noqa: F401  # registers its metrics, as do the next ones
 from afo_sim.metrics import bottle as _bottle  # noqa: F401
 from afo_sim.metrics import energy as _energy  # noqa: F401
+from afo_sim.metrics import filling as _filling  # noqa: F401
 from afo_sim.metrics import first_strides as _first_strides  # noqa: F401
 from afo_sim.metrics import reference as _reference  # noqa: F401
 from afo_sim.metrics import safety as _safety  # noqa: F401

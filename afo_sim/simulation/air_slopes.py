@@ -9,6 +9,7 @@ serve a search, whose result does not depend on them.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -45,7 +46,16 @@ class AirRows:
     step: float
 
 
-def giving(rows: AirRows, before: AirRows | None, known: np.ndarray | float = GIVING) -> np.ndarray:
+class Pressed(Protocol):
+    """Rows of air: absolute pressure [Pa] and volume [m³] (c, n)."""
+
+    @property
+    def pressure(self) -> np.ndarray: ...
+    @property
+    def volume(self) -> np.ndarray: ...
+
+
+def giving(rows: Pressed, before: Pressed | None, known: np.ndarray | float = GIVING) -> np.ndarray:
     """d ln V/d ln p of each row (c, n).
 
     Parameters

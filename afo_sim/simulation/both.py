@@ -37,6 +37,10 @@ IDEAL = (
     "the supply's pressure is constant, whatever is drawn from it: neither leg disturbs the other, and what "
     "they share is air alone"
 )
+APART_ON_IT = (
+    "each leg is simulated alone on the source: together they draw it down faster, and the supply sags at "
+    "least as far as for either of them"
+)
 LAST = "the flow is of the last whole period; the air per cycle is the mean of all, the first one too"
 FIRST = "the flow is of one settled stride of each leg; the strides after a stop stand in each leg's own run"
 
@@ -156,7 +160,8 @@ def both(
 ) -> Both:
     """Simulate both legs of a person who wears an orthosis on each, on one supply.
 
-    The supply's pressure is constant, so that each leg runs as it would alone. The left leg's settled stride
+    Each leg runs as it would alone: the pressure of endless air is constant, and of a named source or
+    regulator a note says that two legs draw it down further. The left leg's settled stride
     is laid `apart` of a stride behind the right one's; then their flows from the source add up.
 
     Parameters
@@ -232,8 +237,14 @@ def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scena
         flow["both"] = flow["right"] + flow["left"]
         numbers = numbers_of(legs, cycles, phase, flow)
         verdict = worse_of(right, left, numbers)
-    notes = (IDEAL, FIRST if pair[0].walking else LAST)
+    notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST)
     return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, tuple(told), notes)
+
+
+def _sharing(right: Scenario) -> str:
+    """What one supply does to two legs."""
+    supply = right.supply
+    return IDEAL if supply.source is None and supply.regulator is None else APART_ON_IT
 
 
 def _named(legs: Mapping[Side, Recording]) -> list[str]:
@@ -294,6 +305,9 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
     )
     pressures = 1e-5 * right.supply.pressure, 1e-5 * left.supply.pressure
     _same(*pressures, "the left leg's supply has {} bar and the right one's {} bar; one feeds both", left)
+    if _feeding(right) != _feeding(left):
+        problem = "the two legs name different sources or regulators; one feeds both"
+        raise InputError(problem, field="left", value=left.name, allowed="the same for both legs")
     shift = (APART if right.walking else 0.0) if apart is None else float(apart)
     if not 0.0 <= shift < 1.0:
         raise InputError("is out of range", field="apart", value=apart, allowed="0 to below 1 (of a stride)")
@@ -301,6 +315,12 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
         problem = "the valves of both legs of a seated person are switched together: there are no strides"
         raise InputError(problem, field="apart", value=apart, allowed="0, or a scenario that walks")
     return shift
+
+
+def _feeding(scenario: Scenario) -> tuple[object, ...]:
+    """What a leg's supply comes from."""
+    supply = scenario.supply
+    return supply.source, supply.regulator, supply.line_pressure
 
 
 def _same(right: float, left: float, sentence: str, scenario: Scenario) -> None:

@@ -7,20 +7,19 @@ from typing import Literal
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.units import STANDARD_DENSITY, parse_quantity
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import progress, settled, strides
+from afo_sim.metrics.supply import FLOW
 from afo_sim.metrics.verdict import AIR, Answer, Status, verdict
-from afo_sim.simulation.bottle import air_given
+from afo_sim.simulation.both_source import SAGGING, litres_a_minute, on_source
 from afo_sim.simulation.examine import described_cycle
-from afo_sim.simulation.judged import limits_of
+from afo_sim.simulation.judged import feed_of, limits_of
 from afo_sim.simulation.recording import Recording
 
 SIDES: tuple[Side, Side] = ("right", "left")
-LITRES_A_MINUTE = 60.0 * 1e3 / STANDARD_DENSITY  # free air (ANR) per mass flow [(l/min)/(kg/s)]
 RANKS: tuple[Status, ...] = ("good", "doubtful", "unknown", "bad")  # the later, the worse, as of a verdict
 
 
@@ -90,12 +89,10 @@ def _period_of(recording: Recording) -> Cycle:
 
 
 def flow_of(cycle: Cycle, phase: np.ndarray, behind: float) -> np.ndarray:
-    """Mass flow that the inlet valves of a leg take from the source [kg/s] (n,)."""
-    total = np.zeros(len(phase))
-    for name in cycle.columns:
-        if name.startswith("valve/") and name.endswith("_inlet/mass_flow"):
-            total += np.maximum(cycle.at(name, phase, behind), 0.0)
-    return total
+    """Mass flow that a leg takes from the source [kg/s] (n,)."""
+    if FLOW not in cycle.columns:  # it wears nothing
+        return np.zeros(len(phase))
+    return np.maximum(cycle.at(FLOW, phase, behind), 0.0)
 
 
 def mean_over(phase: np.ndarray, values: np.ndarray) -> float:
@@ -125,23 +122,13 @@ def numbers_of(
     }
     whole = {str(side): grams for side, grams in air.items()} | {"both": air["right"] + air["left"]}
     found = {f"{air_name}_{who}": Metric(grams, "g") for who, grams in whole.items()}
+    litres = litres_a_minute(legs)
+    means = {who: mean_over(phase, values) for who, values in flow.items()}
+    for who, mean in means.items():
+        found[f"mean_flow_{who}"] = Metric(litres * mean, "l/min")
     for who, values in flow.items():
-        found[f"mean_flow_{who}"] = Metric(LITRES_A_MINUTE * mean_over(phase, values), "l/min")
-    for who, values in flow.items():
-        found[f"peak_flow_{who}"] = Metric(LITRES_A_MINUTE * float(values.max()), "l/min")
-    return found | (_on_a_bottle(legs["right"], cycles["right"], whole) if walks else {})
-
-
-def _on_a_bottle(recording: Recording, cycle: Cycle, air: Mapping[str, float]) -> dict[str, Metric]:
-    """Strides and way that a full bottle of the limits lasts for either leg alone and for both."""
-    limits = limits_of(recording)
-    supply = parse_quantity(recording.scenario["supply"]["pressure"], "Pa")
-    given = 1e3 * air_given(limits.bottle_volume, limits.bottle_pressure, supply)  # [g]
-    length = cycle.length or 0.0
-    lasts = {who: given / grams for who, grams in air.items() if grams > 0.0}
-    found = {f"strides_per_bottle_{who}": Metric(strides, "") for who, strides in lasts.items()}
-    found |= {f"way_per_bottle_{who}": Metric(strides * length, "m") for who, strides in lasts.items()}
-    return found | {"stride_length": Metric(length, "m")}
+        found[f"peak_flow_{who}"] = Metric(litres * float(values.max()), "l/min")
+    return found | on_source(legs, whole if walks else {}, means, found, cycles["right"].length)
 
 
 @dataclass(frozen=True)
@@ -184,6 +171,11 @@ def _air_of_both(right: Recording, numbers: Mapping[str, Metric]) -> Answer:
         "free_air_per_minute": numbers["mean_flow_both"],
         "stride_time": right.metrics["stride_time"],
     }
-    if "strides_per_bottle_both" in numbers:
-        summed["strides_per_bottle"] = numbers["strides_per_bottle_both"]
-    return next(answer for answer in verdict(summed, {}, limits_of(right)) if answer.name == AIR)
+    for name in ("strides_per_bottle", "source_share", "compressor_duty", "compressor_power"):
+        if f"{name}_both" in numbers:
+            summed[name] = numbers[f"{name}_both"]
+    for name in SAGGING:
+        if f"{name}_alone" in numbers:  # together it falls at least as far
+            summed[name] = numbers[f"{name}_alone"]
+    answers = verdict(summed, {}, limits_of(right), feed_of(right))
+    return next(answer for answer in answers if answer.name == AIR)

@@ -9,10 +9,11 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import unknown
-from afo_sim.common.units import AMBIENT_PRESSURE, GAS_CONSTANT
+from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.model.mounting import SUBTALAR
 from afo_sim.model.subtalar import free
 from afo_sim.simulation.frame import Column, Frame
+from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
 if TYPE_CHECKING:
@@ -79,20 +80,40 @@ def _flows(f: Frame, chamber: int) -> native.Flows:
     return native.read_flows(f.built.model, f.rows["userdata"], chamber)
 
 
-def _temperature(f: Frame, chamber: int) -> np.ndarray:
-    air = _air(f, chamber)
-    found: np.ndarray = air.absolute_pressure * air.volume / (air.mass * GAS_CONSTANT)
+def _mass_flow(f: Frame, node: int, direction: float) -> np.ndarray:
+    """Sum of all flows in one direction: 1 into a node, −1 out of it."""
+    total = np.zeros(f.n)
+    for edge, sign in native.touching(f.built.model, node):
+        total = total + np.maximum(direction * sign * _edge_flow(f, edge), 0.0)
+    return total
+
+
+def _mass_flow_in(f: Frame, node: int) -> np.ndarray:
+    return _mass_flow(f, node, 1.0)
+
+
+def _mass_flow_out(f: Frame, node: int) -> np.ndarray:
+    return _mass_flow(f, node, -1.0)
+
+
+def _edge_flow(f: Frame, edge: int) -> np.ndarray:
+    return native.read_flow(f.built.model, f.rows["userdata"], edge)
+
+
+def _volume_pressure(f: Frame, node: int) -> np.ndarray:
+    return native.read_volume(f.built.model, f.rows["userdata"], node) - AMBIENT_PRESSURE
+
+
+def _held(f: Frame, node: int, place: int) -> np.ndarray:
+    held: np.ndarray = f.rows["act"][:, f.built.model.actuator_actadr[node] + place]
+    return held
+
+
+def _temperature(f: Frame, node: int) -> np.ndarray:
+    air = native.read_node(f.built.model, f.rows["act"], f.rows["userdata"], node)
+    gas = native.gas_of(f.built.model, node)
+    found: np.ndarray = air.absolute_pressure * air.volume / (air.mass * gas.constant)
     return found
-
-
-def _mass_flow_in(f: Frame, chamber: int) -> np.ndarray:
-    inlet, outlet, _ = _flows(f, chamber)
-    return np.maximum(inlet, 0.0) + np.maximum(-outlet, 0.0)
-
-
-def _mass_flow_out(f: Frame, chamber: int) -> np.ndarray:
-    inlet, outlet, _ = _flows(f, chamber)
-    return np.maximum(outlet, 0.0) + np.maximum(-inlet, 0.0)
 
 
 def _drive_of(built: "Built", chamber: int) -> int | None:
@@ -112,6 +133,9 @@ def _target(f: Frame, chamber: int) -> np.ndarray:
 
 
 def _coil(f: Frame, valve: int) -> np.ndarray:
+    first = native.first_way(f.built.model, valve)
+    if first is not None:  # it is open while the one coil of a 3/2 valve has no current
+        return 1.0 - _coil(f, first)
     if native.is_driven(f.built.model, valve):
         return native.read_coil(f.built.model, f.rows["userdata"], valve)
     return f.control[:, valve]
@@ -121,13 +145,6 @@ def _switches(f: Frame, valve: int) -> np.ndarray:
     index = f.built.index
     chamber, side = {i: name for name, i in index.valves.items()}[valve].rsplit("_", 1)
     return native.read_switches(f.built.model, f.rows["act"], index.drives[chamber], side == "outlet")
-
-
-def _valve_flow(f: Frame, valve: int) -> np.ndarray:
-    index = f.built.index
-    chamber, side = {i: name for name, i in index.valves.items()}[valve].rsplit("_", 1)
-    flow: np.ndarray = getattr(_flows(f, index.chambers[chamber]), side)
-    return flow
 
 
 def _side_moment(f: Frame, axis: int) -> np.ndarray:
@@ -249,8 +266,8 @@ COLUMNS = (
     Column("chamber/*/mass", "kg", "air in the chamber", lambda f, i: _air(f, i).mass),
     Column("chamber/*/volume", "m^3", "muscles and tube", lambda f, i: _flows(f, i).volume),
     Column("chamber/*/temperature", "K", "absolute", _temperature),
-    Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, through either valve", _mass_flow_in),
-    Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, through either valve", _mass_flow_out),
+    Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, wherever from", _mass_flow_in),
+    Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, wherever to", _mass_flow_out),
     Column(
         "chamber/*/target",
         "Pa",
@@ -258,7 +275,7 @@ COLUMNS = (
         _target,
         of=lambda built, i: _drive_of(built, i) is not None,
     ),
-    Column("valve/*/coil", "", "command, 0 to 1", _coil),
+    Column("valve/*/coil", "", "command, 0 to 1; of a 3/2 valve's way out 1 less its coil", _coil),
     Column(
         "valve/*/switches",
         "",
@@ -272,14 +289,15 @@ COLUMNS = (
         "seat, 0 to 1",
         lambda f, i: native.read_opening(f.built.model, f.rows["act"], i),
     ),
-    Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", _valve_flow),
-    Column(
-        "supply/pressure",
-        "Pa",
-        "gauge",
-        lambda f: f.control[:, next(iter(f.built.index.chambers.values()))],
-        where=lambda built: built.index.chambers,
-    ),
+    Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", _edge_flow),
+    Column("restriction/*/mass_flow", "kg/s", "upstream to downstream positive", _edge_flow),
+    Column("volume/*/pressure", "Pa", "gauge", _volume_pressure),
+    Column("volume/*/mass", "kg", "gas in the volume", lambda f, i: _held(f, i, 0)),
+    Column("volume/*/temperature", "K", "absolute", _temperature),
+    Column("store/*/pressure", "Pa", "gauge", _volume_pressure),
+    Column("store/*/mass", "kg", "gas and liquid in it", lambda f, i: _held(f, i, 0)),
+    Column("store/*/temperature", "K", "absolute", lambda f, i: _held(f, i, 1)),
+    *SUPPLY_COLUMNS,
     Column(
         "qpos/*",
         "rad",
@@ -360,6 +378,9 @@ def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
         "cuff": {name: number for number, name in enumerate(index.anchors)},
         "chamber": index.chambers,
         "valve": index.valves,
+        "restriction": index.restrictions,
+        "volume": index.volumes,
+        "store": index.stores,
         "qpos": joints,
     }
     return iter(owners[kind].items())

@@ -28,7 +28,9 @@ class Commander:
     def take(self, commands: object) -> None:
         """Put commands in force, all or none; InputError where one is wrong."""
         index = self.built.index
-        found = checked(commands, index.chambers, index.drives)
+        described = self.built.scenario.orthosis.chamber
+        three_way = [name for name, chamber in described.items() if chamber.three_way]
+        found = checked(commands, index.chambers, index.drives, three_way)
         merged = self.commands | found
         self.commands = {name: command for name, command in merged.items() if command is not None}
 

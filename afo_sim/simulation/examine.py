@@ -9,6 +9,7 @@ from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.filling import filling, is_filling
 from afo_sim.metrics.first_strides import (
     AIR_BEFORE,
     NAMES,
@@ -17,19 +18,20 @@ from afo_sim.metrics.first_strides import (
     made_of,
     strides_needed,
 )
-from afo_sim.metrics.metric import TOLD, Metric
+from afo_sim.metrics.metric import TOLD, Metric, measured
 from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.model.person import with_person
-from afo_sim.model.start import air_before
+from afo_sim.model.start import air_before, fills
+from afo_sim.simulation.bottle import gas_of, short_warning
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy import balance
 from afo_sim.simulation.energy_told import told_energy, with_static_forces
 from afo_sim.simulation.frame import Frame
+from afo_sim.simulation.held import EFFICIENCIES, NEEDED, held_metrics
 from afo_sim.simulation.held import NAMES as HELD
-from afo_sim.simulation.held import NEEDED, held_metrics
 from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
 from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
@@ -70,14 +72,19 @@ class Asked:
         """Those that a stride tells, and those that others are compared with."""
         if self.metrics is None:
             return None
-        own = (self.metrics - ELSEWHERE) | made_of(self.metrics)
+        own = {name for name in self.metrics - ELSEWHERE if not is_filling(name)} | made_of(self.metrics)
         own = own.union(*(NEEDED.get(name, ()) for name in self.metrics))
-        return own | ({COMPARED} if self.reference else set())
+        return frozenset(own | ({COMPARED} if self.reference else set()))
 
     @property
     def reference(self) -> bool:
         """Whether a comparison with the scenario's reference is asked for, which takes a walk of its own."""
         return self.metrics is not None and not self.metrics.isdisjoint(COMPARISONS)
+
+    @property
+    def filling(self) -> bool:
+        """Whether times to fill and to vent are asked for."""
+        return self.metrics is None or any(map(is_filling, self.metrics))
 
     @property
     def first_strides(self) -> int:
@@ -87,11 +94,12 @@ class Asked:
     @property
     def energy(self) -> bool:
         """Whether the energy balance is needed."""
-        return self.doubts or self.metrics is None or not self.metrics.isdisjoint(ENERGIES)
+        return self.doubts or self.metrics is None or not self.metrics.isdisjoint(BALANCED)
 
 
 EVERYTHING = Asked()
 ENERGIES = frozenset(row.name for row in TOLD[energy_metrics])
+BALANCED = ENERGIES.union(EFFICIENCIES)
 COMPARISONS = frozenset(row.name for row in TOLD[reference_metrics])
 ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES | HELD
 
@@ -192,10 +200,13 @@ def examine(
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
+    energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
     held = {}
     if found.totals:
-        held = held_metrics(built, columns, found.totals, asked.metrics, solved=solved)
-    energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
+        held = held_metrics(built, columns, found.totals | energy, asked.metrics, solved=solved)
+        if asked.filling:
+            from_rest = rollout.first_step == 0 and not solved
+            held |= {name: measured(name, value) for name, value in filling(columns, from_rest)}
     begins = built.walk is not None and not solved and rollout.first_step == 0
     first, left_out = first_strides(built, rollout, columns, None, asked) if begins else ({}, ())
     warnings = (*doubts, *found.warnings, *left_out)
@@ -223,7 +234,7 @@ def first_strides(
         return {}, ()
     if columns is None:
         columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
-    filled = built.scenario.start is not None and AIR_BEFORE in wanted and len(columns["time"]) > 0
+    filled = fills(built.scenario) and AIR_BEFORE in wanted and len(columns["time"]) > 0
     before = air_before(built, rollout.rows["act"][0]) if filled else None
     strides = from_start(columns, built.scenario.timestep, built.body_mass, wanted)
     gait = built.scenario.gait
@@ -249,7 +260,8 @@ def _energy(
 def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[str]:
     """Warnings of muscles beyond their limits; a law counts as asked by the static force that it gave."""
     static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
-    return limit_warnings(built, columns, static)
+    yield from limit_warnings(built, columns, static)
+    yield from short_warning(built, columns)
 
 
 def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> bool:
@@ -271,9 +283,11 @@ def _metrics(
             transient=transient,
             solved=solved,
             wanted=asked.walking,
+            free_density=gas_of(scenario).free_density,
         )
     words = scenario.leg.directions
-    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words), {}, ())
+    density = gas_of(scenario).free_density
+    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words, density), {}, ())
 
 
 def _period(scenario: Scenario) -> float:

@@ -30,7 +30,8 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> Mapping
     control : inputs of one stride (n, nu)
     """
     index = built.index
-    filled = {i: FILLED * float(control[0, i]) for i in index.chambers.values()}
+    set_to = built.scenario.supply.pressure  # a line before a regulator has more
+    filled = {i: FILLED * min(float(control[0, i]), set_to) for i in index.chambers.values()}
     native.fill_chambers(built.model, data, filled)
     cuts = np.linspace(0, len(control), PARTS + 1).astype(int)
     found = {}
@@ -39,7 +40,7 @@ def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> Mapping
         coils = [control[:, index.valves[f"{name}_{side}"]] for side in ("inlet", "outlet")]
         opened = [np.add.reduceat(coil, cuts[:-1]) / np.diff(cuts) for coil in coils]
         volume = float(native.read_flows(built.model, data.userdata, actuator).volume)
-        supply = float(control[0, actuator]) + AMBIENT_PRESSURE
+        supply = min(float(control[0, actuator]), set_to) + AMBIENT_PRESSURE
         found[actuator] = _pressure(chamber, supply, volume, opened, built.scenario.timestep * len(control))
     return found
 
@@ -52,7 +53,7 @@ def _pressure(
         return 0.0
     ambient, warm = AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
     per_mass = GAS_CONSTANT * warm / volume * stride / PARTS
-    inlet, outlet = chamber.inlet, chamber.outlet
+    inlet, outlet = chamber.inlet, chamber.vent
     pressure = ambient + FILLED * (supply - ambient)
     for _ in range(STRIDES):
         for into, out in zip(*(share.tolist() for share in opened), strict=True):

@@ -4,12 +4,18 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.metric import TOLD, Metric, measured
+from afo_sim.metrics.supply import efficiency_metrics, sag_metrics
 from afo_sim.model.build import Built
 from afo_sim.simulation import bottle, safety, valve_life
 
 # {metric: metrics of a stride that it is computed from}
-NEEDED: dict[str, frozenset[str]] = bottle.NEEDED | safety.NEEDED | valve_life.NEEDED
+SAGS: dict[str, frozenset[str]] = {row.name: frozenset() for row in TOLD[sag_metrics]}
+EFFICIENCIES = {
+    "exergy_efficiency": frozenset({"exergy_taken"}),  # and the energy balance
+    "exergy_efficiency_positive": frozenset({"exergy_taken", "positive_work"}),
+}
+NEEDED: dict[str, frozenset[str]] = bottle.NEEDED | safety.NEEDED | valve_life.NEEDED | SAGS | EFFICIENCIES
 NAMES = frozenset(NEEDED)
 
 
@@ -21,13 +27,13 @@ def held_metrics(
     *,
     solved: bool = False,
 ) -> dict[str, Metric]:
-    """Air by the bottle, safety margins and the valves' life.
+    """Air by the bottle, the supply's sag, efficiency, safety margins and the valves' life.
 
     Parameters
     ----------
     built : compiled scenario
     columns : of every step
-    totals : metrics of the walk or test
+    totals : metrics of the walk or test, its energy balance among them
     wanted : names; None for all
     solved : the last whole stride is the settled one, and counts alone
     """
@@ -35,5 +41,10 @@ def held_metrics(
     if not names:
         return {}
     margins = safety.safety_metrics(built, columns, solved=solved, wanted=wanted)
-    found = bottle.bottle_metrics(built, totals) | margins | valve_life.life_metrics(built, columns)
+    air = bottle.bottle_metrics(built, totals, columns, solved=solved)
+    found = air | margins | valve_life.life_metrics(built, columns)
+    supply = built.scenario.supply
+    fed = supply.source is not None or supply.regulator is not None  # else it never sags
+    told = dict(sag_metrics(columns) if fed else ()) | dict(efficiency_metrics(totals))
+    found |= {name: measured(name, value) for name, value in told.items()}
     return {name: metric for name, metric in found.items() if name in names}

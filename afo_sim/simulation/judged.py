@@ -5,7 +5,7 @@ from typing import Any, Protocol
 from afo_sim.description.limits import Limits
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.verdict import Answer, undecided, verdict, with_draws
+from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
 
 
 class Judged(Protocol):
@@ -28,6 +28,22 @@ def limits_of(recording: Judged) -> Limits:
     return load("limits", recording.scenario.get("limits") or USUAL_LIMITS)
 
 
+def feed_of(recording: Judged) -> Feed | None:
+    """The source that a recording's scenario names, in words; None of endless air."""
+    described = (recording.scenario.get("supply") or {}).get("source")
+    if not described:
+        return None
+    source = load("source", described)
+    name = f" {source.name}" if source.name else ""
+    if source.kind == "compressor":
+        return Feed(f"the compressor{name}", runs=True)
+    gas = "CO2" if source.gas == "co2" else "air"
+    if source.content is not None:
+        return Feed(f"the cartridge{name} of {1e3 * source.content:g} g {gas}")
+    full = 1e-5 * (source.filling_pressure or 0.0)
+    return Feed(f"the bottle{name} of {1e3 * source.volume:g} l at {full:g} bar")
+
+
 def verdict_of(recording: Judged) -> tuple[Answer, ...]:
     """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
     if not recording.scenario.get("gait"):
@@ -35,7 +51,7 @@ def verdict_of(recording: Judged) -> tuple[Answer, ...]:
     limits = limits_of(recording)
     if not recording.ok:
         return undecided(limits, "the simulation stopped early")
-    found = verdict(recording.metrics, recording.strides, limits)
+    found = verdict(recording.metrics, recording.strides, limits, feed_of(recording))
     study = recording.studies.get("uncertainty", {})
     if "trips" not in study:
         return found

@@ -6,6 +6,7 @@ import numpy as np
 
 from afo_sim.common.units import LEAST_NUMBER
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.quantity import told_of
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
 from afo_sim.physics.hill import braid_force
@@ -38,22 +39,24 @@ def limit_warnings(
         pressure = columns[f"chamber/{chamber}/pressure"]
         force = columns[f"muscle/{name}/force"]
         contraction = columns[f"muscle/{name}/contraction"]
-        for word, values, limit, unit in (
-            ("gauge pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
-            ("force", force, limits.force, " N"),
-            ("contraction", contraction, limits.contraction_max, ""),
-            ("stretch", -contraction, -limits.contraction_min, ""),
+        for word, key, values, limit, unit in (
+            ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
+            ("force", "force", force, limits.force, " N"),
+            ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
+            ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
         ):
             worst = int(np.argmax(values))
             if values[worst] > limit:
                 yield (
                     f"{name}: {word} reaches {values[worst]:.3g}{unit} at {time[worst]:.3f} s, "
-                    f"beyond its limit of {limit:.3g}{unit}"
+                    f"beyond its limit of {limit:.3g}{unit}{told_of(limits, key)}"
                 )
         if name.endswith("_1"):  # its neighbours say the same
             given = (static or {}).get(name, force)
             n = len(given)
             yield from _law_warnings(name, group.type, time[:n], pressure[:n], contraction[:n], given)
+            if group.type.length_warning:
+                yield f"{name.rsplit('_', 1)[0]}: {group.type.length_warning}"
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
             strongest = static_force(

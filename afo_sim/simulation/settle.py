@@ -176,6 +176,8 @@ class _Party:
                     )
                 elif search.may_jump:
                     search.jump(self.stepper.act(k))
+                else:
+                    search.refill(self.stepper.act(k))
             turn = 1 - turn
         return [found[k] for k in range(len(searches))]
 

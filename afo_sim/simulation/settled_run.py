@@ -14,11 +14,13 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.strides import SOLVED
+from afo_sim.metrics.supply import sag_of_both
 from afo_sim.metrics.walking import WalkMetrics
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides
 from afo_sim.model.person import with_person
+from afo_sim.simulation.bottle import emptied, until_empty
 from afo_sim.simulation.examine import (
     Examined,
     first_strides,
@@ -152,7 +154,9 @@ def _end(first: Built) -> int:
 def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Metric]) -> WalkMetrics:
     """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
     strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
-    return WalkMetrics(after.found.totals | beside, strides, ())
+    solved = after.found.totals
+    totals = solved | emptied(first.scenario, solved, _end(first) + 2) | sag_of_both(before.columns, solved)
+    return WalkMetrics(totals | until_empty(totals) | beside, strides, ())
 
 
 def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """The search for one scenario's settled stride: how far it is, and where its air jumps next.
 
 It is found when two strides in a row, without a jump between, differ by less than `AIR` in mass and σ of
-every chamber, and by less than `ANGLE` in the ankle's angle everywhere.
+every chamber and rigid volume, and by less than `ANGLE` in the ankle's angle everywhere.
 """
 
 import math
@@ -12,8 +12,11 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.model.build import Built
+from afo_sim.model.periodic import beyond_chambers
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
+from afo_sim.simulation.network_rows import network_rows
+from afo_sim.simulation.network_slopes import NetworkRows, network_slopes
 from afo_sim.simulation.policy import Rows
 from afo_sim.simulation.rollout import STATE
 
@@ -26,6 +29,7 @@ OF_FLOW, LEAST = 2e-3, 1e-6  # and at most so much of the air that flows in; les
 LARGEST = 1.0  # change of ln m and ln σ in a jump [-]
 COARSE = 12e-3  # between the rows that the slopes are taken from [s]
 TINY = 1e-9  # change of ln m and ln σ that tells nothing [-]
+REFILLED = 0.5  # share of a store's content below which it is filled again [-]
 STILL = 1e-6  # share of the largest slope below which a chamber's air has nothing that brings it back
 
 
@@ -35,7 +39,7 @@ class Stride:
 
     start : state that it began with
     out : its rows, states after each step
-    ended : mass and σ of each chamber at its end (c, 2)
+    ended : mass and σ of each node at its end (c, 2)
     control : inputs of its steps (n, nu)
     air : on the way, once it has been asked for
     """
@@ -44,7 +48,7 @@ class Stride:
     out: Rows
     ended: np.ndarray
     control: np.ndarray
-    air: AirRows | None = None
+    air: AirRows | NetworkRows | None = None
 
 
 @dataclass
@@ -78,6 +82,11 @@ class StrideSearch:
         """Their actuators."""
         return list(self.built.index.chambers.values())
 
+    @property
+    def nodes(self) -> list[int]:
+        """Actuators of all that holds air and is solved for: chambers, then rigid volumes."""
+        return [*self.chambers, *self.built.index.volumes.values()]
+
     def walked(self, out: Rows) -> None:
         """Take a stride that was walked."""
         n, first = len(out["time"]), len(out["time"]) if self.strides else 0  # later ones as the second
@@ -99,15 +108,22 @@ class StrideSearch:
         last = self.last
         if last is None or not self.chambers:
             return True
-        air = self._air(last)
         own = self._own_slopes()
         step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
-        flowing = np.maximum(air.inlet, 0.0).sum(axis=1) * air.step / self.held(last.start)[:, 0]
+        flowing = self._flowing(last)
         filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not told
         shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
         self.slowest = float(np.max(shares, initial=0.0))
         enough = np.where(flowing > 0.0, np.clip(OF_FLOW * flowing, LEAST, NEAR), NEAR)
         return bool((step <= enough[:, np.newaxis]).all())
+
+    def _flowing(self, stride: Stride) -> np.ndarray:
+        """Air that flows into each node over a stride, by what it began with [-] (c,)."""
+        air = self._air(stride)
+        if isinstance(air, NetworkRows):
+            return air.entering()
+        found: np.ndarray = np.maximum(air.inlet, 0.0).sum(axis=1) * air.step / self.held(stride.start)[:, 0]
+        return found
 
     @property
     def coarse(self) -> int:
@@ -116,14 +132,14 @@ class StrideSearch:
 
     @property
     def change(self) -> np.ndarray:
-        """Of ln m and ln σ of each chamber over the last stride (c, 2)."""
+        """Of ln m and ln σ of each node over the last stride (c, 2)."""
         assert self.last is not None
         found: np.ndarray = np.log(self.held(self.start) / self.held(self.last.start))
         return found
 
     def held(self, state: Rows) -> np.ndarray:
-        """Mass [kg] and σ of each chamber in a state (c, 2)."""
-        rows = [native.read_held(self.built.model, state["act"], chamber) for chamber in self.chambers]
+        """Mass [kg] and σ of each node in a state (c, 2)."""
+        rows = [native.read_held(self.built.model, state["act"], node) for node in self.nodes]
         return np.array(rows).reshape(-1, 2)
 
     def ankle(self, stride: Stride) -> np.ndarray:
@@ -134,7 +150,8 @@ class StrideSearch:
     def jump(self, act: np.ndarray) -> None:
         """Put the air that should repeat into `act` (na,), by one step of Newton's method.
 
-        The last of all jumps goes back to the first air, from where strides are only walked.
+        The last of all jumps goes back to the first air, from where strides are only walked. Stores are full
+        again.
         """
         assert self.last is not None
         wanted = self.first
@@ -142,14 +159,25 @@ class StrideSearch:
             begun = np.log(self.held(self.last.start)).ravel()
             slopes = self._slopes(self._own_slopes())
             wanted = np.exp(begun + _bounded(slopes, self.change.ravel())).reshape(-1, 2)
-        for row, chamber in enumerate(self.chambers):
-            native.write_held(self.built.model, act, chamber, wanted[row])
+        for row, node in enumerate(self.nodes):
+            native.write_held(self.built.model, act, node, wanted[row])
+        for store in self.built.index.stores.values():
+            native.fill_store(self.built.model, act, store)
         self.start["act"] = act.copy()
         self.jumps += 1
         self.since_jump = 0
 
+    def refill(self, act: np.ndarray) -> None:
+        """Fill stores in `act` (na,) before the search runs them empty."""
+        model, stores = self.built.model, self.built.index.stores.values()
+        low = [store for store in stores if native.store_left(model, act, store) < REFILLED]
+        for store in low:
+            native.fill_store(model, act, store)
+        if low:
+            self.start["act"] = act.copy()
+
     def _slopes(self, own: np.ndarray) -> np.ndarray:
-        """∂(ln m, ln σ) of all chambers at a stride's end by those at its start (2c, 2c).
+        """∂(ln m, ln σ) of all nodes at a stride's end by those at its start (2c, 2c).
 
         To `own`, those along the last stride, comes what the last two show beyond them (Broyden 1965):
         chambers that move each other, and volumes that follow late.
@@ -166,26 +194,33 @@ class StrideSearch:
         return found
 
     def _own_slopes(self) -> np.ndarray:
-        """The slopes along the last stride, of each chamber by itself (2c, 2c)."""
+        """The slopes along the last stride, of each chamber by itself or of a network (2c, 2c)."""
         last, before = self.last, self.before
         assert last is not None
         air = self._air(last)
         self.giving = giving(air, None if before is None else self._air(before), self.giving)
+        if isinstance(air, NetworkRows):
+            rigid = np.arange(len(self.nodes)) >= len(self.chambers)
+            self.giving = np.where(rigid[:, np.newaxis], 0.0, self.giving)
+            return network_slopes(air, self.giving)
         found = np.zeros((2 * len(self.chambers),) * 2)
         for k, own in enumerate(air_slopes(air, self.giving)):
             found[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = own
         return found
 
-    def _air(self, stride: Stride) -> AirRows:
-        """The chambers' air in some rows of a stride."""
+    def _air(self, stride: Stride) -> AirRows | NetworkRows:
+        """The air in some rows of a stride."""
         if stride.air is None:
             stride.air = self._read_air(stride)
         return stride.air
 
-    def _read_air(self, stride: Stride) -> AirRows:
+    def _read_air(self, stride: Stride) -> AirRows | NetworkRows:
         built, index = self.built, self.built.index
         rows = {name: values[:: self.coarse] for name, values in stride.out.items()}
         inputs = stride.control[:: self.coarse]
+        step = self.coarse * built.scenario.timestep
+        if beyond_chambers(built.scenario):
+            return network_rows(built, self.nodes, rows, inputs, step)
         flows = [native.read_flows(built.model, rows["userdata"], c) for c in self.chambers]
         air = [native.read_air(built.model, rows["act"], rows["userdata"], c) for c in self.chambers]
         descriptions = [built.scenario.orthosis.chamber[name] for name in index.chambers]
@@ -197,9 +232,9 @@ class StrideSearch:
             outlet=np.stack([each.outlet for each in flows]),
             supply=inputs[:, self.chambers].T + AMBIENT_PRESSURE,
             inlet_ratio=np.array([[each.inlet.critical_ratio] for each in descriptions]),
-            outlet_ratio=np.array([[each.outlet.critical_ratio] for each in descriptions]),
+            outlet_ratio=np.array([[each.vent.critical_ratio] for each in descriptions]),
             wall=np.array([[each.wall_conductance] for each in descriptions]),
-            step=self.coarse * built.scenario.timestep,
+            step=step,
         )
 
     @property

@@ -24,7 +24,7 @@ def life_metrics(built: Built, columns: Mapping[str, np.ndarray]) -> dict[str, M
     rated = {
         f"{name}_{side}": valve.rated_switches
         for name, chamber in built.scenario.orthosis.chamber.items()
-        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet))
+        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.vent))
         if valve.rated_switches is not None
     }
     if not rated:

@@ -42,7 +42,7 @@ def test_it_is_rfc_4180(seated_second: Recording, tmp_path: pathlib.Path) -> Non
 
 def test_fit_run_reads_it_as_a_log_of_the_device(seated_second: Recording, tmp_path: pathlib.Path) -> None:
     """All columns of the orthosis; the joints' coordinates are no channels of a device."""
-    kinds = ["ankle/*", "muscle/*", "cuff/*", "chamber/*", "valve/*", "supply/*"]
+    kinds = ["ankle/*", "muscle/*", "cuff/*", "chamber/*", "valve/*", "supply/*", "exhaust/*"]
     seated_second.export(tmp_path / "log.csv", columns=kinds)
     log = read_log(tmp_path / "log.csv", load("scenario", seated_second.scenario))
     assert np.array_equal(log.time, seated_second["time"])

@@ -16,13 +16,15 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics import walking
 from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.bottle import bottle_metrics
+from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
 from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.filling import filling
 from afo_sim.metrics.first_strides import first_stride_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, telling, tells
 from afo_sim.metrics.reference import reference_metrics
 from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
 from afo_sim.metrics.settling import settling_metrics
+from afo_sim.metrics.supply import efficiency_metrics, sag_metrics
 from afo_sim.metrics.switching import life_metrics as valve_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
@@ -109,13 +111,38 @@ def told() -> dict[str, Metric]:
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
     compared = reference_metrics(walking, walking)
     first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
-    bottle = bottle_metrics(0.08, 1.1, 140.0)
+    bottle = bottle_metrics(0.08, 1.1, 140.0) | cycle_metrics(0.8, 0.1, 140.0)
+    supply = {
+        "time": np.arange(3.0),
+        "supply/pressure": np.array([4e5, 3.9e5, 3.5e5]),
+        "supply/set_pressure": np.full(3, 4e5),
+        "store/source/pressure": np.array([5e5, 4e5, 3e5]),
+    }
+    turns = {
+        "time": np.arange(4.0),
+        "chamber/front/mass": np.ones(4),
+        "chamber/front/pressure": np.array([0.0, 4e5, 4e5, 0.0]),
+        "valve/front_inlet/coil": np.array([1.0, 1.0, 0.0, 0.0]),
+        "valve/front_outlet/coil": np.array([0.0, 0.0, 1.0, 1.0]),
+        "valve/front_outlet/opening": np.array([0.0, 0.0, 1.0, 1.0]),
+        "supply/pressure": np.full(4, 4e5),
+    }
+    sums = {"exergy_taken": 12.0, "skeleton_work": 1.0, "positive_work": 3.0}
+    fed = dict(filling(turns)) | dict(sag_metrics(supply)) | dict(efficiency_metrics(sums))
     pull = np.ones((3, 3)), 0.01, 0.5, (14e3, 53e3), 4e3
     shares = {key: [0.5] for key in ("pressure", "force", "contraction", "stretch")}
     margins = (
         cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
     )
+    chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
+    filled = {"time": np.arange(4.0), "supply/pressure": np.ones(4)}
+    filled |= {f"chamber/front/{name}": values for name, values in chamber.items()}
+    coils = {"inlet": np.array([1.0, 0.0, 0.0, 0.0]), "outlet": np.array([0.0, 0.0, 1.0, 0.0])}
+    filled |= {
+        f"valve/front_{side}/{name}": coil for side, coil in coils.items() for name in ("coil", "opening")
+    }
     return {
+        **{name: measured(name, value) for name, value in filling(filled)},
         **walking,
         **compared,
         **first,
@@ -123,6 +150,8 @@ def told() -> dict[str, Metric]:
         **balance,
         **margins,
         **bottle,
+        **compressor_metrics(2.0, 6.0, 3.0, 0.8, 20.0),
+        **{name: measured(name, value) for name, value in fed.items()},
         **valve_metrics({"front": 1.0}, {"front": 1e8}),
     }
 

@@ -182,7 +182,7 @@ def test_the_worse_of_torque_and_work_decides(torque: float, work: float, status
 def test_the_strides_of_a_bottle_judge_the_air(strides: float, status: str) -> None:
     answer = judge({"strides_per_bottle": strides})["air"]
     assert answer.status == status
-    assert "0.08 g" in answer.text and "3.4 l/min (ANR)" in answer.text and "0.5 l at 300 bar" in answer.text
+    assert "0.08 g" in answer.text and "204 l/h (ANR)" in answer.text and "0.5 l at 300 bar" in answer.text
     assert f"{strides:.0f} strides, {strides * 1.2 / 60.0:.0f} min" in answer.text
 
 

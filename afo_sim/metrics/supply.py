@@ -1,0 +1,151 @@
+"""What a device takes from its supply: air by the hour, its flow, how far the supply sags, its exergy."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, measured, tells
+
+FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", "supply/set_pressure"
+EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
+ORTHOSIS = "ankle/moment/orthosis"
+INLET = "valve/{}_inlet/mass_flow"
+
+Rows = Mapping[str, np.ndarray]
+
+
+def rows_of(columns: Rows, rows: slice, chambers: Sequence[str]) -> dict[str, np.ndarray]:
+    """The columns that the functions of this module read, at some rows."""
+    wanted = [FLOW, PRESSURE, SET, EXERGY, VENTED, ORTHOSIS, "ankle/velocity", *map(INLET.format, chambers)]
+    return {name: columns[name][rows] for name in wanted if name in columns}
+
+
+def through_inlets(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
+    """Flow through all chambers' inlets, what runs back left out [kg/s] (n,)."""
+    total = np.zeros(len(rows[ORTHOSIS]))
+    for name in chambers:
+        total = total + np.maximum(rows[INLET.format(name)], 0.0)
+    return total
+
+
+def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
+    """Flow out of the supply [kg/s] (n,); what is pushed back into it is not given back.
+
+    In a recording that is older than the supply's own column it is the inlets'.
+    """
+    return np.maximum(rows[FLOW], 0.0) if FLOW in rows else through_inlets(rows, chambers)
+
+
+def beside_inlets(rows: Rows, chambers: Sequence[str]) -> float:
+    """Sum over the rows of what leaves the supply and comes into no inlet at that instant [kg/s].
+
+    0 where each chamber hangs on the supply. Else volumes fill, tubes leak, or a chamber fills another.
+    """
+    return float((taken(rows, chambers) - through_inlets(rows, chambers)).sum())
+
+
+def flow_metrics(
+    rows: Rows,
+    chambers: Sequence[str],
+    grams: float,
+    timestep: float,
+    *,
+    seconds: float,
+    cycles: int = 1,
+    free_density: float = STANDARD_DENSITY,
+) -> Found:
+    """Flow and exergy of what is taken from the supply.
+
+    Parameters
+    ----------
+    rows : of a stride or run, as of `rows_of`
+    chambers : names
+    grams : that all the rows take [g]
+    timestep : between two rows [s]
+    seconds : that the rows last [s]
+    cycles : in them
+    free_density : of the gas at ANR [kg/m³]
+    """
+    litres = grams / free_density  # 1 g/l = 1 kg/m³
+    yield "air_per_hour", 3600.0 * grams / seconds
+    yield "free_air_per_hour", 3600.0 * litres / seconds
+    yield "mean_flow", 60.0 * litres / seconds
+    yield "peak_flow", 60e3 / free_density * float(taken(rows, chambers).max())
+    if EXERGY in rows:
+        for name, column in (("exergy_taken", EXERGY), ("exergy_vented", VENTED)):
+            yield name, float(np.maximum(rows[column], 0.0).sum()) * timestep / cycles
+    power = rows[ORTHOSIS] * rows["ankle/velocity"]
+    yield "positive_work", float(np.maximum(power, 0.0).sum()) * timestep / cycles
+
+
+@tells(
+    AIR,
+    ("lowest_supply_pressure", "bar", "Lowest pressure of the supply", "gauge, over the run"),
+    ("supply_sag", "percent", "Sag of the supply", "at most below its set pressure, of that, over the run"),
+    (
+        "source_empty_after",
+        "s",
+        "Source empty after",
+        "from the run's start until bottle or cartridge has less than the set pressure; only where it does",
+    ),
+)
+def sag_metrics(columns: Rows) -> Iterator[tuple[str, float]]:
+    """How far the supply's pressure falls, over all rows."""
+    if PRESSURE not in columns or SET not in columns:
+        return
+    pressure, wanted = columns[PRESSURE], columns[SET]
+    yield "lowest_supply_pressure", 1e-5 * float(pressure.min())
+    if wanted.min() > 0.0:
+        yield "supply_sag", 100.0 * max(0.0, float(((wanted - pressure) / wanted).max()))
+    for name, values in columns.items():
+        if name.startswith("store/") and name.endswith("/pressure") and (values < wanted).any():
+            yield "source_empty_after", float(columns["time"][np.argmax(values < wanted)])
+
+
+def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
+    """The sag of a run in two parts: of a walk from the start, and of the settled strides behind it.
+
+    Parameters
+    ----------
+    before : columns of the first part
+    after : metrics of the second; without its sag, as of endless air, there is none
+    """
+    if "lowest_supply_pressure" not in after:
+        return {}
+    found = {name: measured(name, value) for name, value in sag_metrics(before)}
+    for name, worse in (("lowest_supply_pressure", min), ("supply_sag", max)):
+        if name in found and name in after:
+            found[name] = worse(found[name], after[name])
+    return found
+
+
+@tells(
+    ENERGY,
+    (
+        "exergy_efficiency",
+        "percent",
+        "Efficiency of the air",
+        "work of the muscles on the skeleton, less what it gives them, of the exergy taken",
+    ),
+    (
+        "exergy_efficiency_positive",
+        "percent",
+        "Efficiency of the air, positive work",
+        "positive work on the ankle, of the exergy taken",
+    ),
+)
+def efficiency_metrics(totals: Mapping[str, float]) -> Found:
+    """What becomes of the exergy taken; nothing where none is taken or it is not told.
+
+    Parameters
+    ----------
+    totals : metrics of a run, plain or with their units
+    """
+    exergy = float(totals.get("exergy_taken", 0.0))
+    if exergy <= 0.0:
+        return
+    if "skeleton_work" in totals:
+        yield "exergy_efficiency", 100.0 * float(totals["skeleton_work"]) / exergy
+    if "positive_work" in totals:
+        yield "exergy_efficiency_positive", 100.0 * float(totals["positive_work"]) / exergy

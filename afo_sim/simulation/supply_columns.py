@@ -1,0 +1,141 @@
+"""Columns of what comes out of the supply and what goes to the ambient air: flow, pressure, exergy."""
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.model.air_path import OUTLET, SOURCE
+from afo_sim.model.build import Built
+from afo_sim.simulation.frame import Column, Frame
+
+COMPRESSOR = "compressor"  # the restriction by which it fills its tank
+
+
+def _worn(built: Built) -> bool:
+    return bool(built.index.chambers)
+
+
+def _set_pressure(f: Frame) -> np.ndarray:
+    supply = f.built.scenario.supply
+    if supply.regulator is not None:  # the input is what stands before it
+        return np.full(f.n, supply.pressure)
+    found: np.ndarray = f.control[:, next(iter(f.built.index.chambers.values()))]
+    return found
+
+
+def _pressure(f: Frame) -> np.ndarray:
+    """Behind the regulator; with an ideal one the set pressure, or that of a source that has less."""
+    index, supply = f.built.index, f.built.scenario.supply
+    if supply.regulator is not None:
+        return _gauge(f, index.volumes[OUTLET])
+    if supply.source is not None:
+        return np.minimum(_set_pressure(f), _gauge(f, _source(f.built)))
+    return _set_pressure(f)
+
+
+def _gauge(f: Frame, node: int) -> np.ndarray:
+    return native.read_volume(f.built.model, f.rows["userdata"], node) - AMBIENT_PRESSURE
+
+
+def _source(built: Built) -> int:
+    """Actuator of the bottle, the cartridge or the compressor's tank."""
+    return (built.index.stores | built.index.volumes)[SOURCE]
+
+
+def _flow(f: Frame, edge: int) -> np.ndarray:
+    return native.read_flow(f.built.model, f.rows["userdata"], edge)
+
+
+def _taken(f: Frame) -> np.ndarray:
+    """Sum over all that draws on the supply; behind a regulator's source on that source."""
+    model, supply = f.built.model, f.built.scenario.supply
+    drawing = [(end.edge, end.sign) for end in native.ends_at_supply(model)]
+    if supply.source is not None and supply.regulator is not None:
+        at_source = native.touching(model, _source(f.built))
+        drawing = [(edge, -sign) for edge, sign in at_source if not native.is_compressor(model, edge)]
+    total = np.zeros(f.n)
+    for edge, sign in drawing:
+        total = total + sign * _flow(f, edge)
+    return total
+
+
+def _vented(f: Frame) -> np.ndarray:
+    total = np.zeros(f.n)
+    for end in native.ends_at_ambient(f.built.model):
+        total = total + end.sign * _flow(f, end.edge)
+    return total
+
+
+def _gas(built: Built) -> native.GasOf:
+    return native.gas_of(built.model, next(iter(built.index.chambers.values())))
+
+
+def _exergy_taken(f: Frame) -> np.ndarray:
+    """ṁ R T0 ln(p/p0): of gas at ambient temperature the enthalpy is that of the ambient air."""
+    return _taken(f) * _specific_of_supply(f)
+
+
+def _specific_of_supply(f: Frame) -> np.ndarray:
+    """Flow exergy of what stands at the supply's pressure and ambient temperature [J/kg]."""
+    ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
+    found: np.ndarray = _gas(f.built).constant * AMBIENT_TEMPERATURE * np.log(ratio)
+    return found
+
+
+def _exergy_vented(f: Frame) -> np.ndarray:
+    """Σ ṁ [h − h0 − T0 (s − s0)] of the nodes that vent; air that comes in from outside has none."""
+    total = np.zeros(f.n)
+    for end in native.ends_at_ambient(f.built.model):
+        out = np.maximum(end.sign * _flow(f, end.edge), 0.0)
+        total = total + out * (_specific(f, end.node) if end.node >= 0 else _specific_of_supply(f))
+    return total
+
+
+def _specific(f: Frame, node: int) -> np.ndarray:
+    """Flow exergy of the gas in a node, c_p (T − T0) − T0 [c_p ln(T/T0) − R ln(p/p0)] [J/kg]."""
+    model, gas = f.built.model, native.gas_of(f.built.model, node)
+    heat = gas.heat_capacity_ratio / (gas.heat_capacity_ratio - 1.0) * gas.constant
+    mass, volume, pressure = native.read_node(model, f.rows["act"], f.rows["userdata"], node)
+    warm = pressure * volume / (mass * gas.constant) / AMBIENT_TEMPERATURE
+    found: np.ndarray = AMBIENT_TEMPERATURE * (
+        heat * (warm - 1.0 - np.log(warm)) + gas.constant * np.log(pressure / AMBIENT_PRESSURE)
+    )
+    return found
+
+
+def _runs(built: Built) -> bool:
+    source = built.scenario.supply.source if _worn(built) else None
+    return source is not None and source.kind == COMPRESSOR
+
+
+def _running(f: Frame) -> np.ndarray:
+    return native.read_running(f.built.model, f.rows["act"], f.built.index.restrictions[COMPRESSOR])
+
+
+SUPPLY_COLUMNS = (
+    Column("supply/pressure", "Pa", "gauge; that the device really has", _pressure, where=_worn),
+    Column("supply/set_pressure", "Pa", "gauge", _set_pressure, where=_worn),
+    Column(
+        "supply/mass_flow",
+        "kg/s",
+        "out of the supply: of endless air, or of bottle, cartridge or compressor's tank",
+        _taken,
+        where=_worn,
+    ),
+    Column(
+        "supply/exergy_flow",
+        "W",
+        "out of the supply; of gas at its pressure and ambient temperature",
+        _exergy_taken,
+        where=_worn,
+    ),
+    Column("supply/running", "", "whether the compressor runs, 1 or 0", _running, where=_runs),
+    Column("exhaust/mass_flow", "kg/s", "to the ambient air, from all nodes", _vented, where=_worn),
+    Column(
+        "exhaust/exergy_flow",
+        "W",
+        "to the ambient air; of gas as it is in the nodes that vent",
+        _exergy_vented,
+        where=_worn,
+    ),
+)
