@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from afo_sim.study.library import optimise as optimise
     from afo_sim.study.library import sweep as sweep
     from afo_sim.study.parameter import span as span
+    from afo_sim.study.sizing.sizes import size as size
     from afo_sim.study.uncertainty.library import uncertainty as uncertainty
     from afo_sim.validation.table import validate as validate
 
@@ -87,6 +88,7 @@ _PUBLIC = {
     "optimise": "study.library",
     "effects": "study.effects",
     "bode": "study.frequency_response",
+    "size": "study.sizing.sizes",
     "validate": "validation.table",
     "dm_control_physics": "bridge.library",
     "view": "show.library",

@@ -10,6 +10,7 @@ from afo_sim.cli.apps import app, gait_app
 from afo_sim.cli import run as _run  # noqa: F401
 from afo_sim.cli import both as _both  # noqa: F401
 from afo_sim.cli import bode as _bode  # noqa: F401
+from afo_sim.cli import size as _size  # noqa: F401
 from afo_sim.cli import electronics as _electronics  # noqa: F401
 from afo_sim.cli import look as _look  # noqa: F401
 from afo_sim.cli import draw as _draw  # noqa: F401

@@ -8,7 +8,7 @@ EPILOGUE = """Exit codes:
 
 \b
 0    done
-1    a check, a published number or a replayed case differs
+1    a check, a published number or a replayed case differs; what is asked of a size does not suffice
 2    wrong input, or the system refuses: disk, permission, memory
 3    unstable, or its controller failed; its rows up to there are written
 70   a fault of this program; a file to send is written

@@ -21,6 +21,10 @@ ROWS = (
     ("peak_flow", "peak flow from the source [l/min ANR]"),
     ("strides_per_bottle", "strides on one bottle"),
     ("way_per_bottle", "way on one bottle [km]"),
+    ("hours_per_bottle", "hours on one bottle [h]"),
+    ("source_share", "mean flow of the compressor's [%]"),
+    ("compressor_duty", "duty of the compressor [%]"),
+    ("compressor_power", "mean electric power [W]"),
 )
 SHOWN = (  # metrics of either leg that stand on the screen without --numbers
     "toe_clearance",

@@ -21,6 +21,7 @@ Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this 
 Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
 Plain = Annotated[bool, typer.Option("--plain", help="walk to the settled stride instead of solving for it")]
 MOST_WORKERS = 4096
+MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
 
@@ -123,8 +124,18 @@ def progress(title: str) -> Iterator[Callable[..., None]]:
         yield report
 
 
-def print_table(title: str, header: list[str], rows: list[list[str]], droppable: int | None = None) -> None:
-    """Aligned columns; on a narrow terminal a table of many may drop one."""
+def print_table(
+    title: str,
+    header: list[str],
+    rows: list[list[str]],
+    droppable: int | None = None,
+    *,
+    whole_names: bool = False,
+) -> None:
+    """Aligned columns; on a narrow terminal a table of many may drop one.
+
+    whole_names : neither the first column nor short cells are broken into lines
+    """
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -140,10 +151,15 @@ def print_table(title: str, header: list[str], rows: list[list[str]], droppable:
         rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
     look: dict[str, Any] = {"title_justify": "left", "title_style": "bold", "pad_edge": False, "box": None}
     table = Table(title=escape(title), show_header=any(header), **look)
+    columns = zip(header, *rows, strict=True)
+    widths = [max(map(len, (*name.split(" "), *cells))) for name, *cells in columns]
+    fits = sum(widths) + 2 * len(widths) <= console.width
     for k, name in enumerate(header):
         longest = max((len(row[k]) for row in rows), default=0)
         if droppable is None:
-            rigid = k == 0 and len(header) == 2
+            rigid = k == 0 and (whole_names or len(header) == 2)
+            if whole_names and fits and longest <= MOST_SHORT:
+                rigid, name = True, name.replace(" ", "\n")
         else:  # short cells keep to one line, and so does what is copied, where there is room
             rigid = longest <= MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
         table.add_column(escape(name), overflow="fold", no_wrap=rigid)

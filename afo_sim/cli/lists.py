@@ -9,8 +9,8 @@ from afo_sim.cli.apps import app
 from afo_sim.cli.common import print_table, progress
 
 LISTS = (
-    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "patients", "shoes", "gaits",
-    "sensors", "sweeps", "searches", "uncertainties",
+    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
+    "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties",
 )  # fmt: skip
 
 

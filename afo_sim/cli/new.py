@@ -10,8 +10,12 @@ from afo_sim.cli.apps import app
 from afo_sim.cli.common import Scenario, Sets, print_table, progress, read_sets
 from afo_sim.common.errors import InputError, nearest_name, unknown
 
-PRODUCTS = ("orthosis", "muscle", "valve", "leg", "scenario", "patient", "shoe", "limits", "sensor")
+PRODUCTS = (
+    "orthosis", "muscle", "valve", "tube", "source", "regulator", "leg", "scenario", "patient", "shoe",
+    "limits", "sensor",
+)  # fmt: skip
 KINDS = (*PRODUCTS, "sweep", "search")
+Braided = Annotated[str | None, typer.Option(help="of a hand-made muscle, with unit")]
 Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
 
 
@@ -29,6 +33,15 @@ def new(
     shoe: Used = None,
     limits: Used = None,
     scenario: Used = None,
+    bore: Braided = None,
+    braid_angle: Braided = None,
+    length: Annotated[str | None, typer.Option(help="of a hand-made muscle, end to end")] = None,
+    end_length: Annotated[
+        str | None, typer.Option(help="of its clamps together, which do not contract; two bores by default")
+    ] = None,
+    wall_thickness: Annotated[
+        str | None, typer.Option(help="of its braid and bladder; thin by default")
+    ] = None,
 ) -> None:
     """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
     if kind not in KINDS:
@@ -44,6 +57,16 @@ def new(
         "scenario": scenario,
     }
     uses = {used: where for used, where in given.items() if where}
+    dimensions = {
+        "bore": bore,
+        "braid_angle": braid_angle,
+        "length": length,
+        "end_length": end_length,
+        "wall_thickness": wall_thickness,
+    }
+    braid = {key: text for key, text in dimensions.items() if text is not None}
+    if braid and kind != "muscle":
+        raise InputError(f"does not go with a new {kind}", field=next(iter(braid)), allowed="a new muscle")
     with progress("writing"):
         if kind in ("sweep", "search"):
             from afo_sim.study.template import new_study
@@ -52,8 +75,14 @@ def new(
         else:
             from afo_sim.description.new import new as write
 
-            file = write(kind, name, out, like=like, uses=uses)
+            file = write(kind, name, out, like=like, uses=uses, braid=braid)
     print(f"written to {file}")
+    if braid:
+        from afo_sim.description.handmade import told_facts
+        from afo_sim.description.reader import load
+
+        for fact, value in told_facts(load("muscle", file)):
+            print(f"{fact}: {value}")
     print(f"next: {_next(kind, name, file)}")
 
 
@@ -99,4 +128,8 @@ def _next(kind: str, name: str, file: pathlib.Path) -> str:
         return f"afo-sim new scenario NAME --like walk-dropfoot-afo --{kind} {file.parent}"
     if kind == "sensor":
         return f'[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario'
+    if kind == "tube":
+        return f'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis'
+    if kind in ("source", "regulator"):
+        return f'{kind} = "{file.parent}" in the [supply] of a scenario'
     return f"afo-sim new orthosis NAME --{kind} {file.parent}"

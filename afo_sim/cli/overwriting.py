@@ -14,6 +14,7 @@ KINDS = {
     "both.json": "run of both legs",
     "differences.csv": "comparison of laws",
     "bode.json": "frequency response",
+    "size.json": "sizing",
     "electronics.json": "export for a board",
     "fit_run.json": "fit to a log",
     "fit_torque.json": "fit to static torques",

@@ -25,6 +25,7 @@ from afo_sim.metrics.strides import strides
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.model.start import fills
 from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
 from afo_sim.simulation.loop import described_policy
 from afo_sim.simulation.policy import Policy
@@ -346,7 +347,7 @@ def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> di
     scenario = case.built.scenario
     if not (scenario.walking and totals):
         return {}
-    return undefined(asked.metrics, bool(scenario.orthosis.chamber), scenario.start is not None)
+    return undefined(asked.metrics, bool(scenario.orthosis.chamber), fills(scenario))
 
 
 def _finite(metric: Metric) -> Metric:

@@ -120,7 +120,7 @@ FILES = {
     "muscle": ["dmsp_20", "s1_215mm"],
     "orthosis": ["s1"],
     "leg": ["adult_75kg"],
-    "valve": ["mh1"],
+    "valve": ["mh1", "mha2", "mpye_m5"],
     "patient": None,
     "sweep": None,
     "search": None,

@@ -1,0 +1,1 @@
+"""The smallest component, or the least pressure, that meets stated limits."""

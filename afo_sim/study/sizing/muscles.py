@@ -1,0 +1,129 @@
+"""The smallest muscles of the catalogue for one group, mounted so that they are taut at the same ankle angle.
+
+A muscle of length L0 with ends and a link of length l is taut where its path is as long as both. Another
+muscle L0' is taut there with
+
+    l' = l + (L0 + ends) − (L0' + ends')
+"""
+
+import dataclasses
+import math
+
+from afo_sim.common import assets
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.study.effect import SHARES
+from afo_sim.study.sizing.candidate import Candidate, Tried
+from afo_sim.study.sizing.pressures import bar
+from afo_sim.study.sizing.result import Sizing
+from afo_sim.study.sizing.trial import FULL, Trials
+from afo_sim.study.sizing.words import best_of, larger_is_worse, smallest
+
+MEANING = (
+    "volume: of all braids at rest; link: so that the muscle is taut at the same ankle angle; "
+    "grade: of the muscle's numbers, A measured to D guessed; *: not measured"
+)
+IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry alone
+NOT_MEASURED = "not measured"
+UPPER_BOUND = f"{NOT_MEASURED}, ideal law: an upper bound"
+DERIVED = f"{NOT_MEASURED}, derived from another muscle"
+LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("muscle_")}
+
+
+def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int] | None = None) -> Sizing:
+    """The muscles of least volume at rest, of all kinds and counts.
+
+    Parameters
+    ----------
+    trials : scenario and what is wanted
+    group : of parallel muscles that are replaced; the orthosis' first by default
+    count : fewest and most of them; as many as there are by default
+    """
+    name = group or next(iter(trials.scenario.orthosis.muscle))
+    now = trials.scenario.orthosis.muscle[name]
+    low, high = count or (now.count, now.count)
+    muscles = {each: load("muscle", each) for each in assets.names("muscle")}
+    candidates = [
+        _candidate(trials.scenario, name, now, kind, muscle, n)
+        for kind, muscle in muscles.items()
+        for n in range(low, high + 1)
+    ]
+    tried = [_within_limits(each) for each in trials.run(sorted(candidates, key=lambda c: (c.size, c.name)))]
+    best = best_of(tried)
+    measured = "" if best is None or best.candidate.doubt else "measured "
+    others = "; no measured one that was tried does" if best is not None and best.candidate.doubt else ""
+    return Sizing(
+        kind="muscle",
+        scenario=trials.scenario.name,
+        requirements=trials.requirements,
+        air=trials.air,
+        axis=("volume of all muscles at rest", "ml", 1e6),
+        tried=tuple(tried),
+        best=best,
+        answer=smallest(tried, trials.requirements, f"set of {measured}muscles for {name}", "muscle")
+        + others,
+        notes=(MEANING, *larger_is_worse(tried, "muscle")),
+    )
+
+
+def _candidate(
+    scenario: Scenario, group: str, now: MuscleGroup, name: str, muscle: Muscle, count: int
+) -> Candidate:
+    size = count * 0.25 * math.pi * muscle.bore**2 * muscle.nominal_length
+    facts = {
+        "bore [mm]": f"{1e3 * muscle.bore:.3g}",
+        "volume [ml]": f"{1e6 * size:.0f}" if size >= 1e-4 else f"{1e6 * size:.3g}",
+    }
+    key = f"orthosis.muscle.{group}"
+    sets = {f"{key}.type": name, f"{key}.count": count}
+    link = link_for(now, muscle)
+    reason = ""
+    if link is not None:
+        facts["link [cm]"] = f"{1e2 * link:.3g}".replace("-", "−")
+        sets[f"{key}.link_length"] = f"{link!r} m"
+        if link < 0.0:
+            reason = f"is {-1e2 * link:.3g} cm too long for the path"
+    doubt = doubt_of(muscle)
+    facts["grade"] = f"{muscle.grade} ({doubt})" if doubt else muscle.grade
+    if muscle.limits.pressure < scenario.supply.pressure:
+        allowed, pressure = bar(muscle.limits.pressure), bar(scenario.supply.pressure)
+        reason = reason or f"may hold {allowed}, and the supply has {pressure}"
+    return Candidate(
+        f"{count} × {name}", size, {} if reason else sets, facts, reason, (doubt,) if doubt else (), doubt
+    )
+
+
+def doubt_of(muscle: Muscle) -> str:
+    """Why a muscle's force is not sure: its law has no number from a measurement; "" where it has one."""
+    told = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
+    if not told:
+        return NOT_MEASURED if muscle.grade == "D" else ""
+    if told - {"assumed", "derived"}:
+        return ""
+    if "derived" in told:
+        return DERIVED
+    return UPPER_BOUND if muscle.law in IDEAL else NOT_MEASURED
+
+
+def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
+    """Length of the link with which another muscle is taut at the same ankle angle [m].
+
+    Negative where it does not fit into the path; None over a pulley, whose initial contraction stays.
+    """
+    if now.link_length is None:
+        return None
+    own = now.type
+    return now.link_length + own.nominal_length + own.end_length - muscle.nominal_length - muscle.end_length
+
+
+def _within_limits(each: Tried) -> Tried:
+    """The same; a muscle that leaves its own limits does not meet what is wanted."""
+    beyond = {
+        limit: f"{each.values[name]:.0f} % of {limit}"
+        for name, limit in LIMITS.items()
+        if each.values.get(name, 0.0) > FULL
+    }
+    notes = tuple(note for note in each.notes if note not in beyond.values())
+    return dataclasses.replace(each, short={**each.short, **beyond}, notes=notes)

@@ -1,0 +1,170 @@
+"""What a component is to meet: a metric, at least or at most so much."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.units import parse_quantity
+from afo_sim.description.reader import USUAL_LIMITS, load
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.filling import FILL, VENT, is_filling
+from afo_sim.metrics.metric import OTHER
+from afo_sim.metrics.renamed import instead, told
+from afo_sim.metrics.words import METRICS, UNITS, WORDS, number, words
+
+FIRST_STRIDE = "toe_clearance_stride_1"
+EXAMPLE = "toe_clearance >= 10 mm"
+EXAMPLES = '"peak_dorsiflexion_angle >= 5 deg", "peak_dorsiflexion_torque >= 2 N*m", "fill_time <= 3 s"'
+DIRECTIONS = ("dorsiflexion", "plantarflexion")
+OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
+BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
+SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
+TIMES = ("ms", "min", "h")
+SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """At least, or at most, `bound` of a metric [its own unit].
+
+    `called` and `measured_in` are of what is no metric of a run, such as the hours that a bottle lasts.
+
+    Examples
+    --------
+    >>> lifted = Requirement("toe_clearance", True, 10.0)
+    >>> str(lifted), lifted.margin(13.0), lifted.met(9.0)
+    ('toe_clearance >= 10 mm', 3.0, False)
+    """
+
+    metric: str
+    at_least: bool
+    bound: float
+    called: str = ""
+    measured_in: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the metric and the bound."""
+        return self.measured_in if self.called else words(self.metric).unit
+
+    @property
+    def label(self) -> str:
+        """What the metric is called."""
+        return self.called or words(self.metric).label
+
+    def margin(self, value: float) -> float:
+        """By how much a value is on the good side of the bound [unit]; NaN of NaN."""
+        return value - self.bound if self.at_least else self.bound - value
+
+    def met(self, value: float) -> bool:
+        """Whether a value is on the good side of the bound; one that is undefined is not."""
+        return self.margin(value) >= 0.0
+
+    @property
+    def wanted(self) -> str:
+        """The bound as people read it: "≥ 10 mm"."""
+        unit = UNITS.get(self.unit, self.unit)
+        bound = shown(self.bound, self.unit) if self.unit in SMALLER else _joined(f"{self.bound:g}", unit)
+        return f"{'≥' if self.at_least else '≤'} {bound.replace('-', '−')}"
+
+    def __str__(self) -> str:
+        return f"{self.metric} {'>=' if self.at_least else '<='} {self.bound:g} {self.unit}".rstrip()
+
+
+def shown(value: float, unit: str, *, signed: bool = False) -> str:
+    """A value with its unit, for people: short times in the next smaller unit."""
+    if unit in SMALLER and abs(value) < SMALLER[unit][0]:
+        _, factor, unit = SMALLER[unit]
+        value *= factor
+    if math.isinf(value):
+        return "endless"
+    digits = "+.0f" if abs(value) >= 100.0 else "+.3g"
+    text = as_number(value, unit) if unit not in TIMES else f"{value:{digits}}".replace("-", "−")
+    if not math.isfinite(value):
+        return "–"
+    return _joined(text if signed else text.removeprefix("+"), UNITS.get(unit, unit))
+
+
+def as_number(value: float, unit: str) -> str:
+    """A signed value with the digits that its unit deserves; more where nothing but zeros would be left."""
+    text = number(value, unit, True)
+    if value != 0.0 and math.isfinite(value) and not text.strip("+−0."):
+        return f"{value:+.1g}".replace("-", "−")
+    return text
+
+
+def _joined(text: str, unit: str) -> str:
+    return f"{text}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+
+
+def read_requirements(
+    texts: Sequence[str], chamber: str, chambers: Sequence[str] = (), volumes: Sequence[str] = ()
+) -> tuple[Requirement, ...]:
+    """Limits as they are written.
+
+    Parameters
+    ----------
+    texts : as "toe_clearance >= 10 mm"
+    chamber : that `fill_time` and `vent_time` without a name are of; "" where there is none
+    chambers, volumes : whose pressures and times a limit may be of; of any if there are no chambers
+
+    Raises
+    ------
+    InputError
+        One is no comparison of a metric with a quantity, or is of a chamber that is not there.
+    """
+    found = tuple(_read(text, chamber) for text in texts)
+    if chambers:
+        for each in found:
+            _check_chamber(each.metric, chambers, volumes)
+    return found
+
+
+def _check_chamber(metric: str, chambers: Sequence[str], volumes: Sequence[str]) -> None:
+    """Refuse the metric of a chamber that the orthosis does not have."""
+    for form in () if metric in METRICS else BY_CHAMBER:
+        if not metric.startswith(form.removesuffix("{}")):
+            continue
+        names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
+        if metric not in names:
+            raise unknown(metric, names, field="limit", problem="is of no chamber of this orthosis")
+
+
+def _read(text: str, chamber: str) -> Requirement:
+    found = re.fullmatch(r"\s*(\w+)\s*(>=|<=|≥|≤)\s*(.+?)\s*", str(text))
+    if found is None:
+        raise InputError(
+            "is no limit", field="limit", value=text, allowed=f'a metric and a bound: "{EXAMPLE}"'
+        )
+    metric, sign, bound = found.groups()
+    if metric in OF_CHAMBER:
+        if not chamber:
+            raise InputError("is of a chamber, and the orthosis has none", field="limit", value=text)
+        metric = OF_CHAMBER[metric].format(chamber)
+    row = words(metric)
+    if row.group == OTHER:
+        filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *DIRECTIONS)]
+        near = instead(metric, [*WORDS, *OF_CHAMBER, *filled])
+        problem = told("is no metric", metric)
+        raise InputError(problem, field="limit", value=metric, allowed="see `afo-sim run`", nearest=near)
+    try:
+        value = parse_quantity(bound.replace("%", " percent"), row.unit)
+    except ValueError as error:
+        raise InputError(str(error), field="limit", value=text, allowed=f'as "{EXAMPLE}"') from None
+    return Requirement(metric, SIGNS[sign], value)
+
+
+def usual(scenario: Scenario) -> tuple[Requirement, ...]:
+    """What a walk is held against where nobody says: the toe clearance that the scenario's limits want.
+
+    Of the settled stride, and of the first one where the run begins with a heel strike; nothing where nobody
+    walks.
+    """
+    if not scenario.walking or scenario.gait is None:
+        return ()
+    limits = scenario.limits or load("limits", USUAL_LIMITS)
+    wanted = round(1e3 * limits.toe_clearance[0], 9) + 0.0  # [mm]
+    names = ["toe_clearance"] + ([FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
+    return tuple(Requirement(name, True, wanted) for name in names)

@@ -1,0 +1,138 @@
+"""What a sizing refuses to call sufficient, and what it refuses before anything is run."""
+
+from typing import Any
+
+import pytest
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.study.sizing import sizes
+from afo_sim.study.sizing.allowed import exceeded, highest_allowed
+from afo_sim.study.sizing.candidate import Candidate, Tried
+from afo_sim.study.sizing.muscles import DERIVED, UPPER_BOUND, doubt_of
+from afo_sim.study.sizing.requirement import read_requirements
+from afo_sim.study.sizing.sizes import size
+from afo_sim.study.sizing.words import best_of, nearest_miss, smallest
+
+SHORT = {"duration": "2 s"}
+ANGLE = "peak_dorsiflexion_angle"
+
+
+def test_a_pressure_that_the_muscles_are_not_allowed_never_suffices() -> None:
+    found = size("pressure", "seated", SHORT, limits=[f"{ANGLE} >= 2 deg"], at="9 bar")
+    lowest = min(group.type.limits.pressure for group in load("scenario", "seated").orthosis.muscle.values())
+    says = (
+        f"9 bar is beyond what the muscles are allowed ({1e-5 * lowest:.4g} bar): dorsiflexion angle, peak "
+    )
+    assert not found.holds and found.answer.startswith(says)
+    assert found.to_json()["holds"] is False
+    assert found.asked is not None and found.asked.values[ANGLE] >= 2.0  # that it would do is not the point
+    assert found.best is not None and found.best.candidate.size <= lowest
+
+
+def test_the_least_pressure_is_never_beyond_a_limit() -> None:
+    limits = ["peak_pressure_dorsiflexor >= 3.6 bar"]  # which some 4.5 bar reach in 2 s
+    found = size("pressure", "seated", SHORT, limits=limits, between=("3 bar", "6 bar"))
+    assert found.best is None and not found.holds
+    assert any(each.values[found.requirements[0].metric] >= 3.6 for each in found.tried)
+    assert "no pressure from 3 bar to 4.2 bar" in found.answer and "closest comes 4.2 bar" in found.answer
+    high = size("pressure", "seated", SHORT | {"supply.pressure": "6 bar"}, limits=limits)
+    assert high.best is None and max(each.candidate.size for each in high.tried) <= 4.2e5
+
+
+def test_a_valve_has_its_limit_too() -> None:
+    scenario = load("scenario", "seated").set(
+        {"orthosis.chamber.dorsiflexor.inlet.working_pressure": ["0 bar", "3 bar"]}
+    )
+    assert exceeded(scenario, 3e5) is None and highest_allowed(scenario, 9e5) == 3e5
+    limit = exceeded(scenario, 5e5)
+    assert limit is not None and limit[0] == 3e5 and limit[1].startswith("valve dorsiflexor_inlet")
+    found = size("pressure", scenario, SHORT, limits=[f"{ANGLE} >= 2 deg"], at="4 bar")
+    assert not found.holds and "beyond what valve dorsiflexor_inlet" in found.answer
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "says"),
+    [
+        ("pressure", {"at": "1e7 bar"}, "at = '1e7 bar': is out of range; allowed: above 0, to 20 bar"),
+        ("pressure", {"at": "-3 bar"}, "at = '-3 bar'"),
+        ("pressure", {"at": "0 bar"}, "at = '0 bar'"),
+        ("pressure", {"at": "21 bar"}, "to 20 bar"),
+        ("pressure", {"between": ("1 bar", "1e7 bar")}, "between = '1e7 bar'"),
+        ("pressure", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is of no chamber"),
+        ("pressure", {"limits": ["fill_time_dorsiflex <= 3 s"]}, "did you mean 'fill_time_dorsiflexor'"),
+        ("pressure", {"limits": ["peak_pressure_calf >= 3 bar"]}, "peak_pressure_dorsiflexor"),
+        ("pressure", {"threads": 0}, "threads = 0: is out of range"),
+        ("muscle", {"count": "1-9"}, "1 to 8"),
+        ("muscle", {"count": "many"}, "is no number"),
+        ("tube", {"length": "1000 m"}, "length = '1000 m': is out of range; allowed: above 0, to 100 m"),
+    ],
+)
+def test_what_is_out_of_range_is_refused_before_anything_runs(
+    kind: str, options: dict[str, Any], says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sizes.Request, "run", lambda *_: pytest.fail("something was run"))
+    limits = options.pop("limits", [f"{ANGLE} >= 2 deg"])
+    with pytest.raises(InputError) as caught:
+        size(kind, "seated", SHORT, limits=limits, **options)
+    assert says in str(caught.value)
+
+
+def test_limits_and_counts_as_people_write_them_in_python() -> None:
+    walk = "walk-dropfoot-afo"
+    for nothing in (None, (), []):
+        asked = sizes.requested("pressure", walk, limits=nothing)
+        assert [each.metric for each in asked.requirements] == ["toe_clearance", "toe_clearance_stride_1"]
+    one = sizes.requested("pressure", walk, limits="fill_time <= 3 s")
+    assert [str(each) for each in one.requirements] == ["fill_time_dorsiflexor <= 3 s"]
+    for count, ends in (("1-3", (1, 3)), ("2", (2, 2)), (2, (2, 2)), ((1, 3), (1, 3))):
+        assert sizes.requested("muscle", walk, count=count).options["count"] == ends
+
+
+def test_a_muscle_that_nobody_measured_is_not_crowned_without_a_word() -> None:
+    doubts = {
+        name: doubt_of(load("muscle", name)) for name in ("handmade_10mm", "dmsp_40", "dmsp_10", "s1_215mm")
+    }
+    assert doubts == {"handmade_10mm": UPPER_BOUND, "dmsp_40": DERIVED, "dmsp_10": "", "s1_215mm": ""}
+    sets = {"supply.pressure": "3.8 bar"}  # at which the hand-made one keeps its own limit
+    found = size("muscle", "walk-dropfoot-afo", sets, limits="toe_clearance >= 10 mm", count=1)
+    each = {tried.name: tried for tried in found.tried}
+    ideal = each["1 × handmade_10mm"]
+    assert ideal.meets and found.best is not None and not found.best.candidate.doubt
+    assert found.best.candidate.size > ideal.candidate.size
+    assert f"1 × handmade_10mm would do, and is smaller, but: {UPPER_BOUND}" in found.answer
+    assert "is the smallest set of measured muscles" in found.answer
+    grades = {row[0][2:]: row[found.table[1].index("grade")] for row in found.table[2]}
+    assert grades["1 × handmade_10mm"] == grades["1 × dmsp_40"] == "D *" and grades["1 × dmsp_10"] == "B"
+    assert ideal.candidate.facts["grade"] == f"D ({UPPER_BOUND})"
+    assert any(UPPER_BOUND in line and "handmade_10mm" in line for line in found.remarks)
+
+
+def test_one_in_doubt_is_named_with_its_doubt_where_nothing_else_does() -> None:
+    doubtful = Tried(Candidate("guess", 1.0, doubt="not measured"), "run")
+    failing = Tried(Candidate("sure", 2.0), "run", short={"Toe clearance": "too low"})
+    assert best_of([doubtful, failing]) is doubtful
+    says = smallest([doubtful, failing], (), "muscle", "muscle")
+    assert says.startswith("guess (not measured) is the smallest muscle")
+
+
+def test_sources_of_unknown_mass_are_named_beside_the_lightest() -> None:
+    found = size("supply", "seated", SHORT, hours=0.1)
+    assert found.best is not None and found.best.name == "bottle_0_5l"
+    unknown = [t.name for t in found.tried if t.meets and load("source", t.name).mass is None]
+    assert unknown and "source by mass, of those whose mass is known, that meets" in found.answer
+    assert all(name in found.answer.partition("; ")[2] for name in unknown)
+    assert found.answer.endswith("them too, mass unknown")
+    long = size("supply", "seated", SHORT, hours=0.3)
+    assert long.best is not None and load("source", long.best.name).mass is None
+    assert "no source of known mass meets them" in long.answer
+
+
+def test_what_leaves_its_own_limits_comes_closest_only_where_nothing_keeps_them() -> None:
+    wanted = read_requirements(["toe_clearance >= 10 mm"], "")
+    broken = Tried(
+        Candidate("broken", 1.0), "run", values={"toe_clearance": 12.0}, short={"limit": "too far"}
+    )
+    low = Tried(Candidate("low", 2.0), "run", values={"toe_clearance": 4.0}, short={wanted[0].label: "short"})
+    assert "closest comes low: toe clearance 4.0 mm" in nearest_miss([broken, low], wanted, "no muscle")
+    assert nearest_miss([broken], wanted, "no muscle").endswith("(wanted ≥ 10 mm), but too far")
