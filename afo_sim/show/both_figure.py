@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.description.places import Side
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import BLUE, GREY, RED, RUN_STYLES, ZERO, plain, write_figure
-from afo_sim.simulation.both_air import LITRES_A_MINUTE
+from afo_sim.simulation.both_source import litres_a_minute
 
 if TYPE_CHECKING:
     from afo_sim.simulation.both import Both
@@ -87,10 +87,11 @@ def _pressures(axis: Any, legs: "Both", percent: np.ndarray) -> None:
 
 
 def _flow(axis: Any, legs: "Both", percent: np.ndarray) -> None:
-    both = LITRES_A_MINUTE * _closed(legs.flow["both"])
+    litres = litres_a_minute(legs.legs)
+    both = litres * _closed(legs.flow["both"])
     axis.fill_between(percent, both, color="0.85", lw=0.0, label="both")
     for side in legs.legs:
-        own = LITRES_A_MINUTE * _closed(legs.flow[side])
+        own = litres * _closed(legs.flow[side])
         axis.plot(percent, own, color=COLOUR[side], ls=STYLE[side], label=side)
     mean = legs.numbers["mean_flow_both"].value
     axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")

@@ -21,9 +21,9 @@ from afo_sim.study.findings import findings
 from afo_sim.study.results import Results
 from afo_sim.study.search import words as search_words
 from afo_sim.study.search.best import BestDesign
+from afo_sim.study.sizing.result import Sizing
 from afo_sim.study.words import chosen
 
-FEW = 45  # numbers that stand there unfolded
 WIDTH = 380  # of a figure [px]
 RIGHT, LEFT = "text-align: right", "text-align: left"
 EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer
@@ -32,7 +32,7 @@ BEST_CASES = 3  # of a sweep, for each metric
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
-def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueFit) -> str:
+def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueFit | Sizing) -> str:
     """A result as one HTML element that needs nothing outside itself."""
     if isinstance(result, Recording):
         return recording_html(result)
@@ -46,6 +46,8 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueF
         return _element(repr(result), law_report.tables(result), law_report.remarks(result))
     if isinstance(result, TorqueFit):
         return _element(repr(result), torque_report.tables(result), torque_report.remarks(result))
+    if isinstance(result, Sizing):
+        return _element(repr(result), [result.table], result.remarks)
     return _element(repr(result), run_scenario.tables(result), run_scenario.remarks(result))
 
 
@@ -66,7 +68,7 @@ def recording_html(recording: Recording) -> str:
     if rows > 1:
         parts += [_picture(draw, recording) for draw in (draw_angle, draw_torque)]
     if recording.metrics:
-        parts.append(_numbers(recording.metrics))
+        parts.append(_numbers(recording.metrics, unfolded=not recording.scenario.get("gait")))
     return f"<div>{''.join(parts)}</div>"
 
 
@@ -101,12 +103,13 @@ def _picture(draw: Callable[[Recording, pathlib.Path], None], recording: Recordi
     return f'<img width="{WIDTH}" style="background: white" src="data:image/png;base64,{data}">'
 
 
-def _numbers(metrics: dict[str, Metric]) -> str:
+def _numbers(metrics: dict[str, Metric], *, unfolded: bool) -> str:
+    """A table of all numbers; of a walk, which opens with its verdict, folded."""
     rows = "".join(
         f'<tr title="{escape(words(name).meaning)}"><td style="text-align: left">{escape(words(name).label)}'
         f'</td><td style="{RIGHT}">{number(metric.value, metric.unit)}</td><td>{escape(unit(metric))}</td>'
         f'<td style="text-align: left"><code>{escape(name)}</code></td></tr>'
         for name, metric in metrics.items()
     )
-    unfolded = " open" if len(metrics) <= FEW else ""
-    return f"<details{unfolded}><summary>{len(metrics)} numbers</summary><table>{rows}</table></details>"
+    begin = "<details open>" if unfolded else "<details>"
+    return f"{begin}<summary>{len(metrics)} numbers</summary><table>{rows}</table></details>"

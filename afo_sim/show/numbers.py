@@ -25,6 +25,7 @@ NUMBERS = "the numbers are"  # of a note of which strides they are
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
 SAME_MASS, SAME_HEIGHT = 0.05, 0.01
+IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
 SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
 STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
@@ -176,6 +177,24 @@ def doubts(
         found.append(
             "how far the cuff gives is assumed (orthosis.anchor.shank) and decides: run half and double"
         )
+    return [*found, *_of_muscles(scenario)]
+
+
+def _of_muscles(scenario: Mapping[str, Any]) -> list[str]:
+    """What is not measured of the muscles' force, by muscle group."""
+    found = []
+    for name, group in scenario["orthosis"].get("muscle", {}).items():
+        muscle = group["type"]
+        law = muscle["law"]
+        numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
+        kinds = {told["kind"] for told in numbers.values()}
+        if law in IDEAL and not kinds & {"fitted", "published", "measured"}:
+            found.append(
+                f"the {name}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
+                "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
+            )
+        elif kinds and kinds <= {"derived", "assumed"} and muscle.get("grade") == "D":
+            found.append(f"the {name}'s force is derived, not measured: {muscle.get('description', '')}")
     return found
 
 

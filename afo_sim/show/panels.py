@@ -8,6 +8,9 @@ import numpy as np
 
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
+from afo_sim.show.air_panels import set_pressure, volumes
+from afo_sim.show.line import marked as marked
+from afo_sim.show.line import mean_and_spread as mean_and_spread
 from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
 from afo_sim.show.style import (
     GREY,
@@ -27,9 +30,7 @@ NORM_LABEL = "norm: published means"
 COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
 STILL = 1e-6  # range below which an angle is no motion [deg]
 LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
-EVERY = 0.13  # of the axis' diagonal, from marker to marker
 SETTLED = "settled"  # beside the line at which settled strides begin
-SIDES = ("inlet", "outlet")
 REFERENCE = "controller/reference"
 OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
@@ -127,8 +128,9 @@ def _healthy_heights(run: RunView) -> dict[str, np.ndarray]:
 
 
 def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
-    """Pressure of the supply and of each chamber of a run."""
+    """Pressure of the supply and of each chamber of a run; thin, those of volumes in its air path."""
     run = runs[0]
+    set_pressure(axis, run, over)
     x, supply = run.curves("supply/pressure", over)
     axis.plot(x, 1e-5 * supply.mean(axis=0), color=GREY, lw=0.8, ls="--", label="supply")
     for name in run.chambers:
@@ -139,17 +141,18 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         elif np.isfinite(target := run.recording.columns.get(f"chamber/{name}/target", np.empty(0))).any():
             time, label = run.recording["time"], f"{plain(name)}, asked for"
             axis.step(time, 1e-5 * target, color=run.colours[name], lw=0.8, ls=":", where="post", label=label)
+    volumes(axis, run, over)
     axis.set_ylabel("gauge pressure\n[bar]")
     if over == "time":
         shade_stance(axis, run)
 
 
 def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
-    """One lane per valve of a run, with a bar as high as its seat is open."""
+    """One lane per valve of a run, with a bar as high as its seat is open; grey those of no chamber."""
     run = runs[0]
-    lanes = list(itertools.product(run.chambers, SIDES))
-    for lane, (chamber, side) in enumerate(lanes):
-        x, opening = run.curves(f"valve/{chamber}_{side}/opening", over)
+    lanes = run.lanes
+    for lane, (valve, chamber, alpha) in enumerate(lanes):
+        x, opening = run.curves(f"valve/{valve}/opening", over)
         mean = opening.mean(axis=0)
         corners = np.unique(np.r_[0, np.flatnonzero(np.diff(mean)) + 1, len(mean) - 1])
         axis.fill_between(
@@ -157,14 +160,19 @@ def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             lane + 0.4,
             lane + 0.4 - 0.8 * mean[corners],
             step="post",
-            color=run.colours[chamber],
-            alpha=1.0 if side == SIDES[0] else 0.5,
+            color=run.colours.get(chamber, GREY),
+            alpha=alpha,
             lw=0.0,
         )
     axis.set_ylim(len(lanes) - 0.5, -0.5)
-    axis.set_yticks(range(len(lanes)), [plain(f"{c} {side}") for c, side in lanes], fontsize=8.0)
+    axis.set_yticks(range(len(lanes)), [plain(_of_lane(*lane)) for lane in lanes], fontsize=8.0)
     axis.tick_params(axis="y", length=0.0)
     axis.set_ylabel("valves\nopen")
+
+
+def _of_lane(valve: str, chamber: str, _: float) -> str:
+    """A valve's name for people: "dorsiflexor inlet"."""
+    return f"{chamber} {valve.removeprefix(f'{chamber}_')}" if chamber else valve
 
 
 def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
@@ -189,39 +197,6 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
             labels = [f"{name} {k}" for k in range(1, count + 1)]
             return list(zip(labels, muscles, itertools.cycle(LINE_STYLES)))
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
-
-
-def mean_and_spread(
-    axis: Any,
-    values: np.ndarray,
-    colour: str,
-    label: str | None,
-    x: np.ndarray,
-    style: Any = "-",
-    marker: str | None = None,
-) -> None:
-    """Mean of the strides as a line, lowest to highest as a band; one row is a line.
-
-    Parameters
-    ----------
-    axis : to draw on
-    values : (strides, n)
-    colour, label : of the line; the label as a figure can show it
-    x : abscissa (n,)
-    style : of the line
-    marker : at a few places along it, so that its colour alone does not tell it from others
-    """
-    if len(values) > 1:
-        low, high = values.min(axis=0), values.max(axis=0)
-        axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
-    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, zorder=3, **marked(x, marker))
-
-
-def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
-    """Markers of a line at every EVERY of the axis' width; a dot for a single row."""
-    if len(x) == 1:
-        return {"marker": "."}
-    return {"marker": marker, "markevery": EVERY, "ms": 3.2} if marker else {}
 
 
 def shade_stance(axis: Any, run: RunView) -> None:

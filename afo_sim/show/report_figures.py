@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show import muscle_panels, panels, walk_panels
+from afo_sim.show import air_panels, muscle_panels, panels, walk_panels
 from afo_sim.show.contrast import ink
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import STYLE, plain
@@ -151,12 +151,16 @@ def draw_clearance(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
+    flowing = any(air_panels.has_flow(run) for run in runs)
     for figure, run in zip(figures, runs, strict=True):
-        pressure, lanes = figure.subplots(2, 1, height_ratios=[2.2, 1.0], sharex=True)
+        heights = [2.2, 1.2, 1.0] if flowing else [2.2, 1.0]
+        pressure, *between, lanes = figure.subplots(len(heights), 1, height_ratios=heights, sharex=True)
         panels.pressures(pressure, [run], over)
         panels.valves(lanes, [run], over)
+        for axis in between:
+            _flow(axis, run, over)
         x, _ = run.curves("supply/pressure", over)
-        for axis in (pressure, lanes):
+        for axis in (pressure, *between, lanes):
             axis.set_xlim(x[0], x[-1])
             if over == "cycle":
                 walk_panels.mark_toe_off(axis, run.toe_off)
@@ -164,6 +168,27 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
         lanes.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
         lanes.set_ylabel("")
     panels.share_scale([figure.axes[0] for figure in figures])
+    if flowing:
+        drawn = zip(figures, runs, strict=True)
+        panels.share_scale([figure.axes[1] for figure, run in drawn if air_panels.tells_flow(run)])
+
+
+def _flow(axis: Any, run: RunView, over: Over) -> None:
+    """The air's flow; nothing of a recording that does not tell it."""
+    if air_panels.tells_flow(run):
+        air_panels.air_flow(axis, [run], over)
+    else:
+        axis.set_axis_off()
+
+
+def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+    """What is in the bottle, cartridge or tank of each run, over time."""
+    for figure, quantity in zip(figures, air_panels.QUANTITIES, strict=True):
+        axis = figure.subplots()
+        for run in runs:
+            air_panels.source(axis, run, quantity)
+        axis.set_xlabel("time [s]")
+        axis.margins(y=0.1)
 
 
 def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
@@ -248,6 +273,15 @@ PRESSURES = (
     "Pressures and valves",
     "Pressure in each chamber above the surrounding air, and the opening of its valves.",
 )
+FLOW = (
+    " Thin: volumes on the way from the supply to the chambers. Air flow: what the supply gives and what "
+    "leaves to the ambient air, in litres of free air (ANR: 20 °C, 1 bar)."
+)
+SOURCES = (
+    "Source of air",
+    "What is in the bottle, cartridge or tank over time: its pressure above the surrounding air, its mass, "
+    "and its temperature.",
+)
 MUSCLES = (
     "Muscles, cuff and plate",
     "Contraction: solid the muscle's own, dotted where it is slack; thin that which its path would give on "
@@ -273,11 +307,12 @@ def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[Drawing]:
     yield _figure("ankle", 2, 2.8, draw_ankle, runs, ANKLE)
     yield _figure("clearance", 2, 2.8, draw_clearance, runs, CLEARANCE)
     if worn:
-        yield _figure("pressures", len(worn), 3.1, draw_pressures, worn, PRESSURES)
+        yield _pressures("pressures", worn, "cycle")
         yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, MUSCLES)
     yield _figure("torque", len(runs), 2.8, draw_torque, runs, TORQUE)
     if worn:
         yield _figure("work", 2, 2.6, draw_work, worn, WORK)
+    yield from _sources(runs)
 
 
 def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
@@ -285,10 +320,27 @@ def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
     worn = [run for run in runs if run.has_orthosis]
     yield _figure("time", 2, 2.6, draw_over_time, runs, TIME)
     if worn:
-        yield _figure("air", len(worn), 3.1, partial(draw_pressures, over="time"), worn, PRESSURES)
+        yield _pressures("air", worn, "time")
         yield _figure(
             "fibres", len(worn), _muscles_tall(worn), partial(draw_muscles, over="time"), worn, MUSCLES
         )
+    yield from _sources(runs)
+
+
+def _pressures(name: str, runs: Sequence[RunView], over: Over) -> Drawing:
+    """Pressures and valves, with the air's flow where any run has an air path."""
+    flowing = any(air_panels.has_flow(run) for run in runs)
+    caption = (PRESSURES[0], PRESSURES[1] + (FLOW if flowing else ""))
+    height = 4.2 if flowing else 3.1
+    return _figure(name, len(runs), height, partial(draw_pressures, over=over), runs, caption)
+
+
+def _sources(runs: Sequence[RunView]) -> Iterator[Drawing]:
+    """The sources of runs that have one."""
+    with_source = [run for run in runs if run.source]
+    if with_source:
+        kind = "walked" if with_source[0].walks else "sat"
+        yield _figure(f"sources-{kind}", 3, 2.2, draw_sources, with_source, SOURCES)
 
 
 def _muscles_tall(runs: Sequence[RunView]) -> float:

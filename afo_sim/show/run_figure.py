@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
-from afo_sim.show import muscle_panels, panels
+from afo_sim.show import air_panels, muscle_panels, panels
 from afo_sim.show.electronics_panel import electronics, told
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import FORMATS, SCALE, SCALE_END, paragraph, write_figure
@@ -44,7 +44,7 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     rows: list[Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
     if run.groups:
-        rows += [panels.pressures, panels.valves, panels.forces, muscle_panels.contractions]
+        rows += [panels.pressures, *flows(run), panels.valves, panels.forces, muscle_panels.contractions]
     rows += [muscle_panels.displacements] if run.anchors else []
     rows += [electronics] if told(recording) else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
@@ -68,8 +68,9 @@ def draw_clearance(recording: Recording, path: pathlib.Path) -> None:
 
 def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
     """Draw pressures and valve openings over time; parameters and errors as in `draw_run`."""
-    rows = (panels.pressures, panels.valves)
-    _draw(functools.partial(_stack, rows=rows), (4.7, 3.2), alone(recording), path)
+    run = alone(recording)
+    rows = (panels.pressures, *flows(run), panels.valves)
+    _draw(functools.partial(_stack, rows=rows), (4.7, 0.8 + 1.2 * len(rows)), run, path)
 
 
 def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
@@ -87,6 +88,16 @@ def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
     """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
     _draw(_force_contraction, (1.1 + 3.0 * len(run.groups), 2.9), run, path)
+
+
+def flows(run: RunView) -> list[Panel]:
+    """The panel of the air's flow, where a run has an air path."""
+    return [_air_flow] if air_panels.has_flow(run) else []
+
+
+def _air_flow(axis: Any, runs: list[RunView]) -> None:
+    air_panels.air_flow(axis, runs)
+    panels.shade_stance(axis, runs[0])
 
 
 FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
@@ -142,7 +153,7 @@ def _draw(fill: Callable[..., None], size: tuple[float, float], run: RunView, pa
 
 def _stack(figure: Any, run: RunView, rows: tuple[Panel, ...], title: bool = False) -> None:
     """Panels under one another on one time axis."""
-    heights = [0.28 * len(run.chambers) if panel is panels.valves else 1.0 for panel in rows]
+    heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     for axis, panel in zip(axes, rows, strict=True):
         panel(axis, [run])

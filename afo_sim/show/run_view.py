@@ -16,6 +16,8 @@ from afo_sim.description.words import body_mass
 from afo_sim.gait.file import read
 from afo_sim.metrics.strides import SOLVED, Stride, settled, stance, strides
 from afo_sim.metrics.walking import chambers, has_orthosis
+from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END
+from afo_sim.physics.gas import AIR, GASES, Gas
 from afo_sim.show.style import COLOURS, MARKERS, RUNS, plain
 from afo_sim.simulation.recording import Recording
 
@@ -24,6 +26,12 @@ PERCENT = 100.0 * PHASE
 MEAN_CURVE = "curve of"  # begins the note of a gait that is the mean curve of several people
 ADULTS, TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "healthy walking"
 ANCHOR = r"cuff/\w+/displacement"
+VOLUME = r"volume/([\w-]+)/pressure"
+OPENING = r"valve/([\w-]+)/opening"
+SIDES = {"inlet": 1.0, "outlet": 0.5}  # valves of a chamber, with the opacity of their lanes
+SET_PRESSURE = "supply/set_pressure"
+
+NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
 
 Over = Literal["time", "cycle"]  # the abscissa
 
@@ -115,6 +123,44 @@ class RunView:
         """{muscle group: its chamber}."""
         muscles = self.recording.scenario["orthosis"].get("muscle", {})
         return {name: group.get("chamber") or name for name, group in muscles.items()}
+
+    @property
+    def volumes(self) -> dict[str, str]:
+        """{volume of its air path: its name for people}; neither chambers nor the source's tank.
+
+        A regulator's outlet is left out where the recording tells the supply's own pressure.
+        """
+        found = [m[1] for name in self.recording.columns if (m := re.fullmatch(VOLUME, name))]
+        names = {VALVE_END.format(chamber): f"{chamber}, valve end" for chamber in self.chambers}
+        names |= {TUBE_END.format(chamber): f"{chamber}, tube end" for chamber in self.chambers}
+        names[OUTLET] = "regulator's outlet"
+        hidden = {SOURCE, OUTLET} if SET_PRESSURE in self.recording.columns else {SOURCE}
+        return {name: names.get(name, name) for name in found if name not in hidden}
+
+    @property
+    def lanes(self) -> list[tuple[str, str, float]]:
+        """(valve, its chamber or "", opacity) of every valve: chambers' in their order, then all others."""
+        found = [(f"{c}_{side}", c, shade) for c in self.chambers for side, shade in SIDES.items()]
+        valves = [m[1] for name in self.recording.columns if (m := re.fullmatch(OPENING, name))]
+        named = {valve for valve, _, _ in found}
+        return [*found, *((valve, "", 1.0) for valve in valves if valve not in named)]
+
+    @property
+    def source(self) -> str:
+        """Where the columns of its bottle, cartridge or tank stand, "store/source"; "" where it has none."""
+        kinds = (f"{kind}/{SOURCE}" for kind in ("store", "volume"))
+        return next((kind for kind in kinds if f"{kind}/pressure" in self.recording.columns), "")
+
+    @property
+    def has_network(self) -> bool:
+        """True where something lies between endless air and the valves, or behind them."""
+        return any(name.startswith(NETWORK) for name in self.recording.columns)
+
+    @property
+    def gas(self) -> Gas:
+        """The gas that drives it."""
+        source = (self.recording.scenario.get("supply") or {}).get("source") or {}
+        return GASES[source.get("gas") or AIR.name]
 
     @property
     def anchors(self) -> list[str]:

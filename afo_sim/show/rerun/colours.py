@@ -46,6 +46,7 @@ SOLE = {"toe": (YELLOW, OCHRE), "ball": (SKY, BLUE)}  # own, healthy
 MOUNTINGS = {"shank": ("cuff", WHITE), "foot": ("plate", TEAL)}
 FORCE = {"z": ("up", TEAL), "x": ("forward", ORANGE)}  # of the ground
 FLOOR, RANGE = RED, GREY
+VOLUMES = (MAGENTA, LIME, TEAL, WHITE)  # of an air path, beside chambers
 
 
 def of_run(number: int) -> list[int]:

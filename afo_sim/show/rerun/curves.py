@@ -9,33 +9,13 @@ import afo_sim.show.rerun.colours as colours
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.subtalar import free
+from afo_sim.show.rerun.air import air_curves
 from afo_sim.show.rerun.clock import GAIT, send
+from afo_sim.show.rerun.curve import Curve as Curve
 from afo_sim.show.rerun.source import Columns, Source
 
 OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
 SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
-ANGLES = ("ankle/angle", "gait/ankle_angle")
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One plotted line: where, its name and colour, and its column × factor."""
-
-    entity: str
-    name: str
-    colour: list[int]
-    column: str
-    factor: float = 1.0
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The columns that it reads."""
-        return (self.column,)
-
-    def values(self, block: Columns) -> np.ndarray:
-        """The plotted values. Angles go through `np.degrees`, so that they are its very bits."""
-        values = block[self.column]
-        return np.degrees(values) if self.column in ANGLES else values * self.factor
 
 
 @dataclass(frozen=True)
@@ -63,6 +43,7 @@ def curves(source: Source) -> list[Curve]:
     for chamber in source.named("chamber"):
         shade = colours.of_muscle(f"{chamber}_1")
         found.append(Curve("pressure/chambers", chamber, shade, f"chamber/{chamber}/pressure", 1e-5))
+    found += air_curves(source)
     for muscle, label, _ in _drawn_muscles(source):
         shade = colours.of_muscle(muscle)
         found.append(Curve("force/muscles", label, shade, f"muscle/{muscle}/force"))
@@ -170,7 +151,7 @@ def log_styles(stream: rr.RecordingStream, lines: list[Curve]) -> None:
     """Names and colours of the lines, once."""
     for entity, group in _by_entity(lines).items():
         style = rr.SeriesLines(
-            names=[c.name for c in group], colors=[c.colour for c in group], widths=[1.6] * len(group)
+            names=[c.name for c in group], colors=[c.colour for c in group], widths=[c.width for c in group]
         )
         stream.log(entity, style, static=True)
 

@@ -176,6 +176,8 @@ def _details(contents: Contents) -> list[Any]:
     further: list[Any] = []
     if contents.muscles and contents.carriage:
         plots.append(_plots(contents, "/pressure", "gauge pressure [bar]", "pressure"))
+    if "/air" in contents.plots:
+        further.append(_plots(contents, "/air", "air flow [l/min ANR]", "air"))
     if contents.muscles:
         plots.append(_plots(contents, "/force", "muscle force [N]", "force"))
         plots.append(_plots(contents, "/contraction", "contraction [%]", "contraction"))
