@@ -2,7 +2,7 @@
 
 import pathlib
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import mujoco
@@ -10,7 +10,12 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.description.air.nominal_flow import DENSITIES
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.source import Source
+from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
+from afo_sim.description.handmade import BraidFacts
 from afo_sim.description.leaves import fields_of
 from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Muscle
@@ -31,10 +36,13 @@ from afo_sim.limb.leg_doubts import doubtful_notes
 from afo_sim.limb.leg_numbers import LegNumbers
 from afo_sim.limb.reading import read_tree
 from afo_sim.limb.tree import Tree
+from afo_sim.model import stability
 from afo_sim.model.build import build
 from afo_sim.model.design import design_of, scenario_of
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.model.path_words import rows as path_rows
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.ratings import nominal_flow
 from afo_sim.simulation.checks_file import read_checks
 from afo_sim.simulation.loop import described_policy
 from afo_sim.simulation.reference import reference_of
@@ -123,10 +131,10 @@ def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
             "is not recognised as a description",
             file=path,
             allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
-            "(conductance), leg (file), patient (dorsiflexor_strength), shoe (heel_stack), limits "
-            "(toe_clearance), sensor (unit), a list of checks ([[check]]), a sweep (scenario, "
-            "[parameters.NAME]), a search (with [objective]) or what is not known ([parameters.NAME] "
-            "without a scenario)",
+            "(conductance), tube (bore), source (kind, volume), regulator (droop), leg (file), patient "
+            "(dorsiflexor_strength), shoe (heel_stack), limits (toe_clearance), sensor (unit), a list of "
+            "checks ([[check]]), a sweep (scenario, [parameters.NAME]), a search (with [objective]) or "
+            "what is not known ([parameters.NAME] without a scenario)",
         )
     return kind
 
@@ -182,7 +190,10 @@ def _scenario(scenario: Scenario) -> list[tuple[str, str]]:
     _, _, inertia = sweep_ankle(built.model, built.index, np.zeros(1))
     findings = [
         ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
-        ("air stability number", f"{built.stability['air']:.3g} (limit 1)"),
+        (
+            "air number, rate × time step",
+            f"{built.stability['air']:.3g} (accurate to {stability.AIR_ACCURATE:g})",
+        ),
     ]
     warnings = list(built.warnings)
     if built.index.muscles:
@@ -203,6 +214,7 @@ def _orthosis(orthosis: Orthosis) -> list[tuple[str, str]]:
     return [
         ("muscles", ", ".join(f"{g.count} × {n} ({g.type.name})" for n, g in orthosis.muscle.items())),
         ("chambers", ", ".join(orthosis.chamber)),
+        *_air_path(orthosis),
         *(
             (
                 f"skin under the {SKIN[segment]}",
@@ -212,6 +224,22 @@ def _orthosis(orthosis: Orthosis) -> list[tuple[str, str]]:
             for segment, lies in orthosis.interface.items()
         ),
     ]
+
+
+def _air_path(orthosis: Orthosis) -> Iterator[tuple[str, str]]:
+    """Tubes of chambers, volumes and restrictions, where there are any."""
+    for name, chamber in orthosis.chamber.items():
+        ways = f"{chamber.feed} → {name} → {chamber.exhaust}"
+        if chamber.tube is not None and chamber.tube_length is not None:
+            ways += f", {chamber.tube_length:g} m of {chamber.tube.name or 'tube'}"
+        if chamber.quick_exhaust is not None:
+            ways += ", quick exhaust"
+        if chamber.tube is not None or (chamber.feed, chamber.exhaust) != ("supply", "ambient"):
+            yield f"air of {name}", ways
+    for name, volume in orthosis.volume.items():
+        yield f"volume {name}", f"{1e6 * volume.volume:.3g} ml"
+    for name, each in orthosis.restriction.items():
+        yield f"{each.kind} {name}", f"{each.upstream} → {each.downstream}"
 
 
 def _kind(described: Described, key: str) -> str:
@@ -225,8 +253,20 @@ def _muscle(muscle: Muscle) -> list[tuple[str, str]]:
         ("law", muscle.law),
         ("braid", f"{100 * muscle.nominal_length:.2f} cm of {100 * muscle.total_length:.2f} cm"),
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
+        *_by_length(muscle),
+        *(BraidFacts.of(muscle).rows() if LAWS[muscle.law].braids else ()),
         ("covariance of the fit", _covariance(muscle)),
     ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
+
+
+def _by_length(muscle: Muscle) -> list[tuple[str, str]]:
+    """Mass and force at the muscle's length; nothing where they do not follow from it."""
+    if muscle.lengths is None:
+        return []
+    factor = muscle.lengths.factor(muscle.nominal_length)
+    against = f"{factor:.4g} of that at {100.0 * muscle.lengths.reference:g} cm"
+    rows = [("mass at this length", f"{1e3 * muscle.whole_mass:.4g} g"), ("force at this length", against)]
+    return rows + ([("warning", muscle.length_warning)] if muscle.length_warning else [])
 
 
 def _covariance(muscle: Muscle) -> str:
@@ -249,7 +289,48 @@ def _covariance(muscle: Muscle) -> str:
 
 
 def _valve(valve: Valve) -> list[tuple[str, str]]:
-    return [("sonic conductance", f"{valve.conductance * 1e8:g} dm³/(s·bar)")]
+    found = []
+    for what, path in (("", valve), (" of the exhaust", valve.exhaust)):
+        if path is None:
+            continue
+        told = path.provenance.get("conductance")
+        how = f", {told.source}" if path.rating is not None and told is not None else ""
+        found.append((f"sonic conductance{what}", f"{path.conductance * 1e8:.4g} dm³/(s·bar){how}"))
+        flows = (
+            f"{6e4 * nominal_flow(path.conductance, path.critical_ratio, 6e5, 5e5, density):.4g} l/min {norm}"
+            for norm, density in DENSITIES.items()
+        )
+        found.append((f"flow from 6 to 5 bar gauge{what}", " or ".join(flows)))
+    return found
+
+
+def _tube(tube: Tube) -> list[tuple[str, str]]:
+    return [
+        (
+            f"{length:g} m",
+            f"C {1e8 * tube.conductance(length):.3g} dm³/(s·bar), b {tube.critical_ratio(length):.2f}, "
+            f"{1e6 * tube.volume(length):.3g} ml, sound takes {1e3 * tube.delay(length):.2g} ms",
+        )
+        for length in (0.5, 1.0, 2.0)
+    ]
+
+
+def _source(source: Source) -> list[tuple[str, str]]:
+    needed = 4e5  # gauge pressure of most shipped scenarios [Pa]
+    found = [("gives until 4 bar are left", f"{source.free_litres(needed):.3g} l of free gas (ANR)")]
+    if source.kind == "compressor":
+        flow = 6e4 * source.delivery(needed) * source.real_gas.litres_per_gram
+        found.append(("its compressor delivers at 4 bar", f"{flow:.3g} l/min (ANR)"))
+    return [("gas", source.gas), ("full", f"{1e3 * source.full_mass:.3g} g"), *found]
+
+
+def _regulator(regulator: Regulator) -> list[tuple[str, str]]:
+    flow, low, high = 6e4 * regulator.rated_flow, *(1e-5 * p for p in regulator.set_range)
+    return [
+        ("set pressure", f"{low:g} to {high:g} bar"),
+        ("droop", f"{1e-5 * regulator.droop:g} bar at {flow:.4g} l/min (ANR)"),
+        ("sonic conductance", f"{1e8 * regulator.conductance:g} dm³/(s·bar)"),
+    ]
 
 
 def _patient(patient: Patient) -> list[tuple[str, str]]:
@@ -298,6 +379,9 @@ _FINDINGS: dict[type, Any] = {
     Orthosis: _orthosis,
     Muscle: _muscle,
     Valve: _valve,
+    Tube: _tube,
+    Source: _source,
+    Regulator: _regulator,
     Leg: _leg,
     Patient: _patient,
     Shoe: _shoe,

@@ -11,6 +11,7 @@ from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_
 from afo_sim.common.errors import InputError, nearest_name, unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
 from afo_sim.description.scenario import Scenario
+from afo_sim.model.air_path import AirPath
 from afo_sim.model.mounting import muscle_names, valve_names
 from afo_sim.simulation.describing import describe
 from afo_sim.simulation.recording import Recording
@@ -24,6 +25,9 @@ MUSCLE = ("force", "length", "velocity", "contraction", "path_length", "moment_a
 CUFF = ("force", "displacement")
 CHAMBER = ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
 VALVE = ("coil", "opening", "mass_flow")
+HELD = ("pressure", "mass", "temperature")  # of a volume or a store
+SUPPLY = ("pressure", "set_pressure", "mass_flow", "exergy_flow")
+EXHAUST = ("mass_flow", "exergy_flow")
 
 
 @dataclass(frozen=True)
@@ -168,8 +172,16 @@ def recorded_columns(scenario: Scenario) -> list[str]:
     paths += [f"muscle/{name}/{part}" for name in muscle_names(orthosis) for part in MUSCLE]
     paths += [f"cuff/{name}/{part}" for name in orthosis.anchor for part in CUFF]
     paths += [f"chamber/{name}/{part}" for name in orthosis.chamber for part in CHAMBER]
-    paths += [f"valve/{name}/{part}" for name in valve_names(orthosis) for part in VALVE]
-    return [*paths, "supply/pressure"]
+    air = AirPath.of(orthosis, scenario.supply)
+    between = [each.name for each in air.restrictions if each.valve is not None]
+    paths += [f"valve/{name}/{part}" for name in (*valve_names(orthosis), *between) for part in VALVE]
+    paths += [f"restriction/{each.name}/mass_flow" for each in air.restrictions if each.valve is None]
+    paths += [f"volume/{each.name}/{part}" for each in air.volumes for part in HELD]
+    paths += [f"store/{each.name}/{part}" for each in air.stores for part in HELD]
+    source = scenario.supply.source
+    running = ("running",) if source is not None and source.kind == "compressor" else ()
+    paths += [f"supply/{part}" for part in (*SUPPLY, *running)]
+    return paths + [f"exhaust/{part}" for part in EXHAUST]
 
 
 def _require(table: Table, titles: list[Meaning]) -> None:

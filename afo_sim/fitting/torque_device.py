@@ -20,7 +20,6 @@ from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
 from afo_sim.model.paths import paths_of
 from afo_sim.physics.in_series import on_anchors, row, tensions
-from afo_sim.physics.laws import LAWS
 from afo_sim.physics.series import anchor_displacement
 
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
@@ -181,7 +180,7 @@ class _Muscle:
                 series += change.offset - group.cable.offset
             if change.law:
                 parameters = group.type.law_set.parameters | dict(change.law)
-                coefficients = LAWS[group.type.law].coefficients(group.type.braid, parameters)
+                coefficients = group.type.coefficients_of(group.type.law, parameters)
                 bare = type(bare)(**{**vars(bare), "coefficients": coefficients})
         nominal = group.type.nominal_length
         return cls(

@@ -39,7 +39,7 @@ def characteristic(bore: int) -> Measured:
 
 def law_force(muscle: Muscle, law: str, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """Signed force of one of a muscle's laws, through the kernel [N]."""
-    coefficients = LAWS[law].coefficients(muscle.braid, muscle.laws[law].parameters)
+    coefficients = muscle.coefficients_of(law, muscle.laws[law].parameters)
     return forces(LAWS[law].native_id, coefficients, contraction, pressure)
 
 

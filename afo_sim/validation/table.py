@@ -1,4 +1,4 @@
-"""Every published number of the four papers and of the force laws, against the simulator."""
+"""Every published number of the four papers, the force laws and valves' flows, against the simulator."""
 
 import dataclasses
 import math
@@ -10,6 +10,8 @@ from afo_sim.validation import laws as validate_laws
 from afo_sim.validation import measured_joint
 from afo_sim.validation import s1 as validate_s1
 from afo_sim.validation import s2 as validate_s2
+from afo_sim.validation import tubes as validate_tubes
+from afo_sim.validation import valves as validate_valves
 from afo_sim.validation.row import Row
 
 PARTS = (
@@ -17,7 +19,9 @@ PARTS = (
     *validate_s1.PARTS,
     *validate_s2.PARTS,
     *validate_laws.PARTS,
+    *validate_tubes.PARTS,
     *measured_joint.PARTS,
+    *validate_valves.PARTS,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
 SOURCING = HEADER.index("how well sourced")

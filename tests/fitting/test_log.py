@@ -67,6 +67,33 @@ def test_every_column_of_other_scenarios_may_be_logged(name: str) -> None:
     assert named == {c for c in run.columns if c != "time" and not c.startswith("qpos/")}
 
 
+@pytest.mark.parametrize(
+    "supply",
+    [
+        {"source": "vn_c4", "pressure": "1.2 bar", "regulator": "droop_tenth"},
+        {"source": "co2_16g"},
+        {"line_pressure": "8 bar", "regulator": "droop_tenth"},
+    ],
+)
+def test_every_column_of_an_air_network_may_be_logged(supply: dict[str, str]) -> None:
+    tube = {
+        "kind": "tube",
+        "tube": "pun_4x2_5",
+        "length": "1 m",
+        "upstream": "supply",
+        "downstream": "manifold",
+    }
+    sets = {f"supply.{key}": value for key, value in supply.items()} | {
+        "duration": "0.1 s",
+        "orthosis.volume.manifold.volume": "20 ml",
+        "orthosis.restriction.feed": tube,
+        "orthosis.chamber.dorsiflexor.feed": "manifold",
+    }
+    run = afo_sim.run("seated", sets)
+    named = set(recorded_columns(load("scenario", "seated", sets)))
+    assert named == {c for c in run.columns if c != "time" and not c.startswith("qpos/")}
+
+
 def test_groups_force_is_the_sum_of_its_muscles(tmp_path: pathlib.Path, seated: Recording) -> None:
     force = read_log(written(tmp_path), SCENARIO).channels[2]
     total = force.simulated(seated, np.array([1.0, 2.001]))
