@@ -1,6 +1,6 @@
 """Speed of one run: its steps and their parts, the engine's own limit, and what a user waits for.
 
-    python scripts/benchmark.py [--parts steps,motors,waits,environments] [--repeats 5] [--out now.json]
+    python scripts/benchmark.py [--parts steps,networks,…] [--repeats 5] [--out now.json]
 
 Measurements are repeated in turn; tables tell the best and the median. Speeds of two machines cannot be
 compared, ratios within a run can. `compare_benchmarks.py` compares two files.
@@ -8,10 +8,11 @@ compared, ratios within a run can. `compare_benchmarks.py` compares two files.
 
 from measuring import Figure, arguments, chosen, collect
 from motors import against_motors
+from network_costs import network_costs
 from step_parts import step_parts
 from wall_times import wall_times
 
-PARTS = ("steps", "motors", "waits", "environments")
+PARTS = ("steps", "networks", "motors", "waits", "environments")
 SCENARIOS = ("seated", "walk-dropfoot-afo")
 
 
@@ -25,6 +26,7 @@ def main() -> None:
         "steps": lambda: [
             found for name in SCENARIOS for found in step_parts(name, options.steps, options.repeats)
         ],
+        "networks": lambda: network_costs(options.steps, options.repeats),
         "motors": lambda: against_motors(options.simulations, options.steps, options.repeats),
         "waits": lambda: wall_times(options.repeats),
         "environments": lambda: _environments(options.repeats),

@@ -41,7 +41,7 @@ def changes(title: str, sets: dict[str, object]) -> dict[str, object]:
     """A row's overrides; those that are relative follow from the shipped scenario."""
     shipped = afo_sim.load("scenario", SCENARIO).orthosis
     if title.startswith("outlet"):
-        conductance = 3.0 * shipped.chamber["dorsiflexor"].outlet.conductance
+        conductance = 3.0 * shipped.chamber["dorsiflexor"].vent.conductance
         return {"orthosis.chamber.dorsiflexor.outlet.conductance": f"{conductance!r} m^3/(s*Pa)"}
     if title.startswith("links"):
         shorter, link = float(title.split()[1]) / 1000.0, shipped.muscle["dorsiflexor"].link_length

@@ -6,7 +6,7 @@ time is the difference to callbacks that do nothing. The clock's own time is tak
 
 import ctypes
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
@@ -128,7 +128,9 @@ def _recorder(built: Built, control: np.ndarray, fields: Sequence[str]) -> Calla
     return measure
 
 
-def step_parts(name: str, steps: int, repeats: int) -> list[Figure]:
+def step_parts(
+    name: str, steps: int, repeats: int, sets: Mapping[str, Any] | None = None, title: str = ""
+) -> list[Figure]:
     """Figures of one shipped scenario.
 
     Parameters
@@ -136,8 +138,9 @@ def step_parts(name: str, steps: int, repeats: int) -> list[Figure]:
     name : of the scenario
     steps : of the run whose states are visited
     repeats : rounds
+    sets, title : overrides, and what the scenario is called with them
     """
-    built = build(load("scenario", name))
+    built, name = build(load("scenario", name, sets)), title or name
     control = schedule.controls(built)[:steps]
     states, data = states_of(built, control), mujoco.MjData(built.model)
 

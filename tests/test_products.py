@@ -9,9 +9,10 @@ from afo_sim.common import assets
 from afo_sim.description.reader import load
 
 MODELS = assets.folder("models")
+KINDS = ("leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "shoe")
 
 
-@pytest.mark.parametrize("kind", ["leg", "orthosis", "muscle", "valve", "shoe"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_every_description_loads_and_says_what_it_is(kind: str) -> None:
     found = assets.names(kind)
     assert found
@@ -46,6 +47,7 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
         "damper",
         "grade",
         "covariance",
+        "lengths",
     }
     assert numbers == set(muscle.provenance)
     for told in (*muscle.laws.values(), *muscle.frictions.values()):
@@ -53,6 +55,8 @@ def test_every_number_of_a_muscle_says_where_it_comes_from(name: str) -> None:
     if muscle.damper is not None:
         assert muscle.damper.model_fields_set - {"provenance"} == set(muscle.damper.provenance)
     assert set(muscle.limits.provenance) == set(type(muscle.limits).model_fields) - {"provenance"}
+    for told in filter(None, (muscle.lengths, muscle.lengths and muscle.lengths.force)):
+        assert set(told.provenance) == set(type(told).model_fields) - {"provenance", "force"}
     assert (MODELS / "muscles" / name / "README.md").is_file()
 
 

@@ -15,12 +15,12 @@ AMOUNT = {
 
 
 def leaves(node: Any, path: str = "") -> dict[str, Any]:
-    """Every value of nested tables by its dotted key; lists stay whole."""
+    """Every value of nested tables by its dotted key; lists stay whole. What is not told is left out."""
     if isinstance(node, dict):
         return {
             k: v for key, child in node.items() for k, v in leaves(child, f"{path}.{key}".strip(".")).items()
         }
-    return {path: node}
+    return {} if node is None else {path: node}
 
 
 def nudged(value: Any, share: float = 0.05) -> Any:

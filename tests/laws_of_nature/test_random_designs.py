@@ -38,7 +38,8 @@ def group(draw: Draw, name: str) -> dict[str, Any]:
     own = muscle(kind)
     length = own.total_length
     if draw.random() < 0.5:
-        length = float(draw.uniform(max(0.08, own.end_length + 0.03), 0.30))
+        least = 0.0 if own.lengths is None else own.lengths.shortest
+        length = float(draw.uniform(max(0.08, own.end_length + 0.03, least), 0.30))
     at, air = f"orthosis.muscle.{name}", f"orthosis.chamber.{name}"
     sets: dict[str, Any] = {
         f"{at}.type": kind,
