@@ -57,8 +57,10 @@ class Quantity:
             number = parse_quantity(plain, self.unit)
         except ValueError as error:
             raise refusal(str(error), self.allowed) from None
-        for bound in (self.at_least, self.at_most):  # written in another unit it is rounded
-            if bound is not None and math.isclose(number, bound, rel_tol=ROUNDING):
+        for bound, beyond in ((self.at_least, -1.0), (self.at_most, 1.0)):
+            if bound is None or not beyond * (number - bound) > 0.0:
+                continue
+            if math.isclose(number, bound, rel_tol=ROUNDING):  # beyond it by rounding in another unit
                 number = bound
         low = self.above is not None and number <= self.above
         lower = self.at_least is not None and number < self.at_least
