@@ -5,22 +5,9 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from afo_sim.native.air_block import AMBIENT, SUPPLY
-from afo_sim.native.slots import (
-    AIR_FIRST_EDGE,
-    AIR_FIRST_NODE,
-    AIR_LEADS,
-    AIR_NEXT,
-    AIR_NUMBER,
-    EDGE_ROW_END,
-    EDGE_ROW_LAW,
-    EDGE_ROW_NEXT,
-    EDGE_ROW_ORIGIN,
-    KIND_CHAMBER,
-    KIND_STORE,
-    KIND_VOLUME,
-    MARK,
-)
+from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
+from afo_sim.native.members import edges_of, leaders, nodes_of
+from afo_sim.native.slots import EDGE_ROW_END, EDGE_ROW_LAW, EDGE_ROW_ORIGIN, KIND_CHAMBER
 from afo_sim.native.state import RUNNING, Air, read_air, read_volume, room_of
 from afo_sim.physics.air_path import COMPRESSOR
 
@@ -71,22 +58,12 @@ def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node
 def _ends(model: mujoco.MjModel, number: int, outward: float) -> list[AirEnd]:
     rows = model.actuator_user
     found = []
-    nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
-    for leader in map(int, np.flatnonzero(nodes & (rows[:, AIR_LEADS] > 0.0))):
-        members = {int(rows[k, AIR_NUMBER]): k for k in _chain(rows, leader, AIR_FIRST_NODE, AIR_NEXT)}
-        for edge in _chain(rows, leader, AIR_FIRST_EDGE, EDGE_ROW_NEXT):
+    for leader in leaders(model):
+        members = dict(enumerate(nodes_of(model, leader), FIRST_NODE))
+        for edge in edges_of(model, leader):
             a, b = int(rows[edge, EDGE_ROW_ORIGIN]), int(rows[edge, EDGE_ROW_END])
             if a == number:
                 found.append(AirEnd(edge, outward, members.get(b, -1)))
             elif b == number:
                 found.append(AirEnd(edge, -outward, members.get(a, -1)))
-    return found
-
-
-def _chain(rows: np.ndarray, leader: int, first: int, following: int) -> list[int]:
-    """Actuators that hang together by a slot, which begins in another slot of the leader."""
-    found, actuator = [], int(rows[leader, first])
-    while actuator >= 0:
-        found.append(actuator)
-        actuator = int(rows[actuator, following])
     return found

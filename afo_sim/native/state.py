@@ -20,13 +20,10 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.native.members import edges_of, leaders, nodes_of
 from afo_sim.native.slots import (
-    AIR_FIRST_EDGE,
-    AIR_FIRST_NODE,
     AIR_GAS,
     AIR_HEAT_CAPACITY_RATIO,
-    AIR_LEADS,
-    AIR_NEXT,
     AIR_NUMBER,
     CHAMBER_FIRST_MUSCLE,
     CHAMBER_NEXT,
@@ -34,13 +31,9 @@ from afo_sim.native.slots import (
     CHAMBER_USERDATA,
     EDGE_ROW_END,
     EDGE_ROW_FOLLOWS,
-    EDGE_ROW_NEXT,
     EDGE_ROW_ORIGIN,
     EDGE_ROW_PLACE,
-    KIND_CHAMBER,
-    KIND_STORE,
     KIND_VOLUME,
-    MARK,
     MUSCLE_LEADER,
     MUSCLE_NEXT,
     MUSCLE_STATE,
@@ -245,27 +238,11 @@ def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
     rows = model.actuator_user
     number = rows[node, AIR_NUMBER]
     found = []
-    for edge in _edges_of(rows, node):
+    leader = next((k for k in leaders(model) if node in nodes_of(model, k)), None)
+    for edge in () if leader is None else edges_of(model, leader):
         ends = ((EDGE_ROW_ORIGIN, -1.0), (EDGE_ROW_END, 1.0))
         found += [(edge, sign) for slot, sign in ends if rows[edge, slot] == number]
     return found
-
-
-def _edges_of(rows: np.ndarray, node: int) -> list[int]:
-    """Actuators of all valves and restrictions of the network that a node's actuator belongs to."""
-    nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
-    for leader in map(int, np.flatnonzero(nodes & (rows[:, AIR_LEADS] > 0.0))):
-        members, actuator = [], int(rows[leader, AIR_FIRST_NODE])
-        while actuator >= 0:
-            members.append(actuator)
-            actuator = int(rows[actuator, AIR_NEXT])
-        if node in members:
-            edges, edge = [], int(rows[leader, AIR_FIRST_EDGE])
-            while edge >= 0:
-                edges.append(edge)
-                edge = int(rows[edge, EDGE_ROW_NEXT])
-            return edges
-    return []
 
 
 def read_opening(model: mujoco.MjModel, act: np.ndarray, valve: int) -> np.ndarray:

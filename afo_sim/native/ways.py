@@ -1,6 +1,5 @@
 """Nodes of the air of a compiled model and the ways between them, read from its rows."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -8,23 +7,15 @@ import numpy as np
 
 from afo_sim.common.units import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
+from afo_sim.native.members import edges_of, leaders, nodes_of
 from afo_sim.native.slots import (
-    AIR_FIRST_EDGE,
-    AIR_FIRST_NODE,
-    AIR_LEADS,
-    AIR_NEXT,
     AIR_UPSTREAM,
     CHAMBER_WALL_CONDUCTANCE,
     EDGE_ROW_1,
     EDGE_ROW_END,
     EDGE_ROW_LAW,
-    EDGE_ROW_NEXT,
     EDGE_ROW_ORIGIN,
-    KIND_CHAMBER,
-    KIND_STORE,
     KIND_VALVE,
-    KIND_VOLUME,
-    MARK,
     STORE_CONTENT,
     VALVE_CONDUCTANCE,
     VALVE_CRITICAL_RATIO,
@@ -61,14 +52,13 @@ class Way(NamedTuple):
 def ways_of(model: mujoco.MjModel) -> list[Way]:
     """All valves and restrictions of a model."""
     rows = model.actuator_user
-    kinds = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
     found = []
-    for leader in map(int, np.flatnonzero(kinds & (rows[:, AIR_LEADS] > 0.0))):
+    for leader in leaders(model):
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
-        nodes |= dict(enumerate(_chain(rows, int(rows[leader, AIR_FIRST_NODE]), AIR_NEXT), FIRST_NODE))
+        nodes |= dict(enumerate(nodes_of(model, leader), FIRST_NODE))
         number = int(rows[leader, AIR_UPSTREAM])
         upstream = nodes[number] if number else NOWHERE
-        for edge in _chain(rows, int(rows[leader, AIR_FIRST_EDGE]), EDGE_ROW_NEXT):
+        for edge in edges_of(model, leader):
             row = rows[edge]
             law, first = int(row[EDGE_ROW_LAW]), float(row[EDGE_ROW_1])
             found.append(
@@ -86,12 +76,6 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
                 )
             )
     return found
-
-
-def _chain(rows: np.ndarray, first: int, slot: int) -> Iterator[int]:
-    while first >= 0:
-        yield first
-        first = int(rows[first, slot])
 
 
 def wall_of(model: mujoco.MjModel, node: int) -> float:
