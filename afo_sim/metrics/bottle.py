@@ -78,7 +78,8 @@ def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, M
         "compressor_duty",
         "percent",
         "Duty of the compressor",
-        "share of the time that it runs to fill its tank from one switching pressure to the other",
+        "by the mean flow, filling its tank from one switching pressure to the other; bursts that pull the "
+        "tank lower make it less: the run's own is the mean of supply/running",
     ),
     (
         "compressor_power",

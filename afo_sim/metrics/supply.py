@@ -81,8 +81,18 @@ def flow_metrics(
 
 @tells(
     AIR,
-    ("lowest_supply_pressure", "bar", "Lowest pressure of the supply", "gauge, over the run"),
-    ("supply_sag", "percent", "Sag of the supply", "at most below its set pressure, of that, over the run"),
+    (
+        "lowest_supply_pressure",
+        "bar",
+        "Lowest pressure of the supply",
+        "gauge, over the run; a sweep of settled walks has their settled strides alone",
+    ),
+    (
+        "supply_sag",
+        "percent",
+        "Sag of the supply",
+        "at most below its set pressure, of that; over the run as its lowest pressure",
+    ),
     (
         "source_empty_after",
         "s",

@@ -28,7 +28,8 @@ def tube_conductance(bore: float, length: float) -> float:
     Notes
     -----
     This is turbulent friction with a factor that depends on the bore alone, and losses at the ends: see
-    `friction_factor` and `end_losses`. A slow flow is laminar and meets less resistance than this.
+    `friction_factor` and `end_losses`. A slow flow is laminar (64/Re) and meets more
+    resistance than this.
 
     Source
     ------

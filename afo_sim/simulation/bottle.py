@@ -15,6 +15,7 @@ from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
 from afo_sim.model.start import content_at_start
 from afo_sim.physics.gas import AIR, Gas
+from afo_sim.physics.store import TRIPLE_TEMPERATURE
 
 WALKED = frozenset({"free_air_per_stride", "stride_time"})
 FLOWS = frozenset({"mean_flow", "peak_flow"})
@@ -115,6 +116,20 @@ def short_warning(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[s
             f"source: filling chambers and volumes before the first step takes so much out of "
             f"{source.name or source.kind} that {1e-5 * left:.2g} bar are left of the {1e-5 * needed:g} bar "
             "that are needed: a larger source, smaller volumes, or volumes filled from elsewhere"
+        )
+
+
+def cold_warning(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[str]:
+    """A warning where carbon dioxide would freeze, of which the store's kernels know nothing."""
+    name, source = f"store/{SOURCE}/temperature", built.scenario.supply.source
+    if name not in columns or source is None or not source.real_gas.liquefies:
+        return
+    frozen = columns[name] < TRIPLE_TEMPERATURE
+    if frozen.any():
+        begun = float(columns["time"][np.argmax(frozen)])
+        yield (
+            f"source: {source.name or source.kind} is below {TRIPLE_TEMPERATURE:g} K from {begun:.3g} s on, "
+            "where carbon dioxide is dry ice: its pressure and what follows from it hold no more"
         )
 
 

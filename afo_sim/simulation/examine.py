@@ -25,7 +25,7 @@ from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.model.person import with_person
 from afo_sim.model.start import air_before, fills
-from afo_sim.simulation.bottle import gas_of, short_warning
+from afo_sim.simulation.bottle import cold_warning, gas_of, short_warning
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy import balance
 from afo_sim.simulation.energy_told import told_energy, with_static_forces
@@ -262,6 +262,7 @@ def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> I
     static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
     yield from limit_warnings(built, columns, static)
     yield from short_warning(built, columns)
+    yield from cold_warning(built, columns)
 
 
 def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> bool:

@@ -110,3 +110,14 @@ def test_a_run_that_empties_its_source_tells_the_strides_until_then() -> None:
     assert float(found["strides_per_bottle"]) == pytest.approx(80.0)
     assert float(found["hours_per_bottle"]) == pytest.approx(96.0 / 3600.0)
     assert not until_empty({"strides_per_bottle": Metric(134.0, ""), "stride_time": Metric(1.2, "s")})
+
+
+def test_dry_ice_is_told() -> None:
+    tiny = {"kind": "cartridge", "gas": "co2", "content": "1 g", "volume": "2 ml"}  # no shell, no heat
+    leak = {"kind": "leak", "upstream": "supply", "conductance": "0.2 dm^3/(s*bar)"}
+    sets = {"supply.source": tiny, "orthosis.restriction.leak": leak, "duration": "2 s"}
+    frozen = afo.run("seated", sets)
+    assert frozen["store/source/temperature"].min() < 216.592  # the triple point of carbon dioxide [K]
+    assert any("dry ice" in warning for warning in frozen.warnings)
+    warm = afo.run("seated", {"supply.source": "co2_16g", "duration": "0.5 s"})
+    assert not any("dry ice" in warning for warning in warm.warnings)
