@@ -19,25 +19,26 @@ from typing import TYPE_CHECKING, Any
 from afo_sim.simulation.shown import show_with
 
 if TYPE_CHECKING:
-    from afo_sim.bench.stand import stand as stand
-    from afo_sim.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.common.errors import AfoSimError as AfoSimError
     from afo_sim.common.errors import InputError as InputError
     from afo_sim.common.errors import SimulationError as SimulationError
     from afo_sim.description.muscle import Muscle as Muscle
     from afo_sim.description.reader import load as load
     from afo_sim.description.scenario import Scenario as Scenario
-    from afo_sim.fitting.law_result import fit as fit
-    from afo_sim.fitting.run_fit import fit_run as fit_run
-    from afo_sim.fitting.torque_fit import fit_torque as fit_torque
-    from afo_sim.limb.attached_files import attached as attached
-    from afo_sim.limb.attaching import attach as attach
-    from afo_sim.limb.exporting import export_leg as export_leg
-    from afo_sim.limb.importing import import_leg as import_leg
+    from afo_sim.lab.bench.stand import stand as stand
+    from afo_sim.lab.fitting.law_result import fit as fit
+    from afo_sim.lab.fitting.run_fit import fit_run as fit_run
+    from afo_sim.lab.fitting.torque_fit import fit_torque as fit_torque
+    from afo_sim.lab.validation.table import validate as validate
+    from afo_sim.legs.attached_files import attached as attached
+    from afo_sim.legs.attaching import attach as attach
+    from afo_sim.legs.exporting import export_leg as export_leg
+    from afo_sim.legs.importing import import_leg as import_leg
     from afo_sim.metrics.metric import Metric as Metric
     from afo_sim.model.described import build as build
     from afo_sim.model.pressure_map import pressure_map as pressure_map
     from afo_sim.model.refit import refit as refit
+    from afo_sim.rl.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.show.drawing import draw as draw
     from afo_sim.show.library import figure as figure
     from afo_sim.show.library import report as report
@@ -57,7 +58,6 @@ if TYPE_CHECKING:
     from afo_sim.study.parameter import span as span
     from afo_sim.study.sizing.sizes import size as size
     from afo_sim.study.uncertainty.library import uncertainty as uncertainty
-    from afo_sim.validation.table import validate as validate
 
 _PUBLIC = {
     "run": "simulation.run",
@@ -65,23 +65,23 @@ _PUBLIC = {
     "Simulators": "simulation.simulators",
     "load": "description.reader",
     "build": "model.described",
-    "import_leg": "limb.importing",
-    "export_leg": "limb.exporting",
+    "import_leg": "legs.importing",
+    "export_leg": "legs.exporting",
     "pressure_map": "model.pressure_map",
     "refit": "model.refit",
-    "attach": "limb.attaching",
-    "attached": "limb.attached_files",
+    "attach": "legs.attaching",
+    "attached": "legs.attached_files",
     "Scenario": "description.reader",  # which fills what `Scenario.set` asks
     "Muscle": "description.reader",
     "Recording": "simulation.recording",
     "Metric": "metrics.metric",
     "read_recording": "simulation.recording",
-    "stand": "bench.stand",
+    "stand": "lab.bench.stand",
     "both": "simulation.both",
     "Both": "simulation.both",
-    "fit": "fitting.law_result",
-    "fit_run": "fitting.run_fit",
-    "fit_torque": "fitting.torque_fit",
+    "fit": "lab.fitting.law_result",
+    "fit_run": "lab.fitting.run_fit",
+    "fit_torque": "lab.fitting.torque_fit",
     "sweep": "study.library",
     "span": "study.parameter",
     "uncertainty": "study.uncertainty.library",
@@ -89,8 +89,8 @@ _PUBLIC = {
     "effects": "study.effects",
     "bode": "study.frequency_response",
     "size": "study.sizing.sizes",
-    "validate": "validation.table",
-    "dm_control_physics": "bridge.library",
+    "validate": "lab.validation.table",
+    "dm_control_physics": "rl.bridge.library",
     "view": "show.library",
     "report": "show.library",
     "figure": "show.library",

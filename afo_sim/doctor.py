@@ -30,12 +30,12 @@ from afo_sim.description.words import reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
-from afo_sim.limb.cutting import cut
-from afo_sim.limb.finding import find
-from afo_sim.limb.leg_doubts import doubtful_notes
-from afo_sim.limb.leg_numbers import LegNumbers
-from afo_sim.limb.reading import read_tree
-from afo_sim.limb.tree import Tree
+from afo_sim.legs.cutting import cut
+from afo_sim.legs.finding import find
+from afo_sim.legs.leg_doubts import doubtful_notes
+from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.reading import read_tree
+from afo_sim.legs.tree import Tree
 from afo_sim.model import stability
 from afo_sim.model.build import build
 from afo_sim.model.design import design_of, scenario_of

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib import pyplot
 
 import afo_sim
-from afo_sim.bench.measured import read_measured
 from afo_sim.common import assets
 from afo_sim.description.reader import load
-from afo_sim.fitting.identifiability import rms
-from afo_sim.fitting.law_problem import select
+from afo_sim.lab.bench.measured import read_measured
+from afo_sim.lab.fitting.identifiability import rms
+from afo_sim.lab.fitting.law_problem import select
 from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS
 

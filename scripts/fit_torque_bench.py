@@ -18,11 +18,11 @@ from afo_sim.common import assets
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description import reader
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.fitting import torque_report
-from afo_sim.fitting.torque_device import Change, paths, statics
-from afo_sim.fitting.torque_fit import TorqueFit
+from afo_sim.lab.fitting import torque_report
+from afo_sim.lab.fitting.torque_device import Change, paths, statics
+from afo_sim.lab.fitting.torque_fit import TorqueFit
+from afo_sim.lab.validation.pin_knee import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
 from afo_sim.show.torque_bench import write_torque_figure
-from afo_sim.validation.pin_knee import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
 
 PLANTED = Change(offset=3e-3, shank=6e3)  # [m], [N/m]
 NOISE, CUFF_NOISE = 0.1, 0.5e-3  # of a reading [N·m], [m]

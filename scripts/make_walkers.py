@@ -109,8 +109,8 @@ def mean_adult(task: str, columns: dict[str, np.ndarray]) -> GaitCycle:
 
 def overground(folder: pathlib.Path) -> GaitCycle:
     """The right stride of OpenSim's example of overground walking, its model posed over its markers."""
-    from afo_sim.gait.trial.choices import Choices
-    from afo_sim.gait.trial.importing import import_gait
+    from afo_sim.gait_lab.trial.choices import Choices
+    from afo_sim.gait_lab.trial.importing import import_gait
 
     source = "opensim-org/opensim-core, OpenSim/Examples/Moco/example3DWalking, commit 0435b081"
     done = import_gait(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from afo_sim.gait.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 
 ANKLE, HEEL, TOE = 0.08, -0.06, 0.15  # ankle's height; ends of the sole ahead of it [m]
 MARKER = 0.03  # height of heel and toe above the sole [m]

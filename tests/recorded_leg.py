@@ -3,8 +3,8 @@
 import numpy as np
 from walking import Walk
 
-from afo_sim.gait.trial.ground_force import GroundForce, PlateContact, find_contacts
-from afo_sim.gait.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact, find_contacts
+from afo_sim.gait_lab.trial.leg_motion import LegMotion
 
 ANGLES = ("shank_angle", "knee_angle", "ankle_angle")
 

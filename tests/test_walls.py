@@ -11,7 +11,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 
 GROUND = {"common"}
 PLANT = GROUND | {"physics", "gait", "description", "native"}
-RUNS = PLANT | {"control", "metrics", "model", "simulation"}
+CORE = PLANT | {"control", "metrics", "model", "simulation"}
 # {room: the rooms that it may import}; each stands below the room itself
 ROOMS = {
     "common": set(),
@@ -22,30 +22,17 @@ ROOMS = {
     "control": GROUND | {"physics", "description"},
     "metrics": GROUND | {"gait"},
     "model": PLANT,
-    "simulation": RUNS - {"simulation"},
-    "limb": PLANT | {"model"},
-    "bridge": RUNS | {"limb"},
-    "environments": RUNS | {"limb", "bridge"},
-    "export": RUNS | {"limb"},
-    "bench": RUNS,
-    "study": RUNS,
-    "fitting": RUNS | {"bench"},
-    "validation": RUNS | {"bench", "fitting"},
-    "show": RUNS | {"limb", "bench", "study", "fitting", "validation"},
-    "doctor": RUNS | {"limb", "bench", "study", "fitting", "validation"},
-    "cli": RUNS
-    | {
-        "limb",
-        "bridge",
-        "environments",
-        "export",
-        "bench",
-        "study",
-        "fitting",
-        "validation",
-        "show",
-        "doctor",
-    },
+    "simulation": CORE - {"simulation"},
+    # extras: a user may leave each of them out
+    "gait_lab": GROUND | {"gait"},
+    "legs": PLANT | {"model"},
+    "export": CORE | {"legs"},
+    "study": CORE,
+    "lab": CORE | {"study"},
+    "rl": CORE | {"legs"},
+    "show": CORE | {"study", "lab", "gait_lab", "legs"},
+    "doctor": CORE | {"gait_lab", "legs", "study", "lab", "show"},
+    "cli": CORE | {"gait_lab", "legs", "export", "study", "lab", "rl", "show", "doctor"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes"}  # to call machine code
@@ -175,7 +162,7 @@ def test_physics_knows_no_simulator() -> None:
         ("rerun_cli", "show/rerun/"),
         ("pint", "common/units.py"),
         ("typer", "cli/"),
-        ("ezc3d", "gait/readers/"),
+        ("ezc3d", "gait_lab/readers/"),
         ("jinja2", "show/"),
         ("matplotlib", "show/"),  # the fit still draws itself
     ],

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from afo_sim.common.assets import find as asset
-from afo_sim.limb.mjcf import read_mjcf
-from afo_sim.limb.tree import Joint, Part, Tree
+from afo_sim.legs.mjcf import read_mjcf
+from afo_sim.legs.tree import Joint, Part, Tree
 
 KNEE = 0.43  # [m] above the ankle
 

@@ -9,9 +9,9 @@ import numpy as np
 from walking import Walk, known_walk
 
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait.trial.walking_frame import WalkingFrame
+from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 WAYS = {
     "hip": ("Harrington 2007 from the pelvis' markers", 0.020, "a scaled model, or a static trial"),

@@ -51,8 +51,8 @@ def attach_command(
         problem = "is the model that is read, and holds no orthosis of ours"
         raise InputError(problem, field="--out", value=str(out), allowed="another file")
     with progress("attaching"):
-        from afo_sim.limb.attached_files import attached, write_attached
-        from afo_sim.limb.attaching import attach
+        from afo_sim.legs.attached_files import attached, write_attached
+        from afo_sim.legs.attaching import attach
 
         before: Any = attached(model) if _is_written(model) else model
         try:

@@ -44,9 +44,9 @@ def electronics_command(
         return
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable, json_text, together
-        from afo_sim.control.electronics.c_text import header, host, notes, sketch
         from afo_sim.description.reader import load
-        from afo_sim.simulation.electronics import board_of, commanded
+        from afo_sim.export.electronics.c_text import header, host, notes, sketch
+        from afo_sim.export.electronics.exporting import board_of, commanded
 
         description = load("scenario", scenario, values or None)
         folder = out or pathlib.Path("runs") / f"{description.name}-electronics"
@@ -100,9 +100,9 @@ def _check(folder: pathlib.Path, scenario: dict[str, Any], *, force: bool) -> No
 def _compare(scenario: str, values: dict[str, Any], file: pathlib.Path, within: float) -> None:
     """Compare a log with the simulation; exit code 1 where they differ."""
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.control.electronics.log import differences, read_log
+        from afo_sim.control.switch_log import differences, read_log
         from afo_sim.description.reader import load
-        from afo_sim.simulation.electronics import board_of, commanded
+        from afo_sim.export.electronics.exporting import board_of, commanded
 
         description = load("scenario", scenario, values or None)
         log = read_log(file, board_of(description).chambers)

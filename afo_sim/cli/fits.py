@@ -39,8 +39,8 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.fitting import run_scenario
-        from afo_sim.fitting.run_fit import fit_run
+        from afo_sim.lab.fitting import run_scenario
+        from afo_sim.lab.fitting.run_fit import fit_run
         from afo_sim.show.log_figure import write_log_figure
 
         check_folder(out, "fit to a log")
@@ -91,7 +91,7 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.fitting import law_report, law_result
+        from afo_sim.lab.fitting import law_report, law_result
         from afo_sim.show.fit_figure import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
@@ -146,8 +146,8 @@ def fit_torque_command(
     """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.fitting import torque_report
-        from afo_sim.fitting.torque_fit import fit_torque
+        from afo_sim.lab.fitting import torque_report
+        from afo_sim.lab.fitting.torque_fit import fit_torque
         from afo_sim.show.torque_bench import write_torque_figure
 
         check_folder(out, "fit to static torques")
@@ -190,7 +190,7 @@ def validate_command(
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.validation import table as v
+        from afo_sim.lab.validation import table as v
 
         if figures is not None:
             check_writable(figures, "--figures")

@@ -12,7 +12,7 @@ from afo_sim.cli.common import print_table, progress, quantity
 from afo_sim.common.errors import InputError, unknown
 
 if TYPE_CHECKING:
-    from afo_sim.limb.importing import Imported
+    from afo_sim.legs.importing import Imported
 
 SIDES = ("right", "left")
 
@@ -52,7 +52,7 @@ def leg_import_command(
     mass = _within("--body-mass", body_mass, "kg", 10.0, 300.0)
     height = _within("--body-height", body_height, "m", 0.5, 2.5)
     with progress("reading"):
-        from afo_sim.limb.importing import default_folder, import_leg
+        from afo_sim.legs.importing import default_folder, import_leg
         from afo_sim.show.leg_picture import draw_leg
 
         def draw(imported: "Imported", path: pathlib.Path) -> None:
@@ -105,7 +105,7 @@ def leg_export_command(
     if to is None:
         raise InputError("is needed", field="--to", allowed="a file, leg.urdf")
     with progress("writing"):
-        from afo_sim.limb.exporting import export_leg
+        from afo_sim.legs.exporting import export_leg
 
         exported = export_leg(source, to, orthosis=orthosis, force=force)
     print_table(source, ["", ""], [list(row) for row in exported.rows])

@@ -6,8 +6,8 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 
 from afo_sim.control.command import Command
-from afo_sim.control.electronics.log import Switch, read_log
 from afo_sim.control.observation import Observation
+from afo_sim.control.switch_log import Switch, read_log
 
 
 class RecordedController:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from afo_sim.limb.cutting import FOOT, SHANK
-from afo_sim.limb.extent import moved, surface
-from afo_sim.limb.leg_numbers import LegNumbers
-from afo_sim.limb.tree import Part, Shape, Tree
+from afo_sim.legs.cutting import FOOT, SHANK
+from afo_sim.legs.extent import moved, surface
+from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.tree import Part, Shape, Tree
 from afo_sim.model.outsole import OLD, POINTS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from html import escape
 
 from afo_sim.description.words import reference
-from afo_sim.fitting import law_report, run_scenario, torque_report
-from afo_sim.fitting.law_result import StaticFit
-from afo_sim.fitting.run_fit import FitRun
-from afo_sim.fitting.torque_fit import TorqueFit
+from afo_sim.lab.fitting import law_report, run_scenario, torque_report
+from afo_sim.lab.fitting.law_result import StaticFit
+from afo_sim.lab.fitting.run_fit import FitRun
+from afo_sim.lab.fitting.torque_fit import TorqueFit
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
 from afo_sim.show import bands, effects, sweep_tables, verdict

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.bench.compare import Comparison
-from afo_sim.bench.measures import AXES
-from afo_sim.bench.table import SET, set_point_text
-from afo_sim.bench.trial import Trial, static
+from afo_sim.lab.bench.compare import Comparison
+from afo_sim.lab.bench.measures import AXES
+from afo_sim.lab.bench.table import SET, set_point_text
+from afo_sim.lab.bench.trial import Trial, static
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
 
 # Column → (label, factor from SI)

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.gait.trial.importing import Imported
-from afo_sim.gait.trial.strides import RecordedStride
-from afo_sim.gait.trial.walking_frame import WalkingFrame
+from afo_sim.gait_lab.trial.importing import Imported
+from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 from afo_sim.show.style import COLOURS, LINE, plain
 
 SAME = 0.005  # apart, two instants are one event [s]

@@ -8,7 +8,7 @@ from command import call
 from documents import ROOT
 
 import afo_sim as afo
-from afo_sim.limb.attached_files import write_attached
+from afo_sim.legs.attached_files import write_attached
 
 Capture = pytest.CaptureFixture[str]
 LEG = str(ROOT / "models" / "legs" / "adult_75kg" / "leg.xml")

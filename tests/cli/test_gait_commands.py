@@ -11,7 +11,7 @@ from command import call
 from documents import PAGES
 
 from afo_sim.gait import file as gait
-from afo_sim.gait.readers.csv_trial import read_csv_trial
+from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 
 PAGE = PAGES["gait_data"]
 

@@ -12,8 +12,7 @@ import pytest
 import typer
 from command import call
 
-from afo_sim import cli, doctor
-from afo_sim.cli import last_resort
+from afo_sim import cli, doctor, last_resort
 from afo_sim.common.errors import InputError
 
 
@@ -153,7 +152,8 @@ def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
 
 SLOW = """
 import pathlib, sys, time
-from afo_sim import cli, doctor
+from afo_sim import cli
+from afo_sim import doctor
 from afo_sim.common.writing import together
 def works(path):
     with together(pathlib.Path("out")) as scratch:

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.opensim_table import read_opensim_table
-from afo_sim.gait.readers.plates import plates_of
+from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
+from afo_sim.gait_lab.readers.plates import plates_of
 from afo_sim.simulation.recording import Recording
 
 # of opensim-org/opensim-models, Gait2392_Simbody/gait2392_simbody.osim; x forward, y up

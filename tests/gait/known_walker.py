@@ -2,7 +2,7 @@
 
 The world is OpenSim's: x forward, y up, z to the walker's right. The legs move in sagittal planes as the
 known walk of `walking` does, the left one half a stride later. The pelvis turns and lists so that both hip
-centres lie on it. Nothing here uses `afo_sim.gait.trial`.
+centres lie on it. Nothing here uses `afo_sim.gait_lab.trial`.
 """
 
 from dataclasses import dataclass

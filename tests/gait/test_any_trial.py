@@ -17,8 +17,8 @@ from gait.osim_writer import write_osim
 from gait.trial_files import write_angles, write_csv_forces, write_csv_markers, write_forces, write_trc
 from walking import write_table
 
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import Imported, import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import Imported, import_gait
 
 Case = dict[str, Any]
 

@@ -7,8 +7,8 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.trial.body_mass import find_mass
-from afo_sim.gait.trial.ground_force import PlateContact
+from afo_sim.gait_lab.trial.body_mass import find_mass
+from afo_sim.gait_lab.trial.ground_force import PlateContact
 
 MASS, PERIOD, STANCE = 70.0, 1.1, 0.68  # [kg, s, s]
 TIME = np.arange(0.0, 6.0, 0.001)

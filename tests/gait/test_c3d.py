@@ -22,8 +22,8 @@ from c3d_plates import (
 )
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.c3d import read_c3d
-from afo_sim.gait.readers.plates import Plate
+from afo_sim.gait_lab.readers.c3d import read_c3d
+from afo_sim.gait_lab.readers.plates import Plate
 
 ezc3d = pytest.importorskip("ezc3d")
 

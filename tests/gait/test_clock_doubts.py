@@ -8,8 +8,8 @@ import pytest
 from walking import known_walk, write_forces, write_trc
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)
 

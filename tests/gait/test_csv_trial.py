@@ -7,7 +7,7 @@ import pytest
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.csv_trial import read_csv_trial
+from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 
 TIME = np.arange(120) / 100.0
 UP = np.where((TIME > 0.2) & (TIME < 0.8), 700.0, 0.0)

@@ -9,8 +9,8 @@ from c3d_plates import ORIGIN, channels, turned, write
 from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers import c3d_file
-from afo_sim.gait.trial.files import read_trial
+from afo_sim.gait_lab.readers import c3d_file
+from afo_sim.gait_lab.trial.files import read_trial
 
 TIME = np.arange(0.0, 0.4, 0.02)
 COPIES = 60  # of each file and kind of damage

@@ -9,8 +9,8 @@ from gait.faulty_trials import FAULTS
 from gait.gait_truth import beyond, differences
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
 
 # One of each kind; the others take ten seconds together.
 QUICK = (

@@ -7,9 +7,9 @@ import pytest
 from recorded_leg import leg, toe_off
 from walking import Walk, known_walk
 
-from afo_sim.gait.readers.signals import low_pass
-from afo_sim.gait.trial.events import find_events
-from afo_sim.gait.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.readers.signals import low_pass
+from afo_sim.gait_lab.trial.events import find_events
+from afo_sim.gait_lab.trial.leg_motion import LegMotion
 
 TIME = np.arange(0.0, 4.3, 0.01)
 

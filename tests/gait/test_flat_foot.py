@@ -11,7 +11,7 @@ from afo_sim.common import assets
 from afo_sim.gait import file as gait
 from afo_sim.gait.checks import findings
 from afo_sim.gait.flat_foot import USUAL, flat_part
-from afo_sim.gait.trial.plausibility import _flat
+from afo_sim.gait_lab.trial.plausibility import _flat
 
 PHASE = np.linspace(0.0, 1.0, 201)
 LEVER = 0.12  # of the ball ahead of the ankle [m]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from skin_markers import DEPTH, HIP, WIDTH, body, markers_of
 
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.joint_centres import hip_by_hara, hip_by_harrington, pelvis_frame
-from afo_sim.gait.trial.marker_legs import legs_from_markers
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.joint_centres import hip_by_hara, hip_by_harrington, pelvis_frame
+from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 
 TIME = np.arange(0.0, 1.5, 0.01)
 NAMES = {

@@ -19,13 +19,13 @@ from osim_text import (
 )
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.markers import Markers
-from afo_sim.gait.readers.opensim_model import OpenSimModel, read_opensim_model
-from afo_sim.gait.readers.opensim_table import OpenSimTable, read_opensim_table
-from afo_sim.gait.readers.trc import read_trc
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.leg_points import LegPoints
-from afo_sim.gait.trial.model_legs import legs_from_angles, legs_from_model_markers
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_model import OpenSimModel, read_opensim_model
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
+from afo_sim.gait_lab.readers.trc import read_trc
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.model_legs import legs_from_angles, legs_from_model_markers
 
 TIME = np.linspace(0.0, 1.0, 41)
 BESIDE = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "gait_trials"

@@ -6,7 +6,7 @@ from osim_text import LAYOUTS, Part, document, linear, version_3, version_4, wal
 from scipy.spatial.transform import Rotation
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.opensim_model import read_opensim_model
+from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 
 ANY = (0.0, -3.0, 3.0)
 X = "-2.0944 -1.2 -0.5 -0.3 -0.1 0.16 2.09"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.opensim_table import read_opensim_table
-from afo_sim.gait.readers.plates import plates_of
+from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
+from afo_sim.gait_lab.readers.plates import plates_of
 
 HEADER = "walk\nversion=1\nnRows={rows}\nnColumns={columns}\ninDegrees=yes\nendheader\n"
 ROWS = [[0.01 * k, 10.0 + k, -2.5 * k] for k in range(8)]

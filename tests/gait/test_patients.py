@@ -11,8 +11,8 @@ from gait.laboratory import Laboratory
 from gait.patients import Patient, laboratory
 from gait.trial_files import write_forces, write_trc
 
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import Imported, import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import Imported, import_gait
 
 SET = "opensim c3d"
 

@@ -10,8 +10,8 @@ from gait.gait_truth import beyond, differences
 from gait.laboratory import Laboratory, Recorded
 from gait.trial_files import write_forces, write_trc
 
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
 
 Fault = Callable[[Recorded], Recorded]
 PLAIN = Laboratory()

@@ -12,8 +12,8 @@ from walking import known_walk
 
 from afo_sim.common.errors import InputError
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait.trial.plausibility import doubts
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.plausibility import doubts
 
 TIME = np.arange(0.0, 3.0, 0.01)
 FORCE_TIME = np.arange(0.0, 3.0, 0.001)

@@ -20,14 +20,14 @@ from walking import (
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.readers.c3d import read_c3d
-from afo_sim.gait.readers.opensim_table import read_opensim_table
-from afo_sim.gait.readers.signals import evenly, fill_gaps, low_pass
-from afo_sim.gait.readers.trc import read_trc
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.ground_force import find_contacts, foot_force
-from afo_sim.gait.trial.importing import Imported, import_gait
-from afo_sim.gait.trial.posture import posture_return
+from afo_sim.gait_lab.readers.c3d import read_c3d
+from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
+from afo_sim.gait_lab.readers.signals import evenly, fill_gaps, low_pass
+from afo_sim.gait_lab.readers.trc import read_trc
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
+from afo_sim.gait_lab.trial.importing import Imported, import_gait
+from afo_sim.gait_lab.trial.posture import posture_return
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
@@ -86,9 +86,9 @@ def test_opensim_trial_is_recovered(walk: Walk, tmp_path: pathlib.Path, degrees:
 def test_markers_alone_are_enough_in_any_axes(
     walk: Walk, tmp_path: pathlib.Path, forward: str, up: str
 ) -> None:
-    from afo_sim.gait.readers.markers import Markers
-    from afo_sim.gait.readers.plates import Plate
-    from afo_sim.gait.trial.files import WalkingTrial
+    from afo_sim.gait_lab.readers.markers import Markers
+    from afo_sim.gait_lab.readers.plates import Plate
+    from afo_sim.gait_lab.trial.files import WalkingTrial
 
     file = write_trc(tmp_path / "walk.trc", walk, SLOW, forward=forward, up=up)
     read = read_trc(file)
@@ -100,7 +100,7 @@ def test_markers_alone_are_enough_in_any_axes(
         sign = -1.0 if axis.startswith("-") else 1.0
         force[:, "xyz".index(axis[-1])] = sign * push
         place[:, "xyz".index(axis[-1])] = sign * at
-    from afo_sim.gait.trial.importing import cut_cycle
+    from afo_sim.gait_lab.trial.importing import cut_cycle
 
     done = cut_cycle(WalkingTrial((file,), (Plate("1", FAST, force, place),), markers=read), PLAIN)
     (told,) = done.frame.remarks
@@ -222,7 +222,7 @@ def test_posture_agrees_with_force_on_the_recorded_trial() -> None:
     """Between the two shipped strides' ends the posture returns within a sample of the next heel strike."""
     from afo_sim.common import assets
     from afo_sim.gait import file as gait
-    from afo_sim.gait.trial.leg_motion import LegMotion
+    from afo_sim.gait_lab.trial.leg_motion import LegMotion
 
     first, second = (gait.read(assets.find_gait(f"gatk_stride{k}")) for k in (1, 2))
     time, values = [], {n: [] for n in ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")}
@@ -539,9 +539,9 @@ def test_c3d_holds_markers_and_plate_in_the_laboratorys_axes(walk: Walk, tmp_pat
 
 def test_foot_force_adds_what_two_plates_share(walk: Walk) -> None:
     """A foot across the joint of two plates, 30 to 70: their sum acts at their common centre of pressure."""
-    from afo_sim.gait.readers.plates import Plate
-    from afo_sim.gait.trial.leg_motion import LegMotion
-    from afo_sim.gait.trial.walking_frame import WalkingFrame
+    from afo_sim.gait_lab.readers.plates import Plate
+    from afo_sim.gait_lab.trial.leg_motion import LegMotion
+    from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
     forward, upward, place = walk.force(FAST)
     names = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z")

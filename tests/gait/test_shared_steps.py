@@ -10,8 +10,8 @@ from gait.laboratory import Laboratory, Recorded
 from gait.trial_files import write_forces, write_trc
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
 
 SHARE = 0.3  # of the right foot's force that the left plate carries
 

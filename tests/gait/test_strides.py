@@ -8,8 +8,8 @@ from recorded_leg import leg, plate, toe_off
 from walking import Walk, known_walk
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait.trial.strides import find_strides
+from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
+from afo_sim.gait_lab.trial.strides import find_strides
 
 TIME, FAST = np.arange(0.0, 4.3, 0.01), np.arange(0.0, 4.3, 0.001)
 

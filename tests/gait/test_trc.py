@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.readers.trc import read_trc
+from afo_sim.gait_lab.readers.trc import read_trc
 
 NAMES = ("C7", "R.ASIS", "L.ASIS", "R.Knee", "R.Ankle", "R.Heel", "R.Toe")
 HEIGHTS = (1.45, 0.98, 0.99, 0.5, 0.1, 0.05, 0.04)  # [m]

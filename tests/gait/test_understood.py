@@ -10,11 +10,11 @@ from gait.faulty_trials import FAULTS
 from understood_trial import stand_in
 
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
-from afo_sim.gait.trial.leg_points import LegPoint
-from afo_sim.gait.trial.understood import ten_lines
-from afo_sim.gait.trial.verdict import verdict
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
+from afo_sim.gait_lab.trial.leg_points import LegPoint
+from afo_sim.gait_lab.trial.understood import ten_lines
+from afo_sim.gait_lab.trial.verdict import verdict
 
 
 def test_a_person_reads_ten_lines_in_the_order_of_their_questions() -> None:

@@ -9,8 +9,8 @@ from gait.osim_writer import write_osim
 from gait.trial_files import write_forces, write_trc
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import Imported, import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import Imported, import_gait
 
 SET = "gait2392"
 RECORDED = Laboratory()

@@ -18,8 +18,8 @@ from afo_sim.gait.cycle import KINEMATICS, GaitCycle
 from afo_sim.gait.hip_path import LOADED, Chain, ankle_path
 from afo_sim.gait.mean_curve import with_derived_path
 from afo_sim.gait.rocker import FootShape, rocking
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.importing import import_gait
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
 from tests import real_trials
 
 ROOT = pathlib.Path(__file__).parents[2]

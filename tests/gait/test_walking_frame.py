@@ -8,10 +8,10 @@ import pytest
 from analytic_walker import AnalyticWalker, changed
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait.trial.choices import Choices
-from afo_sim.gait.trial.leg_length import leg_length, unit_doubt
-from afo_sim.gait.trial.travel import heading, stride_period
-from afo_sim.gait.trial.walking_frame import find_frame
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.leg_length import leg_length, unit_doubt
+from afo_sim.gait_lab.trial.travel import heading, stride_period
+from afo_sim.gait_lab.trial.walking_frame import find_frame
 
 TIME = np.arange(0.0, 4.0, 0.01)
 Z = (0.0, 0.0, 1.0)

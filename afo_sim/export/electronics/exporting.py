@@ -1,0 +1,271 @@
+"""What of a scenario a board can do, and what the simulation commands its valves meanwhile."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.control.command import Command, coils
+from afo_sim.control.controller import Controller
+from afo_sim.control.making import make
+from afo_sim.control.observation import Observation
+from afo_sim.control.state_machine import machine_of
+from afo_sim.control.switch_log import Coils, Log
+from afo_sim.description.scenario import Scenario
+from afo_sim.export.electronics.board import (
+    MICROSECOND,
+    MOST_CHAMBERS,
+    MOST_NAMES,
+    Board,
+    Clock,
+    Input,
+    States,
+    check_names,
+    is_whole,
+    whole,
+)
+from afo_sim.export.electronics.clock import controller_clock, phases_clock, timer_clock
+from afo_sim.export.electronics.states import states_of
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.model.walk import stride_time_of
+from afo_sim.simulation.describing import SENSOR
+from afo_sim.simulation.observing import unit_of
+from afo_sim.simulation.run import run_controlled
+from afo_sim.simulation.simulate import Progress
+
+EXPORTED = (
+    "a [timer], [phases] with strides of one duration, [controller.timer] or [controller.state_machine]"
+)
+EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
+
+
+def board_of(scenario: Scenario) -> Board:
+    """The board that switches a scenario's valves.
+
+    Raises
+    ------
+    InputError
+        The scenario has nothing that could be exported, a time does not fit a board's clock, or a name is
+        none in C.
+    """
+    _check(scenario)
+    chambers = check_names(scenario.orthosis.chamber, "chamber", MOST_CHAMBERS)
+    controller = scenario.controller
+    name = scenario.name or "scenario"
+    logic: Clock | States
+    if controller is not None and controller.timer is not None:
+        logic, tick, step = controller_clock(controller.timer, controller.rate, chambers)
+        restart = controller.timer.restart
+        inputs = () if restart is None else _inputs(scenario, [restart.column])
+        return Board(name, chambers, tick, step, logic, inputs)
+    if controller is not None and controller.state_machine is not None:
+        machine = machine_of(controller.state_machine, scenario)
+        period = 1.0 / controller.rate
+        tick = next((t for t in (1000, 1) if is_whole(period, t)), 1)
+        step = whole(period, tick, "controller.rate: the time between two commands")
+        logic = states_of(machine, step * tick * MICROSECOND, chambers)
+        return Board(name, chambers, tick, step, logic, _inputs(scenario, machine.columns()))
+    if scenario.timer is not None:
+        logic, tick = timer_clock(scenario.timer, chambers)
+        return Board(name, chambers, tick, 0, logic)
+    assert scenario.phases is not None and scenario.gait is not None
+    gait = scenario.gait
+    logic, tick = phases_clock(scenario.phases, stride_time_of(scenario), gait.start_phase, chambers)
+    return Board(name, chambers, tick, 0, logic)
+
+
+def _check(scenario: Scenario) -> None:
+    """Refuse what no board can do alone."""
+    if not scenario.orthosis.chamber:
+        problem = "has no chamber, and so no valve to switch"
+        raise InputError(problem, field="orthosis", value=scenario.orthosis.name, allowed=EXPORTED)
+    controller = scenario.controller
+    if controller is not None and controller.kind not in ("timer", "state_machine"):
+        raise InputError("is not exported as C", field="controller", value=controller.kind, allowed=EXPORTED)
+    if controller is None and scenario.timer is None and scenario.phases is None:
+        problem = "switches no valve: there is nothing to export"
+        raise InputError(problem, field="scenario", value=scenario.name or None, allowed=EXPORTED)
+    gait = scenario.gait
+    if controller is None and scenario.phases is not None and gait is not None:
+        for key, told in (("variability", gait.variability), ("pace", gait.pace)):
+            if told:
+                problem = "the strides differ, and a clock without sensors cannot follow them"
+                raise InputError(problem, field=f"gait.{key}", value=told, allowed=EXPORTED)
+
+
+def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
+    """The quantities that a board reads, with the calibration lines of the scenario's sensors."""
+    if len(columns) > MOST_NAMES:
+        raise InputError("are too many inputs for a board", field="controller", value=len(columns))
+    return tuple(_input(scenario, column) for column in columns)
+
+
+def _input(scenario: Scenario, column: str) -> Input:
+    name = column.removeprefix(SENSOR)
+    if not column.startswith(SENSOR) or name not in scenario.sensor:
+        return Input(column, unit_of(scenario, column))
+    unit = unit_of(scenario, column)
+    calibration = getattr(scenario.sensor[name], "calibration", None)
+    if calibration is None or calibration.shape != "linear":
+        return Input(column, unit)
+    line = calibration.line(unit)
+    return Input(column, unit, 1.0 / line.taken_slope, -line.taken_intercept / line.taken_slope)
+
+
+@dataclass(frozen=True, eq=False)
+class Commanded:
+    """The simulation's commands.
+
+    log : switchings
+    inputs : what its controller saw at each of its commands, by column (n,); times too [s]; none of a clock
+    """
+
+    log: Log
+    inputs: Mapping[str, np.ndarray]
+    times: np.ndarray
+
+    def inputs_text(self) -> str:
+        """The inputs as CSV, a row for each command, with the digits that give the same numbers again."""
+        lines = [",".join(["time_ms", *self.inputs])]
+        for k, time in enumerate(self.times):
+            lines.append(",".join([f"{1e3 * time:.6f}", *(repr(float(v[k])) for v in self.inputs.values())]))
+        return "\n".join([*lines, ""])
+
+
+def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded:
+    """The simulation's commands over a scenario's duration.
+
+    A timer's are computed without a simulation; a controller's need one, for what it sees.
+
+    Raises
+    ------
+    InputError
+        A valve is switched more than once within a step.
+    SimulationError
+        The simulation stops early.
+    """
+    if scenario.controller is None:
+        built = build(scenario)
+        return Commanded(_scheduled(built), {}, np.zeros(0))
+    witness = _Witness(make(scenario.controller, scenario), list(scenario.orthosis.chamber))
+    recording = run_controlled(scenario, witness, scenario.controller.rate, progress=progress)
+    if not recording.ok:
+        raise SimulationError(f"there is nothing to compare with: {recording.status}")
+    log = Log.of(witness.rows, scenario.n_step * scenario.timestep, list(scenario.orthosis.chamber))
+    values = {name: np.array(told) for name, told in witness.values.items()}
+    return Commanded(log, values, np.array(witness.times))
+
+
+@dataclass(eq=False)
+class _Witness:
+    """A controller that writes down what another one sees and commands."""
+
+    controller: Controller
+    chambers: Sequence[str]
+    rows: list[tuple[float, str, Coils]] = field(default_factory=list)
+    values: dict[str, list[float]] = field(default_factory=dict)
+    times: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.asks = getattr(self.controller, "asks", [])
+        self.columns = list(dict.fromkeys(ask.column for ask in self.asks if ask.column != "state_time"))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all that was seen."""
+        getattr(self.controller, "reset", lambda: None)()
+        for told in (self.rows, self.values, self.times):
+            told.clear()
+        self.values.update({column: [] for column in self.columns})
+        self.in_force: dict[str, tuple[float, float]] = dict.fromkeys(self.chambers, (0.0, 0.0))
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        time = round(seen.time, 9)  # to a nanosecond, as a log has it
+        self.times.append(time)
+        for column, told in self.values.items():
+            told.append(seen[column])
+        commands = self.controller(seen)
+        self.in_force |= coils(commands, self.chambers)
+        for chamber, (inlet, outlet) in self.in_force.items():
+            self.rows.append((time, chamber, (inlet > 0.0, outlet > 0.0)))
+        return commands
+
+
+def _scheduled(built: Built) -> Log:
+    """Switchings of a scenario's timing, from the shares of each step for which a coil has current."""
+    inputs = schedule.controls(built)
+    timestep = built.scenario.timestep
+    rows: list[tuple[float, str, Coils]] = []
+    chambers = list(built.scenario.orthosis.chamber)
+    for chamber in chambers:
+        sides = [
+            switchings(inputs[:, built.index.valves[f"{chamber}_{side}"]], timestep, f"{chamber}.{side}")
+            for side in ("inlet", "outlet")
+        ]
+        state = [False, False]
+        for time, side, on in sorted((t, k, on) for k, told in enumerate(sides) for t, on in told):
+            state[side] = on
+            if rows and rows[-1][:2] == (time, chamber):
+                rows.pop()
+            rows.append((time, chamber, (state[0], state[1])))
+    return Log.of(sorted(rows, key=lambda row: row[0]), len(inputs) * timestep, chambers)
+
+
+def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[float, bool]]:
+    """Times at which a coil is switched, from the share of each step for which it has current.
+
+    In a step of share s that begins at t a coil goes on at t + (1 − s) h, or off at t + s h.
+
+    Parameters
+    ----------
+    shares : of each step (n,)
+    timestep : h [s]
+    name : of the valve, for the error
+
+    Returns
+    -------
+    list of (time [s] to a nanosecond, whether it is on from there), the first at time 0
+
+    Raises
+    ------
+    InputError
+        It is switched more than once within a step, so that the share does not tell when.
+    """
+    found: list[tuple[float, bool]] = []
+    on = False
+    for k in _events(shares):
+        share = float(shares[k])
+        whole_step = share <= EDGE or share >= 1.0 - EDGE
+        if whole_step:
+            after, time = share > 0.5, k * timestep
+            if found and after == on:
+                continue
+        else:
+            after = _after(shares, k, on)
+            if after == on and k > 0:
+                problem = f"is switched more than once within the step at {k * timestep:g} s"
+                allowed = "longer events, or a shorter timestep"
+                raise InputError(problem, field=name, allowed=allowed)
+            if k == 0:
+                found.append((0.0, not after))
+            time = (k + (1.0 - share if after else share)) * timestep
+        found.append((round(time, 9), after))
+        on = after
+    return found
+
+
+def _events(shares: np.ndarray) -> list[int]:
+    """Steps that may switch: the first, those of a part, and those that differ from the one before."""
+    part = (shares > EDGE) & (shares < 1.0 - EDGE)
+    differs = np.concatenate([[True], np.abs(np.diff(shares)) > EDGE])
+    return [int(k) for k in np.flatnonzero(part | differs)]
+
+
+def _after(shares: np.ndarray, k: int, on: bool) -> bool:
+    """Whether a coil has current at the end of a step in which it has some for a part of it."""
+    following = float(shares[k + 1]) if k + 1 < len(shares) else float(not on)
+    if following <= EDGE or following >= 1.0 - EDGE:
+        return following > 0.5
+    return not on

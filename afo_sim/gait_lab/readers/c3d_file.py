@@ -1,0 +1,132 @@
+"""A C3D file as ezc3d reads it, in a process of its own.
+
+ezc3d is C++: on a damaged file it may end the process that it runs in, or never come back (of 700 files
+with one to four changed bytes, 6 and 3). There it harms nobody.
+"""
+
+import os
+import pathlib
+import pickle
+import struct
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+
+BLOCK = 512  # bytes; C3D counts in them
+PATIENCE = 20.0  # that a file is given [s]
+SECONDS_A_BYTE = 1e-6  # that a large one is given more
+CHILD = "afo_sim.gait_lab.readers.c3d_child"
+
+
+@dataclass(frozen=True, eq=False)
+class C3dFile:
+    """Numbers and texts of a C3D file, with the file's own units."""
+
+    parameters: Mapping[str, Mapping[str, Any]]  # group: name: value
+    points: np.ndarray  # (frames, points, 3)
+    residuals: np.ndarray  # negative where not seen (frames, points)
+    analogs: np.ndarray  # scaled (channels, samples)
+    frame_rate: float  # of the header [Hz]
+    first_frame: int  # from 0
+    frames: int
+
+    def numbers(self, group: str, name: str) -> np.ndarray:
+        """A parameter's numbers in the file's order; none if it is not there."""
+        try:
+            return np.asarray(self.value(group, name), dtype=float).ravel(order="F")
+        except (TypeError, ValueError):
+            return np.empty(0)
+
+    def value(self, group: str, name: str) -> Any:
+        """A parameter as it is in the file; an empty list if it is not there."""
+        return self.parameters.get(group, {}).get(name, [])
+
+    def texts(self, group: str, name: str) -> list[str]:
+        """A list of texts, which goes on in NAME2, NAME3, … after 255 entries."""
+        found, number = [str(text) for text in np.atleast_1d(self.value(group, name))], 2
+        while f"{name}{number}" in self.parameters.get(group, {}):
+            found += [str(text) for text in np.atleast_1d(self.value(group, f"{name}{number}"))]
+            number += 1
+        return [text.strip("\0 ") for text in found]
+
+
+def read_c3d_file(path: pathlib.Path) -> C3dFile:
+    """Read a C3D file.
+
+    Parameters
+    ----------
+    path : of integers or floating numbers, of any processor
+
+    Raises
+    ------
+    InputError
+        ezc3d is not installed; the file is no C3D file, is cut short, or ezc3d cannot read it.
+    """
+    try:
+        import ezc3d  # noqa: F401 - the process below needs it
+    except ImportError:
+        raise InputError(
+            "reading C3D needs the library ezc3d",
+            file=path,
+            allowed="after: pip install 'afo-sim[c3d]', or -e '.[c3d]' in a clone",
+        ) from None
+    size = _refuse_damaged(path)
+    command = [sys.executable, "-m", CHILD, str(path)]
+    paths = {"PYTHONPATH": os.pathsep.join(entry or "." for entry in sys.path)}
+    patience = PATIENCE + SECONDS_A_BYTE * size
+    try:
+        done = subprocess.run(
+            command, capture_output=True, timeout=patience, env={**os.environ, **paths}, check=False
+        )
+        found = pickle.loads(done.stdout) if done.returncode == 0 else "it is damaged (ezc3d broke off)"
+    except subprocess.TimeoutExpired:
+        found = f"it is damaged (ezc3d did not come to an end in {patience:.0f} s)"
+    if isinstance(found, str):
+        raise InputError(f"ezc3d cannot read it: {found}", file=path)
+    points = np.asarray(found["points"], dtype=float)
+    frames, count = points.shape[:2]
+    residuals = np.asarray(found["residuals"], dtype=float)
+    whole = residuals.size == count * frames
+    return C3dFile(
+        parameters=found["parameters"],
+        points=points,
+        residuals=residuals.reshape(count, frames).T if whole else np.zeros((frames, count)),
+        analogs=np.asarray(found["analogs"], dtype=float),
+        frame_rate=found["frame_rate"],
+        first_frame=found["first_frame"],
+        frames=frames or max(found["last_frame"] - found["first_frame"] + 1, 0),
+    )
+
+
+def _refuse_damaged(path: pathlib.Path) -> int:
+    """Refuse what is no C3D file or ends too early; how many bytes it has."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(BLOCK)
+            stream.seek(BLOCK * ((head[0] if head else 1) - 1))
+            section = stream.read(4)
+            size = stream.seek(0, 2)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
+    except ValueError:  # a place before the file's beginning
+        raise InputError("is no C3D file, or no whole one", file=path) from None
+    if len(head) < BLOCK or head[1] != 0x50:
+        raise InputError("is no C3D file, or no whole one", file=path)
+    if len(section) < 4:
+        raise InputError(f"is cut short: it ends after {size} bytes, before its parameters", file=path)
+    order = ">" if section[3] == 86 else "<"  # 86: MIPS; 84: Intel; 85: DEC, whose whole numbers are Intel's
+    points, analogs, first, last = struct.unpack(order + "4H", head[2:10])
+    (start,) = struct.unpack(order + "H", head[16:18])
+    # numbers are floating where the header's scale is negative; its sign's place is the processor's
+    floating = head[12 + {85: 1, 86: 0}.get(section[3], 3)] & 0x80
+    frames = max(last - first + 1, 0) if last < 65535 else 0  # 65535 stands for more than fits
+    needed = BLOCK * (start - 1) + (4 if floating else 2) * (4 * points + analogs) * frames
+    if start < 2 or needed > size:
+        raise InputError(f"is cut short or damaged: it has {size} bytes of {needed}", file=path)
+    return size

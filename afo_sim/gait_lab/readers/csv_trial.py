@@ -1,0 +1,248 @@
+"""CSV files of a trial with units in their titles: markers, joint angles and moments, force plates."""
+
+import pathlib
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.csv_table import split_title
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
+from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
+from afo_sim.gait_lab.readers.length_unit import UNITS, length_name, metres
+from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+from afo_sim.gait_lab.readers.plates import Plate, plate, zeroed
+from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.text import (
+    cells_of,
+    parse_row,
+    read_lines,
+    unique_names,
+    without_empty_end,
+)
+
+EXAMPLE = (
+    "time [s], R.Knee x [mm], R.Knee y [mm], R.Knee z [mm], knee_angle_r [deg], plate1 fx [N], plate1 px [m]"
+)
+GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait files
+_POINT = re.compile(r"(?P<name>.+?)[ _.:-](?P<axis>[xyz])$", re.IGNORECASE)
+_FORCE = re.compile(r"(?P<plate>.*?)[ _.:-]?(?P<kind>[fvp])(?P<axis>[xyz])$", re.IGNORECASE)
+_MOMENTS = {"nm": 1.0, "n.m": 1.0, "n-m": 1.0, "nmm": 1e-3, "n.mm": 1e-3, "n-mm": 1e-3}
+_WORDS = {
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "degree": "deg",
+    "°": "deg",
+    "radians": "rad",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class CsvTrial:
+    """What a CSV file holds, as the other readers give it."""
+
+    markers: Markers | None
+    tables: tuple[OpenSimTable, ...]  # joint angles in degrees and lengths in m; joint moments in N·m
+    plates: tuple[Plate, ...]
+    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Column:
+    name: str
+    unit: str  # "s", "m", "deg", "N", "N*m", "" for any other
+    scale: float  # into that
+    values: np.ndarray
+
+
+def read_csv_trial(path: pathlib.Path) -> CsvTrial:
+    """Read a CSV file of a walking trial.
+
+    Parameters
+    ----------
+    path : titles with units, one of them `time [s]`; a marker's three columns end in x, y, z, a plate's in
+        fx, fy, fz and px, py, pz (or OpenSim's vx … pz); between commas, semicolons or tabs, with a point
+        or a comma for decimals; lines of `#` above the titles are skipped
+
+    Returns
+    -------
+    CsvTrial
+
+    Raises
+    ------
+    InputError
+        No titles with a time, columns without a unit (all are named), a row that is not numbers, or a gait
+        cycle of this program's own.
+    """
+    lines, ended = read_lines(path)
+    place, separator, titles = _titles(path, lines)
+    body = [line for line in lines[place + 1 :] if line.strip(" \t;,") and not line.lstrip().startswith("#")]
+    table, warnings = _numbers(path, body, titles, separator, ended)
+    columns = _columns(path, titles, table)
+    titled = next(k for k, column in enumerate(columns) if _is_time(column.name))
+    clock = columns.pop(titled)
+    if clock.unit != "s":
+        raise InputError("is no time", file=path, field="time", value=titles[titled], allowed="time [s]")
+    time, remarks, doubts = even_clock(clock.values * clock.scale)
+    check_clock(path, time)
+    refuse_slow(path, time, "time", "seconds")
+    plates, columns = _plates(path, time, columns)
+    markers, columns = _markers(path, time, columns)
+    tables, unused = _tables(path, time, columns)
+    if unused:
+        remarks.append(f"columns that were not used: {', '.join(unused[:8])}")
+    return CsvTrial(markers, tables, plates, tuple(remarks), (*warnings, *doubts))
+
+
+def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
+    """The line with the titles, what separates its cells, and the cells."""
+    for k, line in enumerate(lines[:60]):
+        if line.lstrip().startswith("#"):
+            continue
+        separator = max(";\t,", key=line.count)  # the first of those that are most
+        cells = without_empty_end(cells_of(line, separator))
+        names = [split_title(cell)[0].lower() for cell in cells]
+        if set(GAIT_CYCLE) <= set(names):
+            problem = "is a gait cycle already: `gait show`"
+            raise InputError(problem, file=path, allowed="a walking trial, to be imported")
+        if len(cells) > 1 and any(_is_time(name) for name in names):
+            return k, separator, cells
+    raise InputError("has no line of titles with a time", file=path, allowed=EXAMPLE)
+
+
+def _is_time(name: str) -> bool:
+    return name.strip().lower() in ("time", "t", "zeit")
+
+
+def _numbers(
+    path: pathlib.Path, lines: list[str], titles: list[str], separator: str, ended: bool
+) -> tuple[np.ndarray, list[str]]:
+    """The numbers (n, columns), NaN where a cell is empty, and warnings."""
+    rows: list[list[float]] = []
+    width = len(titles)
+    for k, line in enumerate(lines):
+        cells = cells_of(line, separator)
+        cells = without_empty_end(cells) if len(cells) > width else cells
+        last = k == len(lines) - 1 and not ended and k >= 2
+        try:
+            if len(cells) > width or (len(cells) < width and (last or separator == ",")):
+                raise ValueError
+            rows.append(parse_row(cells + [""] * (width - len(cells))))
+        except ValueError:
+            if last:
+                return np.array(rows), ["its last row is cut short and was left out"]
+            problem = f"row {k + 1} of its table is not {width} numbers"
+            allowed = "decimal commas only where semicolons or tabs stand between the cells"
+            allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
+            raise InputError(problem, file=path, value=line.strip(), allowed=allowed) from None
+    if len(rows) < 2:
+        raise InputError("has fewer than two rows of numbers", file=path, allowed=EXAMPLE)
+    return np.array(rows), []
+
+
+def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[_Column]:
+    names = [split_title(title)[0] for title in titles]
+    bare = [title for title in titles if not split_title(title)[1]]
+    if bare:
+        shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
+        raise InputError(f"columns without a unit: {shown}", file=path, allowed=EXAMPLE)
+    return [
+        _Column(name, *_unit(split_title(title)[1]), table[:, k])
+        for k, (name, title) in enumerate(zip(names, titles, strict=True))
+    ]
+
+
+def _unit(text: str) -> tuple[str, float]:
+    """The unit of what is measured, and how much of it the text's unit is; "" for what is not understood."""
+    plain = text.strip()
+    plain = _WORDS.get(plain.lower(), plain)
+    if plain.lower() in _MOMENTS:
+        return "N*m", _MOMENTS[plain.lower()]
+    for unit in ("m", "s", "rad", "N", "N*m"):
+        for word in (plain, length_name(plain)):
+            try:
+                scale = parse_quantity(f"1 {word}", unit)
+            except ValueError:
+                continue
+            return ("deg", float(np.degrees(scale))) if unit == "rad" else (unit, scale)
+    return "", 1.0
+
+
+def _plates(
+    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
+) -> tuple[tuple[Plate, ...], list[_Column]]:
+    """Plates, and the columns that are left."""
+    parts: dict[str, dict[str, _Column]] = {}
+    for column in columns:
+        match = _FORCE.match(column.name)
+        if match and column.unit == ("m" if match["kind"].lower() == "p" else "N"):
+            kind = "p" if match["kind"].lower() == "p" else "f"
+            parts.setdefault(match["plate"], {}).setdefault(kind + match["axis"].lower(), column)
+    found = []
+    taken: set[int] = set()
+    for name, own in parts.items():
+        forces, places = (sum(key[0] == kind for key in own) for kind in "fp")
+        if not forces:
+            continue  # a length that is called px by chance
+        if forces < 2 or not places:
+            raise InputError(
+                f"plate {name or '1'} has the columns {', '.join(own)} only",
+                file=path,
+                allowed="fx, fy, fz [N] and px, py, pz [m] of each plate",
+            )
+        values = {key: column.values * column.scale for key, column in own.items()}
+        force, place = (
+            np.column_stack([values.get(kind + axis, np.zeros_like(time)) for axis in "xyz"]) for kind in "fp"
+        )
+        found.append(zeroed(plate(path, name or "1", time, force, place)))
+        taken |= {id(column) for column in own.values()}
+    return tuple(found), [column for column in columns if id(column) not in taken]
+
+
+def _markers(
+    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
+) -> tuple[Markers | None, list[_Column]]:
+    """Markers, and the columns that are left; a marker has x, y and z, in one unit of length."""
+    parts: dict[str, dict[str, list[_Column]]] = {}
+    for column in columns:
+        match = _POINT.match(column.name)
+        if match and column.unit == "m" and not column.name.startswith("talus_"):
+            parts.setdefault(match["name"].strip(), {}).setdefault(match["axis"].lower(), []).append(column)
+    names, blocks, taken = [], [], set()
+    for name, own in parts.items():
+        if set(own) != set("xyz"):
+            missing = ", ".join(sorted(set("xyz") - set(own)))
+            raise InputError(f"marker {name} lacks its {missing}", file=path, allowed=EXAMPLE)
+        for triple in zip(own["x"], own["y"], own["z"], strict=False):  # more than one if its name is doubled
+            names.append(name)
+            blocks.append(np.column_stack([column.values * column.scale for column in triple]))
+            taken |= {id(column) for column in triple}
+    if not names:
+        return None, columns
+    stated = next(column.scale for column in columns if id(column) in taken)
+    points = lost_as_nan(np.stack(blocks, axis=1) / stated)
+    unit = next((name for name, factor in UNITS.items() if factor == stated), f"{stated:g} m")
+    factor, warnings = metres(points, stated, unit)
+    markers = marker_set(path, time, names, points * (factor or stated), (), warnings)
+    return markers, [column for column in columns if id(column) not in taken]
+
+
+def _tables(
+    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
+) -> tuple[tuple[OpenSimTable, ...], list[str]]:
+    """A table of angles with lengths, one of moments, and the names of columns that are neither."""
+    tables = []
+    for units, degrees in ((("deg", "m"), True), (("N*m",), None)):
+        own = [column for column in columns if column.unit in units]
+        if any(column.unit == units[0] or column.name.startswith("talus_") for column in own):
+            names, doubles = unique_names([column.name for column in own], "column")
+            values = [column.values * column.scale for column in own]
+            numbers = dict(zip(names, values, strict=True))
+            tables.append(OpenSimTable(path, time, numbers, degrees, (), tuple(doubles)))
+            columns = [column for column in columns if column.unit not in units]
+    return tuple(tables), [column.name for column in columns]

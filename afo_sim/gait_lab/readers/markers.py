@@ -1,0 +1,72 @@
+"""Marker trajectories."""
+
+import pathlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.gait_lab.readers.text import unique_names
+
+FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Trajectories in the laboratory's axes; a marker that was not seen is NaN."""
+
+    file: pathlib.Path
+    time: np.ndarray  # [s] (n,)
+    positions: dict[str, np.ndarray]  # name as in the file: (n, 3) [m]
+    remarks: tuple[str, ...] = ()  # what was odd about the file and how it was read
+    warnings: tuple[str, ...] = ()
+
+    def point(self, names: Sequence[str]) -> np.ndarray:
+        """The midpoint of some markers [m] (n, 3)."""
+        return np.asarray(np.mean([self.positions[name] for name in names], axis=0))
+
+
+def lost_as_nan(points: np.ndarray) -> np.ndarray:
+    """Coordinates in which a lost marker is NaN, however the file says it.
+
+    Parameters
+    ----------
+    points : in the file's unit (n, markers, 3); lost is 0 0 0, NaN in one of three, 9999999, -9999 thrice
+    """
+    with np.errstate(invalid="ignore"):
+        size = np.abs(points)
+        lost = ~np.isfinite(points).all(axis=2) | (size >= FILLER).any(axis=2) | (points == 0.0).all(axis=2)
+        lost |= (points[..., :1] == points).all(axis=2) & (size[..., 0] >= 999.0)
+    return np.where(lost[..., None], np.nan, points)
+
+
+def marker_set(
+    file: pathlib.Path,
+    time: np.ndarray,
+    names: list[str],
+    points: np.ndarray,
+    remarks: Sequence[str],
+    warnings: Sequence[str],
+) -> Markers:
+    """Markers by name: none twice, and none that is never seen.
+
+    Parameters
+    ----------
+    file, time : [s] (n,)
+    names : as in the file; an empty one is called "unnamed 3" by its place
+    points : [m] (n, markers, 3)
+    remarks, warnings : so far
+    """
+    titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]
+    titles, doubles = unique_names(titles, "marker")
+    seen = np.isfinite(points).all(axis=2).any(axis=0)
+    remarks, warnings = list(remarks), [*warnings, *doubles]
+    if not all(names):
+        unnamed = [title for title, name in zip(titles, names, strict=True) if not name]
+        have = "marker has" if len(unnamed) == 1 else "markers have"
+        warnings.append(f"{len(unnamed)} {have} no name: {', '.join(unnamed[:6])}")
+    if not seen.all():
+        unseen = [title for title, there in zip(titles, seen, strict=True) if not there]
+        remarks.append(f"never seen: {', '.join(unseen[:12])}")
+    positions = {title: points[:, k] for k, title in enumerate(titles) if seen[k]}
+    return Markers(file, time, positions, tuple(remarks), tuple(warnings))

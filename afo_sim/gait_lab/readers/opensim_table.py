@@ -1,0 +1,188 @@
+"""OpenSim's .mot and .sto files: a header to `endheader`, then a table over time."""
+
+import pathlib
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
+from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.text import (
+    cells_of,
+    parse_row,
+    read_lines,
+    separator_of,
+    unique_names,
+    without_empty_end,
+)
+
+VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
+_TIME = re.compile(r"(time|t|zeit)\s*[\[(]?\s*(s|sec|seconds?|ms)?\s*[\])]?$", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenSimTable:
+    """Columns over time, in the file's own units."""
+
+    file: pathlib.Path
+    time: np.ndarray  # [s] (n,)
+    columns: dict[str, np.ndarray]  # coordinate or column name: (n,)
+    degrees: bool | None  # of the rotations; None when the header is silent
+    remarks: tuple[str, ...] = ()  # what was odd about the file and how it was read
+    warnings: tuple[str, ...] = ()
+
+
+def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
+    """Read a .mot or .sto file.
+
+    Parameters
+    ----------
+    path : as OpenSim writes it (version 1 to 3), or SIMM's .mot, or what a spreadsheet made of one
+
+    Returns
+    -------
+    OpenSimTable; "/jointset/ankle_r/ankle_angle_r/value" is called "ankle_angle_r"; a cell without a number
+    is NaN. A header that miscounts rows or columns is a warning, as is a last row that was cut.
+
+    Raises
+    ------
+    InputError
+        No header, a row that is not whole, cells that hold vectors, a clock that stands still.
+    """
+    lines, ended = read_lines(path)
+    end = next((k for k, line in enumerate(lines) if _word(line) == "endheader"), None)
+    if end is None:
+        raise InputError(
+            "has no header that ends in 'endheader'", file=path, allowed="an OpenSim .mot or .sto"
+        )
+    header = _header(lines[:end])
+    body = [line for line in lines[end + 1 :] if line.strip(" \t;,")]
+    if len(body) < 3:
+        problem = "has no table over time after its header"
+        raise InputError(problem, file=path, allowed="a row of names with 'time', then rows of numbers")
+    separator = separator_of(body[0])
+    names = without_empty_end(cells_of(body[0], separator))
+    _refuse_vectors(path, header, names, body[1], separator)
+    table, warnings = _table(path, body[1:], len(names), separator, ended)
+    warnings += _counts(header, ("nrows", "datarows"), len(table), "rows")
+    wide = _counts(
+        header, ("ncolumns", "datacolumns"), table.shape[1], "columns"
+    )  # each row has them: no harm
+    place, factor, remarks = _clock_column(path, names, table)
+    time, more, doubts = even_clock(table[:, place] * factor)
+    check_clock(path, time)
+    refuse_slow(path, time, "time", "seconds, or a title 'time [ms]'")
+    columns, doubles = unique_names(_coordinates(names), "column")
+    if any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
+        warnings, doubles = [*warnings, *doubles], []  # of the leg, so that the second may have been meant
+    degrees = {"yes": True, "no": False}.get(header.get("indegrees", "").lower())
+    return OpenSimTable(
+        path,
+        time,
+        {name: table[:, k] for k, name in enumerate(columns) if k != place},
+        degrees,
+        (*remarks, *more, *wide, *doubles),
+        (*warnings, *doubts),
+    )
+
+
+def _word(line: str) -> str:
+    return line.strip(" \t;,").lower()
+
+
+def _header(lines: list[str]) -> dict[str, str]:
+    """`key=value` lines, and SIMM's `key value` lines."""
+    found = {}
+    for line in lines:
+        key, equals, value = line.strip(" \t;,").partition("=")
+        if not equals:
+            key, _, value = line.strip(" \t;,").partition(" ")
+        found[key.strip().lower()] = value.strip()
+    return found
+
+
+def _refuse_vectors(
+    path: pathlib.Path, header: dict[str, str], names: list[str], row: str, separator: str | None
+) -> None:
+    kind = header.get("datatype", "").lower()
+    cells = cells_of(row, separator) if separator != "," else []
+    commas = max((cell.count(",") for cell in cells), default=0)
+    if not kind.startswith(VECTORS) and commas < 2:
+        return
+    word = "quaternions" if kind.startswith("quaternion") or commas == 3 else "vectors"
+    of = ", ".join(names[1:5]) + (", …" if len(names) > 5 else "")
+    raise InputError(
+        f"holds {word} of {of}, several numbers to a cell",
+        file=path,
+        allowed="joint angles, exported from inverse kinematics (export joint angles)",
+    )
+
+
+def _table(
+    path: pathlib.Path, lines: list[str], width: int, separator: str | None, ended: bool
+) -> tuple[np.ndarray, list[str]]:
+    """The numbers (n, width), and warnings; the last row is left out where it was cut."""
+    rows: list[list[float]] = []
+    for k, line in enumerate(lines):
+        try:
+            rows.append(parse_row(_cells(line, width, separator)))
+        except ValueError:
+            if k == len(lines) - 1 and k >= 2:
+                return np.array(rows), [f"its last row, the {k + 1}th, is cut short and was left out"]
+            problem = f"row {k + 1} of its table is not {width} numbers"
+            raise InputError(problem, file=path, value=" ".join(line.split())) from None
+    # "12.345" cut to "12" is a number too, but the row is shorter than those before it
+    if not ended and len(rows) > 11 and len(lines[-1]) < min(len(line) for line in lines[-11:-1]):
+        return np.array(rows[:-1]), ["its last row ends with the file and may be cut: left out"]
+    return np.array(rows), []
+
+
+def _cells(line: str, width: int, separator: str | None) -> list[str]:
+    """As many cells as there are names; ValueError where there are not."""
+    cells = cells_of(line, separator)
+    if len(cells) != width and separator is not None:
+        cells = without_empty_end(cells) if len(cells) > width else cells_of(line, None)
+    if len(cells) != width:
+        raise ValueError
+    return cells
+
+
+def _counts(header: dict[str, str], keys: tuple[str, str], count: int, what: str) -> list[str]:
+    """A sentence where the header counts otherwise."""
+    stated = [int(header[key]) for key in keys if re.fullmatch("[0-9]{1,9}", header.get(key, ""))]
+    wrong = [number for number in stated if number != count]
+    if not wrong:
+        return []
+    cut = ": cut short?" if what == "rows" and wrong[0] > count else ""
+    return [f"has {count} {what}, its header says {wrong[0]}{cut}"]
+
+
+def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tuple[int, float, list[str]]:
+    """Which column is the clock, seconds in its unit, and a remark if it is not the first, called time."""
+    titled = [k for k, name in enumerate(names) if _TIME.match(name)]
+    if titled:
+        place = titled[0]
+        milli = bool(re.search(r"[\[( ]ms", names[place], re.IGNORECASE))
+        plain = place == 0 and not milli
+        told = f"its clock is column {place + 1}, {names[place]!r}"
+        return place, 1e-3 if milli else 1.0, [] if plain else [told]
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(table[:, 0])
+        if len(steps) and np.all(steps > 0.0) and np.ptp(steps) <= 0.1 * steps.mean():
+            return 0, 1.0, [f"its first column, {names[0]!r}, was taken as the time"]
+    problem = "has no table over time after its header"
+    raise InputError(problem, file=path, value=", ".join(names[:6]), allowed="a first column 'time'")
+
+
+def _coordinates(names: list[str]) -> list[str]:
+    """Names without the path that OpenSim 4 puts before them, as long as they differ without it."""
+    parts = [
+        name.strip("/").split("/") if re.fullmatch(r"[^\s\[(]*/[^\s\[(]*", name) else [name] for name in names
+    ]
+    short = [p[-2] if len(p) > 1 and p[-1] == "value" else p[-1] for p in parts]
+    return [
+        "/".join(p[-2:]) if short.count(name) > 1 and len(p) > 1 and p[-1] != "value" else name
+        for name, p in zip(short, parts, strict=True)
+    ]

@@ -1,0 +1,170 @@
+""".trc files: marker trajectories as OpenSim and camera systems write them."""
+
+import pathlib
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import parse_quantity
+from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
+from afo_sim.gait_lab.readers.length_unit import length_name, metres
+from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
+from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.text import cells_of, parse_row, read_lines, without_empty_end
+
+LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
+_AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What stands above the numbers."""
+
+    stated: dict[str, str]  # DataRate, Units, … by key in lower case
+    names: list[str]  # of markers; "" where there is none
+    lead: int  # columns before the first marker: 2, or 1 without a time
+    tabs: bool  # cells are separated by tabs, otherwise by blanks
+    rows: list[str]
+
+
+def read_trc(path: pathlib.Path) -> Markers:
+    """Read a .trc file.
+
+    Parameters
+    ----------
+    path : a line with `DataRate` and `Units` above its values, a line `Frame# Time names…`, then numbers
+        separated by tabs, or by blanks where no cell is empty. A lost marker is an empty cell, 0 0 0, NaN
+        or 9999999
+
+    Returns
+    -------
+    Markers [m]; wrong counts, rates and units in the header are warnings, and what the numbers say is taken
+
+    Raises
+    ------
+    InputError
+        Another layout, an unknown unit, a row that is not numbers, a clock that stands still.
+    """
+    lines, ended = read_lines(path)
+    header = _header(path, lines)
+    table, warnings = _table(path, header, ended)
+    names = [*header.names, *[""] * ((table.shape[1] - header.lead) // 3 - len(header.names))]
+    warnings += _counts(header.stated, len(table), len(names))
+    time, remarks, doubts = _clock(path, header, table)
+    check_clock(path, time, "Time")
+    points = lost_as_nan(table[:, header.lead :].reshape(len(table), len(names), 3))
+    factor, told = _metres(path, header.stated.get("units", ""), points)
+    return marker_set(path, time, names, points * factor, remarks, [*warnings, *doubts, *told])
+
+
+def _header(path: pathlib.Path, lines: list[str]) -> _Header:
+    """Header lines wherever they stand, as long as they are in their order."""
+    keys = values = ""
+    for k, line in enumerate(lines[:40]):
+        cells = line.split()
+        if len(cells) > 1 and cells[0].lower().startswith("datarate"):
+            keys, values = line, next((later for later in lines[k + 1 :] if later.strip()), "")
+        elif len(cells) > 2 and re.fullmatch(r"frames?(#|no\.?)?", cells[0].lower()):
+            return _titles(path, line, lines[k + 1 :], _stated(keys, values))
+    raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+
+
+def _stated(keys: str, values: str) -> dict[str, str]:
+    names, words = keys.split(), values.split()
+    if len(words) != len(names):  # one is absent, and only tabs can say which
+        words = cells_of(values, "\t")
+        names = cells_of(keys, "\t")
+    return {name.lower(): word for name, word in zip(names, words, strict=False)}
+
+
+def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, str]) -> _Header:
+    """Markers' names, each above the first of its three columns, or one after the other."""
+    tabs = "\t" in line
+    # some write "Frame #"; blanks alone separate names only if no name holds one
+    cells = cells_of(re.sub(r"^(\s*frames?)\s+#", r"\1#", line, flags=re.IGNORECASE), "\t" if tabs else None)
+    lead = 2 if cells[1].lower().startswith("time") else 1
+    titles = without_empty_end(cells[lead:])
+    spaced = tabs and all(not title or k % 3 == 0 for k, title in enumerate(titles))
+    names = titles[::3] if spaced and len(titles) > 1 else [title for title in titles if title]
+    rows = [row for row in rest if row.strip()]
+    if rows and all(not cell or _AXIS.match(cell) for cell in rows[0].split()):
+        rows = rows[1:]
+    if len(rows) < 2 or not names:
+        raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+    return _Header(stated, names, lead, tabs and "\t" in rows[0], rows)
+
+
+def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[str]]:
+    """The numbers (n, lead + 3 × markers), NaN where a cell is empty, and warnings."""
+    rows = [cells_of(row, "\t" if header.tabs else None) for row in header.rows]
+    warnings = []
+    named = header.lead + 3 * len(header.names)
+    trimmed = [len(without_empty_end(cells)) for cells in rows]
+    if not ended and len(rows) > 3 and len(rows[-1]) < min(len(rows[-2]), named):
+        rows, trimmed = rows[:-1], trimmed[:-1]
+        warnings.append("its last row is cut short and was left out")
+    width = max(named, max(trimmed))
+    width = header.lead + 3 * -(-(width - header.lead) // 3)
+    if not header.tabs and any(len(cells) != width for cells in rows):
+        k = next(k for k, cells in enumerate(rows) if len(cells) != width)
+        seen = f"row {k + 1} has {len(rows[k])} numbers where the names ask for {named}"
+        raise InputError(seen, file=path, allowed="tabs between the cells where some are empty")
+    if width > 3 * named + 300:
+        raise InputError(f"has rows of {width} numbers for {len(header.names)} names", file=path)
+    table = np.full((len(rows), width), np.nan)
+    for k, cells in enumerate(rows):
+        try:
+            found = parse_row(cells[:width])
+        except ValueError:
+            problem = f"frame {cells[0] or k + 1} holds what is no number"
+            raise InputError(problem, file=path, allowed="numbers separated by tabs") from None
+        table[k, : len(found)] = found
+    return table, warnings
+
+
+def _counts(stated: dict[str, str], frames: int, markers: int) -> list[str]:
+    found = []
+    for key, count, what in (("numframes", frames, "frames"), ("nummarkers", markers, "markers")):
+        number = stated.get(key, "")
+        if re.fullmatch("[0-9]{1,9}", number) and int(number) != count:
+            cut = ": cut short?" if what == "frames" and int(number) > count else ""
+            found.append(f"has {count} {what}, its header says {number}{cut}")
+    return found
+
+
+def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[str], list[str]]:
+    rate = _rate(header.stated.get("datarate", ""))
+    time = table[:, 1] if header.lead == 2 else np.full(len(table), np.nan)
+    if np.isfinite(time).any() and np.any(time[np.isfinite(time)] != 0.0):
+        refuse_slow(path, time, "Time", "seconds" + (f"; its DataRate is {rate:g} Hz" if rate else ""))
+        return even_clock(time, rate)
+    if rate is None:
+        raise InputError("has neither times nor a DataRate", file=path, field="Time", allowed="seconds")
+    return np.arange(len(table)) / rate, [], [f"has no times; they were counted at DataRate {rate:g} Hz"]
+
+
+def _rate(text: str) -> float | None:
+    try:
+        rate = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return rate if 1.0 <= rate <= 1e5 else None
+
+
+def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[str]]:
+    """Metres in the file's unit of length, and warnings."""
+    name = length_name(unit)
+    stated = None
+    if name and not re.fullmatch(r"[-+0-9.,e]*", name):
+        try:
+            stated = parse_quantity(f"1 {name}", "m")
+        except ValueError:
+            raise InputError(
+                "is no length", file=path, field="Units", value=unit, allowed="m, mm, cm"
+            ) from None
+    factor, told = metres(points, stated, name)
+    if factor is None:
+        raise InputError("is not stated", file=path, field="Units", allowed="m, mm, cm")
+    return factor, told

@@ -1,0 +1,216 @@
+"""Markers that move with one segment of the body, and points that move with them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.trial.choices import SIDES
+from afo_sim.gait_lab.trial.rigid_fit import fit_rigid
+
+Pose = Mapping[str, np.ndarray]  # name → place in one posture [m] (3,)
+Segment = tuple[str, str]  # side, and "pelvis", "thigh", "shank" or "foot"
+
+REACH = 0.2  # of a marker from its bone (assumed) [m]
+# Standard deviation of a distance within a segment above which a marker is elsewhere (assumed: skin moves by
+# up to a centimetre on the shank and twice that on the thigh) [m]
+LOOSE = 0.015
+BROAD = 0.012  # spread of markers across their line that fixes the turn about it (assumed) [m]
+FEWEST = 3  # markers that place a segment
+SEEN = 0.5  # share of the most seen marker's frames in which another one of the segment has to be seen
+
+# Landmarks that move with a segment; those of another segment never count to it.
+OF_SEGMENT = {
+    "pelvis": ("asis", "psis", "sacrum"),
+    "thigh": ("knee_lateral", "knee_medial"),
+    "shank": ("ankle_lateral", "ankle_medial"),
+    "foot": ("heel", "metatarsal_1", "metatarsal_2", "metatarsal_5"),
+}
+BONES = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "foot": ("heel", "toe")}
+
+
+@dataclass(frozen=True, eq=False)
+class Cluster:
+    """Markers of one segment."""
+
+    names: tuple[str, ...]
+    places: np.ndarray  # in one posture [m] (k, 3)
+    paths: np.ndarray  # in the walk [m] (n, k, 3)
+
+    @property
+    def places_segment(self) -> bool:
+        """Whether the markers are enough and not on one line."""
+        if len(self.names) < FEWEST:
+            return False
+        spreads = np.linalg.svd(self.places - self.places.mean(axis=0), compute_uv=False)
+        return bool(spreads[1] >= BROAD * np.sqrt(len(self.names)))
+
+    def joined(self, name: str, place: np.ndarray, path: np.ndarray) -> "Cluster":
+        """The cluster with one more point: its place (3,) and its path (n, 3) [m]."""
+        places = np.vstack([self.places, place])
+        return Cluster((*self.names, name), places, np.concatenate([self.paths, path[:, None]], axis=1))
+
+    def carry(self, place: np.ndarray) -> np.ndarray:
+        """A point by its place in the posture (3,) → its path in the walk (n, 3) [m]."""
+        return fit_rigid(self.places, self.paths).place(place)
+
+    def misfit(self) -> float:
+        """Distance of the walk's markers from the posture's, root of the mean square, in the median [m]."""
+        rms = fit_rigid(self.places, self.paths).rms
+        known = rms[np.isfinite(rms)]
+        return float(np.median(known)) if len(known) else 0.0
+
+    def bridge(self, path: np.ndarray) -> tuple[np.ndarray, float]:
+        """Fill the gaps of a point's path by its mean place among the markers.
+
+        Parameters
+        ----------
+        path : NaN where the point was not seen [m] (n, 3)
+
+        Returns
+        -------
+        (the path without the gaps in which the markers are seen [m] (n, 3), how far the point strays from its
+        mean place, root of the mean square [m])
+        """
+        shape = mean_shape(self.paths)
+        if shape is None:
+            return path, math.inf
+        carried = fit_rigid(shape, self.paths).place(_mean_place(shape, self.paths, path))
+        square = np.sum((carried - path) ** 2, axis=1)
+        known = square[np.isfinite(square)]
+        stray = float(np.sqrt(known.mean())) if len(known) else math.inf
+        return np.where(np.isfinite(path), path, carried), stray
+
+
+def find_clusters(
+    markers: Markers,
+    pose: Pose,
+    points: Mapping[str, Mapping[str, np.ndarray]],
+    names: Mapping[str, Mapping[str, Sequence[str]]],
+) -> dict[Segment, Cluster]:
+    """Markers by side and segment.
+
+    A landmark's marker belongs to its segment by name; any other to the nearest bone of the posture. Those
+    whose distances to the rest of the segment vary in the walk are left out.
+
+    Parameters
+    ----------
+    markers : of the walk
+    pose : the markers' places in one posture, of the same walk or of a standing trial
+    points : side → hip, knee, ankle, heel, toe in that posture [m] (3,), as far as they are known
+    names : side → landmark → markers
+    """
+    taken = {name for side in SIDES for group in names[side].values() for name in group}
+    free = _near_bones({name: pose[name] for name in pose if name not in taken}, points)
+    found = {}
+    for side in SIDES:
+        for segment, landmarks in OF_SEGMENT.items():
+            sides = SIDES if segment == "pelvis" else (side,)
+            own = [name for each in sides for mark in landmarks for name in names[each].get(mark, ())]
+            both = [n for n in (*dict.fromkeys(own), *free.get((side, segment), ())) if n in pose]
+            kept = constant(markers, _often_seen(markers, both))
+            places = np.array([pose[name] for name in kept]).reshape(-1, 3)
+            paths = [markers.positions[name] for name in kept]
+            empty = np.empty((len(markers.time), 0, 3))
+            found[side, segment] = Cluster(tuple(kept), places, np.stack(paths, axis=1) if kept else empty)
+    return found
+
+
+def constant(markers: Markers, names: Sequence[str]) -> list[str]:
+    """The markers whose mutual distances stay constant; the worst are left out one by one.
+
+    Parameters
+    ----------
+    markers : of a walk
+    names : to choose from
+    """
+    kept = list(names)
+    while len(kept) >= FEWEST:
+        paths = np.stack([markers.positions[name] for name in kept], axis=1)
+        apart = np.linalg.norm(paths[:, :, None] - paths[:, None], axis=3)
+        seen = np.isfinite(apart)
+        count = np.maximum(seen.sum(axis=0), 1)
+        mean = np.where(seen, apart, 0.0).sum(axis=0) / count
+        deviation = np.sqrt((np.where(seen, apart - mean, 0.0) ** 2).sum(axis=0) / count)
+        loose = deviation.sum(axis=1) / (len(kept) - 1)
+        if loose.max() <= LOOSE:
+            break
+        kept.pop(int(np.argmax(loose)))
+    return kept
+
+
+def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Markers of one segment, with gaps filled where three others are seen.
+
+    Parameters
+    ----------
+    paths : name → path [m] (n, 3)
+    """
+    if len(paths) <= FEWEST:
+        return dict(paths)
+    seen = np.stack(list(paths.values()), axis=1)
+    shape = mean_shape(seen)
+    if shape is None or np.isfinite(seen).all():
+        return dict(paths)
+    fit = fit_rigid(shape, seen)
+    return {
+        name: np.where(np.isfinite(path), path, fit.place(place))
+        for (name, path), place in zip(paths.items(), shape, strict=True)
+    }
+
+
+def mean_shape(seen: np.ndarray) -> np.ndarray | None:
+    """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once.
+
+    Parameters
+    ----------
+    seen : paths [m] (n, k, 3)
+    """
+    whole = np.flatnonzero(np.isfinite(seen).all(axis=(1, 2)))
+    if not len(whole):
+        return None
+    first = seen[whole[len(whole) // 2]]
+    return np.stack([_mean_place(first, seen, seen[:, k]) for k in range(seen.shape[1])])
+
+
+def _mean_place(shape: np.ndarray, seen: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Mean place of a moving point (n, 3) among markers of a shape (k, 3); NaN if never seen with them."""
+    fit = fit_rigid(shape, seen)
+    inside = np.einsum("nji,nj->ni", fit.rotation, path - fit.position)
+    known = np.isfinite(inside).all(axis=1)
+    return np.asarray(inside[known].mean(axis=0) if known.any() else np.full(3, np.nan))
+
+
+def _near_bones(pose: Pose, points: Mapping[str, Mapping[str, np.ndarray]]) -> dict[Segment, list[str]]:
+    """Markers by the nearest bone within `REACH`."""
+    bones = {
+        (side, segment): (points[side][start], points[side][end])
+        for side in SIDES
+        for segment, (start, end) in BONES.items()
+        if start in points[side] and end in points[side]
+    }
+    found: dict[Segment, list[str]] = {segment: [] for segment in bones}
+    for name, place in pose.items():
+        distances = {segment: _distance(place, *bone) for segment, bone in bones.items()}
+        nearest = min(distances, key=lambda segment: distances[segment], default=None)
+        if nearest is not None and distances[nearest] < REACH:
+            found[nearest].append(name)
+    return found
+
+
+def _distance(place: np.ndarray, start: np.ndarray, end: np.ndarray) -> float:
+    """Of a point from a straight bone [m]."""
+    way = end - start
+    share = float(np.clip((place - start) @ way / (way @ way), 0.0, 1.0))
+    return float(np.linalg.norm(place - start - share * way))
+
+
+def _often_seen(markers: Markers, names: Sequence[str]) -> list[str]:
+    counts = {
+        name: int(np.isfinite(markers.positions[name]).all(axis=1).sum())
+        for name in names
+        if name in markers.positions
+    }
+    return [name for name in counts if counts[name] > SEEN * max(counts.values())]

@@ -1,0 +1,219 @@
+"""Cutting: the signals of a stride over its phase, as a gait cycle."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import GRAVITY
+from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.flat_foot import flat_part
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+from afo_sim.gait_lab.readers.signals import evenly, fill_gaps
+from afo_sim.gait_lab.trial.calibration import ankle_zero, require_height
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.closing import sample
+from afo_sim.gait_lab.trial.files import WalkingTrial
+from afo_sim.gait_lab.trial.ground_force import GroundForce
+from afo_sim.gait_lab.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.strides import RecordedStride
+
+LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
+
+
+@dataclass(frozen=True, eq=False)
+class Cutter:
+    """One leg's motion and ground force, calibrated by the flat foot of all its strides."""
+
+    motion: LegMotion
+    closed_motion: LegMotion | None  # of the stride that is closed cyclically, if there is one
+    ground: GroundForce | None
+    belt_speed: float  # [m/s]
+    mass: float  # of the body [kg]
+    choices: Choices
+    zero: float  # to take out of the ankle angle [rad]
+    lift: float  # to add to the ankle's height [m]
+    remarks: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        strides: Sequence[RecordedStride],
+        motion: LegMotion,
+        closed_motion: LegMotion | None,
+        ground: GroundForce | None,
+        belt_speed: float,
+        mass: float,
+        choices: Choices,
+        sole: float | None = None,
+    ) -> Self:
+        """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height.
+
+        `sole` is the pitch of the line heel–toe with the sole flat [rad], where a standing trial or a model
+        tells it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
+        """
+        plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
+        flat = np.vstack([plain._flat(stride) for stride in strides])
+        pitch, height = flat.mean(axis=0)
+        zero, remarks, warnings = ankle_zero(float(pitch), sole, choices.keep_zero)
+        lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height
+        require_height(float(height), choices)
+        if lift:
+            remarks += (f"ankle's height moved by {1e3 * lift:+.0f} mm",)
+        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, remarks, warnings)
+
+    def _motion_of(self, stride: RecordedStride) -> LegMotion:
+        return self.motion if stride.closed is None or self.closed_motion is None else self.closed_motion
+
+    def _flat(self, stride: RecordedStride) -> np.ndarray:
+        """Pitch of the foot [rad] and height of the ankle [m] where the sole lies flat, (m, 2)."""
+        motion = self.motion
+        if stride.closed is None:
+            phase = (motion.time - stride.start) / stride.time
+            pitch, height = motion.ankle_angle - motion.shank_angle, motion.ankle_z
+        else:
+            phase = np.linspace(0.0, 1.0, self.choices.rows)
+            found = self._motion(stride, phase)
+            pitch, height = found[:, 2] - found[:, 0], found[:, 4]
+        flat = flat_part(phase, pitch, height, _standing(stride, phase)).holds(phase)
+        return np.column_stack([pitch, height])[flat]
+
+    def _motion(self, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+        """Shank, knee, ankle angle, and the ankle's way over the belt and height, (m, 5)."""
+        motion = self._motion_of(stride)
+        way = motion.ankle_x + self.belt_speed * motion.time
+        signals = [motion.shank_angle, motion.knee_angle, motion.ankle_angle, way, motion.ankle_z]
+        travels = [False, False, False, True, False]
+        return sample(motion.time, np.column_stack(signals), stride, phase, travels)
+
+    def _force(self, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+        """Forward and upward force and the moment of the upward one about the ankle's plumb point, (m, 3)."""
+        ground = self.ground
+        if ground is None or not stride.loaded:
+            return np.full((len(phase), 3), np.nan)
+        if stride.closed is not None:
+            return self._repeated_force(ground, stride, phase)
+        loads = np.column_stack([ground.force_x, ground.force_z, ground.moment])
+        found = sample(ground.time, loads, stride, phase, [False] * 3)
+        found[np.isnan(found[:, 0]) & (stride.start + phase * stride.time > stride.toe_off)] = 0.0
+        ankle = sample(self.motion.time, self.motion.ankle_x[:, None], stride, phase, [True])[:, 0]
+        return np.column_stack([found[:, :2], found[:, 2] - ankle * found[:, 1]])
+
+    def _repeated_force(self, ground: GroundForce, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+        """The same of a closed stride: a moment about the ankle repeats, one about the floor does not."""
+        motion = self._motion_of(stride)
+        known = motion.time
+        inside = (ground.time >= known[0]) & (ground.time <= known[-1])
+        time, force_x, force_z, moment = (
+            column[inside] for column in (ground.time, ground.force_x, ground.force_z, ground.moment)
+        )
+        about = moment - np.interp(time, known, motion.ankle_x) * force_z
+        return sample(time, np.column_stack([force_x, force_z, about]), stride, phase, [False] * 3)
+
+    def cycle(self, stride: RecordedStride, trial: WalkingTrial) -> GaitCycle:
+        """The stride over its phase; forces are NaN where no plate lay.
+
+        The ankle moment balances the ground's force, M = −(x_cop F_z + z_ankle F_x), the foot taken as
+        massless, and is 0 in swing. That of an inverse-dynamics file takes its place where both agree: there
+        are such files that know no ground force.
+        """
+        choices, mass = self.choices, self.mass
+        phase = np.linspace(0.0, 1.0, choices.rows)
+        shank, knee, ankle, way, z = self._motion(stride, phase).T
+        z = z + self.lift
+        force_x, force_z, about = self._force(stride, phase).T
+        force_z = np.maximum(force_z, 0.0)
+        pressed = force_z > min(LIGHT, COP_FORCE * mass * GRAVITY)
+        place = np.where(pressed & (phase < LATE_SWING), about / np.where(pressed, force_z, 1.0), np.nan)
+        moment = np.where(pressed | np.isnan(force_z), -(about + z * force_x), 0.0) / mass
+        source = "derived from ground force and centre of pressure, the foot taken as massless"
+        if trial.moments is not None:
+            given = moment_of(trial.moments, stride, phase) / mass
+            if _agree(given, moment, pressed):
+                moment, source = given, f"as in {trial.moments.file.name}"
+        flat = flat_part(phase, ankle - shank, z, _standing(stride, phase)).holds(phase)
+        return GaitCycle(
+            source=choices.source,
+            licence=choices.licence,
+            side=stride.side,
+            stride_time=stride.end - stride.start,
+            body_mass=mass,
+            walking_speed=float(way[-1] - way[0]) / (stride.end - stride.start),
+            ankle_height=float(z[flat].mean()),
+            phase=phase,
+            shank_angle=shank,
+            knee_angle=knee,
+            ankle_angle=ankle - self.zero,
+            ankle_x=way - way[0],
+            ankle_z=z,
+            grf_x=force_x / (mass * GRAVITY),
+            grf_z=force_z / (mass * GRAVITY),
+            cop_x=place,
+            ankle_moment=moment,
+            body_height=choices.height,
+            sole_thickness=choices.sole,
+            notes=_notes(stride, choices, source),
+        )
+
+
+def _standing(stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+    """Mask of the phases before toe-off (n,)."""
+    return np.asarray(stride.start + phase * stride.time < stride.toe_off)
+
+
+def reference_of(
+    trial: WalkingTrial, strides: Sequence[RecordedStride], mass: float, rows: int
+) -> np.ndarray | None:
+    """Mean internal ankle moment of an inverse-dynamics file over some strides [N·m/kg], if there is one."""
+    if trial.moments is None:
+        return None
+    phase = np.linspace(0.0, 1.0, rows)
+    return np.asarray(np.mean([moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
+
+
+def moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+    """Internal ankle moment over a stride's phase, dorsiflexion positive [N·m], of inverse dynamics."""
+    name = f"ankle_angle_{stride.side[0]}_moment"
+    if name not in table.columns:
+        raise InputError(
+            "this column is missing", file=table.file, field=name, allowed=", ".join(table.columns)
+        )
+    values, gaps = fill_gaps(table.time, table.columns[name])
+    if gaps:
+        raise InputError(
+            f"has no number from {gaps[0][0]:g} to {gaps[0][1]:g} s", file=table.file, field=name
+        )
+    time, even = evenly(table.time, values)
+    return sample(time, even[:, None], stride, phase, [False])[:, 0]
+
+
+def _agree(given: np.ndarray, demanded: np.ndarray, pressed: np.ndarray) -> bool:
+    """Whether a given moment is there and balances the ground's force, by the limit of every gait cycle."""
+    if not np.all(np.isfinite(given)):
+        return False  # its file does not last as long as the stride
+    if not np.any(pressed):
+        return True
+    error = np.sqrt(np.mean((given - demanded)[pressed] ** 2))
+    return bool(error <= MOMENT_ERROR * np.abs(demanded[pressed]).max())
+
+
+def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, str]:
+    cutoff = f"low-pass at {choices.cutoff:g} Hz" if choices.cutoff else "not filtered"
+    second = "second heel strike by ground force" if stride.by == "force" else f"by {stride.by}"
+    notes = {
+        "cut": f"{stride.start:.4f} to {stride.end:.4f} s of the trial; {second}",
+        "processing": f"kinematics and ground force {cutoff}, {choices.rows} rows",
+        "ankle_moment": moment,
+    }
+    if stride.closed is not None:
+        first, last = stride.closed.window
+        notes["closed"] = (
+            f"cyclically from {first:.3f} to {last:.3f} s, a gap of {stride.closed.gap:.3f} s bridged"
+        )
+        # its own ends may be times that the trial does not have
+        notes["cut"] = f"recorded {first:.4f} to {last:.4f} s of the trial; by {stride.by}"
+    return notes

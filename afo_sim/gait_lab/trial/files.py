@@ -1,0 +1,221 @@
+"""The files of one walking trial, recognised by what they hold."""
+
+import pathlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
+from afo_sim.gait_lab.readers.file_kind import kind_of
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
+from afo_sim.gait_lab.readers.plates import Plate, plates_of
+from afo_sim.gait_lab.readers.trc import read_trc
+
+STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
+JOINTS = ("ankle_angle_", "knee_angle_")
+
+
+@dataclass(frozen=True, eq=False)
+class WalkingTrial:
+    """Tables in the files of one walking trial."""
+
+    files: tuple[pathlib.Path, ...]
+    plates: tuple[Plate, ...]
+    markers: Markers | None = None
+    angles: OpenSimTable | None = None  # inverse kinematics
+    bodies: OpenSimTable | None = None  # positions of bodies
+    moments: OpenSimTable | None = None  # inverse dynamics
+    model: pathlib.Path | None = None  # of OpenSim, if one stands among the files
+    standing: Markers | None = None  # a second file of markers, in which nobody walks
+    remarks: tuple[str, ...] = ()  # of all files, each after its file's name
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(eq=False)
+class _Content:
+    """What one file holds."""
+
+    file: pathlib.Path
+    markers: Markers | None = None
+    tables: dict[str, OpenSimTable] = field(default_factory=dict)  # by field of WalkingTrial
+    plates: tuple[Plate, ...] = ()
+    model: bool = False
+    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
+    """Read the files of one trial, in any order.
+
+    Parameters
+    ----------
+    files : .mot and .sto (joint angles, ground reaction, joint moments, body positions), .trc, .c3d, .csv
+        with units, the person's .osim; of two files with markers the one in which nobody walks is the
+        standing trial
+
+    Returns
+    -------
+    WalkingTrial; without plates if no file holds any
+
+    Raises
+    ------
+    InputError
+        A file of another kind, one that cannot be read, or two of the same kind; all problems are told.
+    """
+    contents: list[_Content] = []
+    problems: list[InputError] = []
+    for file in files:
+        try:
+            contents.append(_content(file))
+        except InputError as error:
+            problems.append(error)
+    walking, standing, more = _walking_and_standing(contents)
+    problems += more
+    tables, more = _tables(contents)
+    problems += more
+    plates, plate_remarks, more = _plates(contents, standing)
+    problems += more
+    models = [content.file for content in contents if content.model]
+    problems += [
+        InputError("is a second model", file=file, allowed="the model of one person") for file in models[1:]
+    ]
+    if problems:
+        problems[0].others = (*problems[0].others, *problems[1:])
+        raise problems[0]
+    return WalkingTrial(
+        files=tuple(files),
+        plates=plates,
+        markers=walking.markers if walking else None,
+        angles=tables.get("angles"),
+        bodies=tables.get("bodies"),
+        moments=tables.get("moments"),
+        model=models[0] if models else None,
+        standing=standing.markers if standing else None,
+        remarks=(*_told(contents, "remarks"), *plate_remarks),
+        warnings=_told(contents, "warnings"),
+    )
+
+
+def _content(file: pathlib.Path) -> _Content:
+    kind = kind_of(file)
+    if kind == "model":
+        return _Content(file, model=True)
+    if kind == "setup":
+        hint = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
+        return _Content(file, remarks=(hint,))
+    if kind == "c3d":
+        from afo_sim.gait_lab.readers.c3d import read_c3d
+
+        markers, plates = read_c3d(file)
+        seen = markers if markers.positions else None
+        return _Content(file, seen, {}, tuple(plates), False, markers.remarks, markers.warnings)
+    if kind == "trc":
+        markers = read_trc(file)
+        return _Content(file, markers, {}, (), False, markers.remarks, markers.warnings)
+    if kind == "csv":
+        trial = read_csv_trial(file)
+        parts: list[OpenSimTable | Markers] = [*trial.tables]
+        parts += [trial.markers] if trial.markers else []
+        return _Content(
+            file,
+            trial.markers,
+            {name: table for table in trial.tables for name in _kinds(table)},
+            trial.plates,
+            False,
+            (*trial.remarks, *(remark for part in parts for remark in part.remarks)),
+            (*trial.warnings, *(warning for part in parts for warning in part.warnings)),
+        )
+    table = read_opensim_table(file)
+    found = tuple(plates_of(table))
+    kinds = _kinds(table)
+    if not found and not kinds:
+        raise InputError(
+            "holds neither joint angles, joint moments, body positions nor ground forces",
+            file=table.file,
+            allowed="columns such as ankle_angle_r, ankle_angle_r_moment, talus_r_X, ground_force_vx; "
+            f"it has {', '.join(list(table.columns)[:8])}",
+        )
+    return _Content(file, None, dict.fromkeys(kinds, table), found, False, table.remarks, table.warnings)
+
+
+def _kinds(table: OpenSimTable) -> list[str]:
+    """Which of a trial's tables it is, by its columns."""
+    names = list(table.columns)
+    moments = [name for name in names if name.startswith(JOINTS) and name.endswith("_moment")]
+    angles = [name for name in names if name.startswith(JOINTS) and not name.endswith(("_moment", "_force"))]
+    bodies = [name for name in names if name.startswith("talus_")]
+    kinds = {"moments": moments, "bodies": bodies, "angles": [] if moments else angles}
+    return [kind for kind, found in kinds.items() if found]
+
+
+def _walking_and_standing(
+    contents: Sequence[_Content],
+) -> tuple[_Content | None, _Content | None, list[InputError]]:
+    """The file with the walker's markers, one in which the person stands, and what is too much."""
+    marked = [content for content in contents if content.markers is not None]
+    if len(marked) < 2:
+        return (marked[0] if marked else None), None, []
+    still = [content for content in marked if stands_still(content.markers)]
+    moving = [content for content in marked if content not in still]
+    walking, standing = (moving or still)[0], still[0] if moving and still else None
+    many = [content for content in marked if content not in (walking, standing)]
+    allowed = "the files of one trial, and a standing trial with the same markers"
+    problem = "is a second file with markers"
+    return walking, standing, [InputError(problem, file=c.file, allowed=allowed) for c in many]
+
+
+def stands_still(markers: Markers | None) -> bool:
+    """Whether nobody walks: a middle marker stays within 5 cm."""
+    if markers is None or not markers.positions:
+        return False
+    ways = []
+    for points in markers.positions.values():
+        known = points[np.isfinite(points).all(axis=1)]
+        if len(known):
+            low, high = np.quantile(known, [0.05, 0.95], axis=0)
+            ways.append(float(np.linalg.norm(high - low)))
+    return bool(ways) and float(np.median(ways)) < STILL
+
+
+def _tables(contents: Sequence[_Content]) -> tuple[dict[str, OpenSimTable], list[InputError]]:
+    found: dict[str, OpenSimTable] = {}
+    problems = []
+    for content in contents:
+        for kind, table in content.tables.items():
+            if kind in found:
+                problem = f"is a second file with {kind}"
+                problems.append(InputError(problem, file=content.file, allowed="the files of one trial"))
+            found.setdefault(kind, table)
+    return found, problems
+
+
+def _plates(
+    contents: Sequence[_Content], standing: _Content | None
+) -> tuple[tuple[Plate, ...], list[str], list[InputError]]:
+    """The plates of the file that has them; a copy beside joint angles counts if there is no other."""
+    holders = [content for content in contents if content.plates and content is not standing]
+    copies = [content for content in holders if "angles" in content.tables]
+    first = [content for content in holders if content not in copies] or copies
+    remarks = [
+        f"{content.file.name}: its ground forces are not used, {first[0].file.name} has them"
+        for content in copies
+        if content is not first[0]
+    ]
+    problems = [
+        InputError("is a second file with force plates", file=content.file, allowed="the files of one trial")
+        for content in first[1:]
+    ]
+    return (first[0].plates if first else ()), remarks, problems
+
+
+def _told(contents: Sequence[_Content], what: str) -> tuple[str, ...]:
+    """Remarks or warnings of all files and their plates, each after its file's name."""
+    return tuple(
+        text if text.startswith(content.file.name) else f"{content.file.name}: {text}"
+        for content in contents
+        for part in (content, *content.plates)
+        for text in getattr(part, what)
+    )

@@ -1,0 +1,225 @@
+"""The ground's force on one foot: contacts found on the plates, assigned to feet, put together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.gait_lab.readers.plates import PRESSED, Plate
+from afo_sim.gait_lab.readers.signals import evenly, low_pass
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.standing_on import stands_there
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
+
+EDGE = 20.0  # vertical force at which a contact begins and ends [N]
+SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
+SHORTEST = 0.1  # contact that is a step [s]
+LEVEL = 0.01  # height of the plates that is none (assumed) [m]
+UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
+
+
+@dataclass(frozen=True)
+class PlateContact:
+    """A foot on a plate."""
+
+    plate: str
+    start: float  # [s], to a part of a sample
+    end: float
+    whole: bool  # neither end is the recording's
+    own: bool  # of the leg that is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class GroundForce:
+    """Force on one foot in the sagittal plane, filtered; zero outside its contacts. Arrays (n,)."""
+
+    time: np.ndarray  # [s]
+    force_x: np.ndarray  # forward [N]
+    force_z: np.ndarray  # upward [N]
+    moment: np.ndarray  # centre of pressure on the floor times upward force [N·m]
+    contacts: tuple[PlateContact, ...]  # own, in order
+    plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
+    foreign: tuple[PlateContact, ...] = ()
+    remarks: tuple[str, ...] = ()
+    side: str = "right"
+    warnings: tuple[str, ...] = ()
+
+
+def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
+    """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s or longer."""
+    above = force > EDGE
+    edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
+    found = []
+    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        whole = bool((first > 0 or force[first] < SURE) and (stop < len(time) or force[stop - 1] < SURE))
+        start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
+        end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
+        if force[first:stop].max() > SURE and end - start >= SHORTEST:
+            found.append(PlateContact(plate, start, end, whole, own=True))
+    return found
+
+
+def with_floor(frame: WalkingFrame, plates: Sequence[Plate]) -> WalkingFrame:
+    """The frame with the plates' surface as its floor, where that is not the laboratory's zero."""
+    pressed = [frame.plane(p.place)[np.abs(frame.plane(p.force)[:, 1]) > PRESSED, 1] for p in plates]
+    heights = np.concatenate([np.zeros(0), *pressed])
+    floor = float(np.median(heights)) if len(heights) else 0.0
+    if abs(floor) < LEVEL:
+        return frame
+    told = f"the plates lie {1e3 * floor:+.0f} mm above the laboratory's zero: the floor is taken to be there"
+    return replace(frame, floor=floor, remarks=(*frame.remarks, told))
+
+
+def foot_force(
+    plates: Sequence[Plate],
+    motion: LegMotion,
+    legs: Mapping[str, LegPoints],
+    frame: WalkingFrame,
+    choices: Choices,
+) -> GroundForce:
+    """The ground's force on one foot.
+
+    A contact is the foot's own when its centre of pressure stays under that foot, and nearer to it than to
+    the other one where both are seen; a crutch's stays beside. A contact while the motion
+    is not known is the foot's own when all the others on that plate are. Forces and moments are filtered, and
+    the centre of pressure is their quotient.
+
+    Parameters
+    ----------
+    plates : all of them
+    motion : of the leg
+    legs : points of both legs, or of the one
+    frame : forward and up
+    choices : plates to look at (all by default), filter
+
+    Raises
+    ------
+    InputError
+        No plate of that name, no contact of this foot, or both feet on one plate.
+    """
+    chosen = _chosen(plates, choices)
+    remarks: list[str] = []
+    total: list[np.ndarray] = []
+    contacts: list[PlateContact] = []
+    foreign: list[PlateContact] = []
+    shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    grid, _ = evenly(chosen[0].time, chosen[0].time)
+    turned: list[str] = []
+    for plate in chosen:
+        force = frame.plane(plate.force)
+        place = frame.over_floor(plate.place)
+        if force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max():
+            force = -force
+            turned.append(plate.name)
+        # the moment about the origin on the floor, from which the pressure on the floor follows
+        force[np.abs(force[:, 1]) < 1.0] = 0.0
+        moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
+        shown[plate.name] = (plate.time, force[:, 1])
+        own = np.zeros(len(force))
+        for contact, mine in _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame):
+            (contacts if mine else foreign).append(contact)
+            if mine:
+                own[_with_tails(contact, plate.time, force[:, 1])] = 1.0
+        loads = np.column_stack([force, moment]) * own[:, None]
+        smooth = low_pass(*evenly(plate.time, loads), choices.cutoff)
+        even = evenly(plate.time, plate.time)[0]
+        total.append(np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T]))
+    if turned:
+        plural = "s" if len(turned) > 1 else ""
+        told = f"plate{plural} {', '.join(turned)}: turned round to be the ground's force on the foot"
+        remarks.append(told)
+    if not contacts:
+        strongest = max(float(force.max()) for _, force in shown.values())
+        _refuse_no_contact(chosen, foreign, motion.side, strongest)
+    force_x, force_z, moment = np.sum(total, axis=0).T
+    plates_used = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    return GroundForce(
+        time=grid,
+        force_x=force_x,
+        force_z=force_z,
+        moment=moment,
+        contacts=tuple(sorted(contacts, key=lambda c: c.start)),
+        plates=shown,
+        foreign=tuple(foreign),
+        remarks=(f"{motion.side} foot on plate {plates_used}", *remarks),
+        side=motion.side,
+    )
+
+
+def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
+    names = [plate.name for plate in plates]
+    for name in choices.plates:
+        if name not in names:
+            raise unknown(name, names, field="plate", problem="there is no such plate")
+    return [plate for plate in plates if not choices.plates or plate.name in choices.plates]
+
+
+def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
+    """Time at which the force passes the edge between samples k and k + 1 [s]."""
+    share = (EDGE - force[k]) / (force[k + 1] - force[k])
+    return float(time[k] + share * (time[k + 1] - time[k]))
+
+
+def _assigned(
+    plate: Plate,
+    force: np.ndarray,
+    place: np.ndarray,
+    motion: LegMotion,
+    legs: Mapping[str, LegPoints],
+    frame: WalkingFrame,
+) -> list[tuple[PlateContact, bool]]:
+    """Contacts on a plate, each with whether it is of the leg's own foot."""
+    found = find_contacts(plate.name, plate.time, force)
+    known = [_under_foot(contact, plate.time, force, place, motion) for contact in found]
+    for k, contact in enumerate(found):
+        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > SURE)
+        if known[k] and not stands_there(plate.time[sure], plate.place[sure], motion.side, legs, frame):
+            known[k] = False
+    seen = [mine for mine in known if mine is not None]
+    unseen = bool(seen) and all(seen)  # a plate that carries this foot alone
+    return [(c, unseen if mine is None else mine) for c, mine in zip(found, known, strict=True)]
+
+
+def _under_foot(
+    contact: PlateContact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
+) -> bool | None:
+    """Whether the centre of pressure stays where the leg's own foot is; None where that is not known."""
+    sure = (time > contact.start) & (time < contact.end) & (force > SURE)
+    sure &= (time >= motion.time[0]) & (time <= motion.time[-1])
+    if not np.any(sure):
+        return None
+    ahead = place[sure] - np.interp(time[sure], motion.time, motion.ankle_x)
+    low, high = np.quantile(ahead, [0.05, 0.95])
+    return bool(UNDER_FOOT[0] < low and high < UNDER_FOOT[1])
+
+
+def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> slice:
+    """The contact's samples, and those beside it while the force still falls to nothing."""
+    first = int(np.searchsorted(time, contact.start))
+    last = int(np.searchsorted(time, contact.end, side="right")) - 1
+    while first > 0 and 0.0 < force[first - 1] < force[first]:
+        first -= 1
+    while last < len(force) - 1 and 0.0 < force[last + 1] < force[last]:
+        last += 1
+    return slice(first, last + 1)
+
+
+def _refuse_no_contact(
+    plates: Sequence[Plate], foreign: Sequence[PlateContact], side: str, strongest: float
+) -> None:
+    names = ", ".join(plate.name for plate in plates)
+    if not foreign:
+        raise InputError(
+            f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N",
+            allowed=f"one above {SURE:g} N, in newtons and in the motion's axes",
+        )
+    spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
+    raise InputError(
+        f"no contact has its centre of pressure under the {side} foot throughout ({spans})",
+        field="side",
+        value=side,
+        allowed=f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone",
+    )

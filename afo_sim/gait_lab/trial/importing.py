@@ -1,0 +1,209 @@
+"""A trial → one gait cycle, and what was understood on the way."""
+
+import pathlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
+from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
+from afo_sim.gait_lab.trial.choices import SIDES, Choices
+from afo_sim.gait_lab.trial.chosen_stride import require_loaded, take_stride
+from afo_sim.gait_lab.trial.clock_doubts import clock_doubts
+from afo_sim.gait_lab.trial.cutting import Cutter, reference_of
+from afo_sim.gait_lab.trial.files import WalkingTrial, read_trial
+from afo_sim.gait_lab.trial.ground_force import GroundForce, with_floor
+from afo_sim.gait_lab.trial.imported import Imported
+from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.legs import find_legs
+from afo_sim.gait_lab.trial.mean_stride import mean_cycle
+from afo_sim.gait_lab.trial.plausibility import doubts
+from afo_sim.gait_lab.trial.steps import find_steps, open_ends
+from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
+
+MASS_LIMIT = 0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+
+
+def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Imported:
+    """Read the files of a trial and cut one stride from it.
+
+    Parameters
+    ----------
+    files : .mot, .sto, .trc, .c3d, .csv and .osim of one trial, in any order
+    choices : what the files do not say
+
+    Returns
+    -------
+    Imported, examined as `gait.read` examines a file
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, something is missing, or the stride contradicts itself.
+    """
+    trial = read_trial([pathlib.Path(file) for file in files])
+    if choices.static is not None:
+        trial = replace(trial, standing=_standing(choices.static))
+    return cut_cycle(trial, choices)
+
+
+def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
+    """Find the strides of a trial, and bring one of them to gait phase; errors as `import_gait`."""
+    path = choices.model or trial.model
+    model = None if path is None else read_opensim_model(path)
+    legs, model = find_legs(trial, choices, model)
+    frame = with_floor(find_frame(legs, choices), trial.plates)
+    motions = {side: from_points(leg, frame, choices.cutoff) for side, leg in legs.items()}
+    grounds, strides, remarks = find_steps(trial, legs, motions, frame, choices)
+    require_loaded(strides, choices)
+    mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass)
+    _require_mass(mass)
+    cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
+    strides, cycles, left_out = _cycles(strides, cutters, trial, choices)
+    chosen, cycle = take_stride(strides, cycles, _names(trial.files), choices)
+    alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
+    cutter = cutters[choices.side]
+    reference = reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows)
+    sides = SIDES if choices.both else (choices.side,)
+    doubted = []
+    for side in sides:
+        own = [s for s in strides if s.side == side]
+        if not choices.both:
+            doubted += _doubted(cycle, own, cutters[side], legs[side], reference)
+            continue
+        k = next(k for k in chosen if strides[k].side == side)  # of the mean of both legs a stride of each
+        given = reference_of(trial, [strides[k]], mass.mass, choices.rows)
+        words = _doubted(cycles[k], own, cutters[side], legs[side], given)
+        doubted += [f"{side} leg: {each}" for each in words]
+    told = [
+        *trial.warnings,
+        *(warning for side in sides for warning in legs[side].warnings),
+        *frame.warnings,
+        *(warning for side in sides for warning in grounds[side].warnings),
+        *mass.warnings,
+        *open_ends([strides[k] for k in chosen]),
+        *doubted,
+    ]
+    warnings = tuple(dict.fromkeys(told))
+    return Imported(
+        cycle=cycle.with_warnings(warnings),
+        chosen=chosen,
+        strides=tuple(strides),
+        cycles=tuple(cycles),
+        band=mean_cycle(alike)[1] if len(alike) > 1 else None,
+        legs=legs,
+        motions=motions,
+        grounds=grounds,
+        frame=frame,
+        mass=mass,
+        zero=cutter.zero,
+        reference=reference,
+        trial=trial,
+        remarks=(
+            *trial.remarks,
+            *(remark for side in sides for remark in legs[side].remarks),
+            *frame.remarks,
+            *(remark for side in sides for remark in grounds[side].remarks),
+            *remarks,
+            *left_out,
+            *mass.remarks,
+            *(remark for side in sides for remark in cutters[side].remarks),
+        ),
+        warnings=warnings,
+    )
+
+
+def _doubted(
+    cycle: GaitCycle,
+    strides: Sequence[RecordedStride],
+    cutter: Cutter,
+    leg: LegPoints,
+    reference: np.ndarray | None,
+) -> list[str]:
+    """Doubts about one leg: its clocks, its calibration, and the stride that was taken of it."""
+    return [
+        *clock_doubts(cutter.motion, strides),
+        *cutter.warnings,
+        *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
+    ]
+
+
+def _cutters(
+    strides: Sequence[RecordedStride],
+    legs: Mapping[str, LegPoints],
+    motions: Mapping[str, LegMotion],
+    grounds: Mapping[str, GroundForce],
+    frame: WalkingFrame,
+    mass: float,
+    choices: Choices,
+) -> dict[str, Cutter]:
+    """What cuts each side's strides; of a closed one the motion is filtered as if it went on for ever."""
+    found = {}
+    for side, motion in motions.items():
+        own = [stride for stride in strides if stride.side == side]
+        closed = next((stride for stride in own if stride.closed is not None), None)
+        again = None if closed is None else from_points(legs[side], frame, choices.cutoff, closed)
+        if own:
+            ground = grounds.get(side)
+            found[side] = Cutter.of(
+                own, motion, again, ground, frame.belt_speed, mass, choices, legs[side].sole
+            )
+    return found
+
+
+def _cycles(
+    strides: Sequence[RecordedStride], cutters: Mapping[str, Cutter], trial: WalkingTrial, choices: Choices
+) -> tuple[list[RecordedStride], list[GaitCycle], list[str]]:
+    """The strides that can be cut, their cycles, and why the others cannot."""
+    found, cycles, why = [], [], []
+    problems: list[InputError] = []
+    for stride in strides:
+        try:
+            cycles.append(cutters[stride.side].cycle(stride, trial))
+        except InputError as error:
+            problems.append(error)
+            why.append(f"{stride.side} stride from {stride.start:.2f} s left out: {error.problem}")
+        else:
+            found.append(stride)
+    if problems and not any(stride.side == choices.side and stride.loaded for stride in found):
+        raise problems[0]
+    return found, cycles, why
+
+
+def _require_mass(mass: BodyMass) -> None:
+    """Refuse a mass that the plates contradict: every force and moment would be wrong by as much.
+
+    One leg alone contradicts nothing: of a lame person's weight it may carry a third.
+    """
+    if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= MASS_LIMIT:
+        return
+    off = 100.0 * (mass.mass / mass.estimated - 1.0)
+    carried = f"{off:+.0f} % off what the plates carry, {mass.estimated:.1f} kg"
+    within = f"within {100.0 * MASS_LIMIT:.0f} %"
+    if mass.how != "given":
+        problem = f"the mass {mass.how}, {mass.mass:.1f} kg, is {carried}"
+        raise InputError(problem, field="mass", allowed=f"the walker's own by `mass`, {within}")
+    raise InputError(
+        f"is {carried}",
+        field="mass",
+        value=f"{mass.mass:g} kg",
+        allowed=f"the walker's own, {within}; left out it is taken from the plates",
+    )
+
+
+def _standing(file: pathlib.Path) -> Markers:
+    """The markers of a standing trial."""
+    markers = read_trial([file]).markers
+    if markers is None:
+        raise InputError("holds no markers", file=file, field="static", allowed="a .trc, .c3d or .csv")
+    return markers
+
+
+def _names(files: Sequence[pathlib.Path]) -> str:
+    return ", ".join(file.name for file in files)

@@ -1,0 +1,215 @@
+"""Multi-body inverse kinematics: a model's joints posed so that all of its markers meet a trial's at best."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.readers.opensim_joint import Pose
+from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
+
+STEPS = 100  # of the search, which takes about ten (assumed)
+LARGEST = 0.5  # step of a coordinate: a joint far from its place would else turn right round [rad] (assumed)
+SMALL = 1e-5  # step that counts as none [rad] or [m] (assumed)
+PROBE = 1e-6  # by which a coordinate is moved for a derivative [rad] or [m] (assumed)
+WEAK = 1e-9  # added to the normal matrix: what a marker 0.03 mm off an axis gives [m²] (assumed)
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A tree of bodies, its free coordinates, and the markers that a trial has of it.
+
+    The root may turn and move in any way: that takes the place of its joint to the ground.
+    """
+
+    model: OpenSimModel
+    links: Mapping[str, str]  # body: the one that carries it; those nearer to the root come first
+    free: tuple[tuple[str, str], ...] = ()  # (coordinate, the body that it moves)
+    markers: tuple[str, ...] = ()
+
+    @property
+    def root(self) -> str:
+        """The body that no other one carries."""
+        return next(iter(self.links.values()))
+
+    @property
+    def places(self) -> list[tuple[str, np.ndarray]]:
+        """The markers: their bodies, and their places there [m] (3,)."""
+        return [self.model.markers[name] for name in self.markers]
+
+    def beyond(self, body: str) -> set[str]:
+        """A body and all that it carries."""
+        found = {body}
+        for far, near in self.links.items():
+            if near in found:
+                found.add(far)
+        return found
+
+    def joint(self, far: str, q: np.ndarray) -> Pose:
+        """A body in the one that carries it, at the free coordinates (n, free)."""
+        values = {name: q[:, k] for k, (name, body) in enumerate(self.free) if body == far}
+        return self.model.pose(self.links[far], far, values)
+
+    def bodies(self, q: np.ndarray, root: Pose) -> dict[str, Pose]:
+        """Every body in the laboratory, at the free coordinates (n, free)."""
+        found = {self.root: root}
+        for far, near in self.links.items():
+            found[far] = found[near] @ self.joint(far, q)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A skeleton over time. Its unknowns are way and turn of the root, six in all, and the coordinates."""
+
+    skeleton: Skeleton
+    q: np.ndarray  # the free coordinates [rad] or [m] (n, free)
+    bodies: Mapping[str, Pose]  # in the laboratory
+    missed: np.ndarray  # seen minus posed markers, 0 where not seen [m] (n, markers, 3)
+    known: np.ndarray  # whether a marker was seen (n, markers)
+
+    @property
+    def cost(self) -> np.ndarray:
+        """Sum of the squared distances [m²] (n,)."""
+        return np.asarray((self.missed**2).sum(axis=(1, 2)))
+
+    @property
+    def error(self) -> float:
+        """Standard error of a marker's coordinate that the residual shows [m]."""
+        excess = 3 * self.known.sum(axis=1) - 6 - len(self.skeleton.free)
+        return float(np.sqrt(self.cost.sum() / max(excess[excess > 0].sum(), 1)))
+
+    def rms(self, bodies: Sequence[str]) -> float:
+        """Distance between seen and posed markers of some bodies, root of the mean square [m]."""
+        kept = np.array([body in bodies for body, _ in self.skeleton.places])
+        return float(np.sqrt((self.missed[:, kept] ** 2).sum() / max(self.known[:, kept].sum(), 1)))
+
+    def dilution(self, body: str, point: np.ndarray) -> np.ndarray:
+        """Standard error of a point of a body in a plane, over that of a marker's coordinate (n,)."""
+        normal, _ = self.equations
+        moves = self._moves([(body, self.bodies[body].point(point))])[:, 0]
+        spread = np.linalg.solve(normal + WEAK * np.eye(normal.shape[1]), np.swapaxes(moves, 1, 2))
+        return np.asarray(np.sqrt(2.0 / 3.0 * np.einsum("nic,nci->n", moves, spread)))
+
+    @cached_property
+    def equations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Normal matrix (n, unknowns, unknowns) and right side (n, unknowns) of the least squares."""
+        posed = [(body, self.bodies[body].point(place)) for body, place in self.skeleton.places]
+        moves = self._moves(posed) * self.known[:, :, None, None]
+        flat = moves.reshape(len(moves), -1, moves.shape[-1])
+        turned = np.swapaxes(flat, 1, 2)
+        return turned @ flat, (turned @ self.missed.reshape(len(moves), -1, 1))[..., 0]
+
+    def where(self, kept: np.ndarray, other: "Posed") -> "Posed":
+        """This in some frames (n,), another in the rest."""
+
+        def either(mine: np.ndarray, its: np.ndarray) -> np.ndarray:
+            return np.where(kept.reshape(-1, *[1] * (mine.ndim - 1)), mine, its)
+
+        bodies = {
+            name: Pose(
+                either(pose.rotation, other.bodies[name].rotation),
+                either(pose.position, other.bodies[name].position),
+            )
+            for name, pose in self.bodies.items()
+        }
+        q, missed = either(self.q, other.q), either(self.missed, other.missed)
+        return Posed(self.skeleton, q, bodies, missed, self.known)
+
+    def _moves(self, points: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
+        """How points of bodies, at (n, 3) in the laboratory, follow the unknowns (n, points, 3, unknowns)."""
+        paths = np.stack([path for _, path in points], axis=1)
+        found = np.zeros((*paths.shape, 6 + len(self.skeleton.free)))
+        found[..., :3] = np.eye(3)
+        arms = paths - self.bodies[self.skeleton.root].position[:, None]
+        found[..., 3:6] = np.swapaxes(np.cross(np.eye(3), arms[:, :, None]), 2, 3)
+        for k, (_, far) in enumerate(self.skeleton.free):
+            beyond = self.skeleton.beyond(far)
+            carried = np.array([body in beyond for body, _ in points])
+            there = self._probed(k, far)
+            moved = paths[:, carried] @ np.swapaxes(there.rotation, 1, 2) + there.position[:, None]
+            found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / PROBE
+        return found
+
+    def _probed(self, k: int, far: str) -> Pose:
+        """Displacement in the laboratory of the body `far` and all beyond as coordinate k moves a little."""
+        near = self.bodies[self.skeleton.links[far]]
+        moved = self.skeleton.joint(far, self.q + PROBE * np.eye(self.q.shape[1])[k])
+        return near @ moved @ self.bodies[far].inverse()
+
+
+def skeleton_of(model: OpenSimModel, root: str, ends: Sequence[str], seen: Sequence[str]) -> Skeleton:
+    """The bodies from a root to some ends; free is what the model does not lock and a seen marker shows.
+
+    Parameters
+    ----------
+    root, ends : bodies
+    seen : markers that the trial has, of these bodies or others
+    """
+    links: dict[str, str] = {}
+    moved: list[tuple[str, str]] = []
+    for end in ends:
+        for joint, outward in model.path(root, end):
+            near, far = (joint.parent, joint.child) if outward else (joint.child, joint.parent)
+            if far not in links:
+                links[far] = near
+                moved += [(c.name, far) for c in joint.coordinates if not c.locked]
+    bare = Skeleton(model, links)
+    markers = tuple(name for name in seen if model.markers[name][0] in bare.beyond(root))
+    marked = {model.markers[name][0] for name in markers}
+    free = tuple((name, far) for name, far in moved if marked & bare.beyond(far))
+    return Skeleton(model, links, free, markers)
+
+
+def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -> Posed:
+    """Find the pose of least squares over the markers, each of equal weight, in all frames at once.
+
+    Damped Gauss–Newton (Levenberg 1944, Marquardt 1963) from the coordinates' defaults. It is the problem
+    that OpenSim's InverseKinematicsTool solves with its default weights, without limits of coordinates.
+
+    Parameters
+    ----------
+    seen : paths of the skeleton's markers, NaN where not seen [m] (n, 3)
+    start : place of the root in every frame
+
+    Raises
+    ------
+    InputError
+        The search does not settle, or the model has a joint that is not read.
+    """
+    paths = np.stack([seen[name] for name in skeleton.markers], axis=1)
+    default = {c.name: c.default for joint in skeleton.model.joints for c in joint.coordinates}
+    best = _try(
+        skeleton, np.tile([default[name] for name, _ in skeleton.free], (len(paths), 1)), start, paths
+    )
+    damping = np.full(len(paths), 1e-3)
+    for _ in range(STEPS):
+        normal, right = best.equations
+        ridge = damping[:, None] * np.einsum("ncc->nc", normal) + WEAK
+        step = np.linalg.solve(normal + ridge[:, :, None] * np.eye(ridge.shape[1]), right[..., None])[..., 0]
+        moving = np.abs(step).max(axis=1) >= SMALL
+        if not moving.any():
+            return best
+        step = step / np.maximum(np.abs(step[:, 3:]).max(axis=1, keepdims=True) / LARGEST, 1.0)
+        new = _try(skeleton, best.q + step[:, 6:], _moved(best.bodies[skeleton.root], step), paths)
+        better = new.cost < best.cost
+        best = new.where(better, best)
+        damping = np.clip(np.where(better, damping / 10.0, damping * 10.0), 1e-9, 1e9)
+    raise InputError(f"inverse kinematics did not settle in {moving.sum()} of {len(paths)} frames")
+
+
+def _try(skeleton: Skeleton, q: np.ndarray, root: Pose, paths: np.ndarray) -> Posed:
+    bodies = skeleton.bodies(q, root)
+    missed = paths - np.stack([bodies[body].point(place) for body, place in skeleton.places], axis=1)
+    known = np.isfinite(missed).all(axis=2)
+    return Posed(skeleton, q, bodies, np.where(known[..., None], missed, 0.0), known)
+
+
+def _moved(root: Pose, step: np.ndarray) -> Pose:
+    """The root after a way along the laboratory's axes [m] and a turn about them [rad]."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_rotvec(step[:, 3:6]).as_matrix()
+    return Pose(turn @ root.rotation, root.position + step[:, :3])

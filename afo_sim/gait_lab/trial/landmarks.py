@@ -1,0 +1,231 @@
+"""Landmarks of both legs over time, and the ways in which they give the points of a leg."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.trial import joint_centres
+from afo_sim.gait_lab.trial.choices import SIDES
+from afo_sim.gait_lab.trial.clusters import completed
+from afo_sim.gait_lab.trial.leg_points import LegPoint
+from afo_sim.gait_lab.trial.roles import Roles
+
+STATIC = "a standing trial with medial markers, or the person's scaled model"
+
+# The ways to each point, the best first: landmarks whose midpoint counts.
+WAYS = {
+    "knee": (("knee_centre",), ("knee_lateral", "knee_medial"), ("knee_lateral",), ("knee_medial",)),
+    "ankle": (("ankle_centre",), ("ankle_lateral", "ankle_medial"), ("ankle_lateral",), ("ankle_medial",)),
+    "heel": (("heel",),),
+    "toe": (
+        ("metatarsal_1", "metatarsal_5"),
+        ("metatarsal_2",),
+        ("metatarsal_5",),
+        ("metatarsal_1",),
+        ("toe_tip",),
+    ),
+}
+# Landmarks of which one or more would give a point, for the message that it is missing.
+NEEDED = {
+    "hip": ("hip_centre", "asis", "psis", "trochanter"),
+    "knee": ("knee_centre", "knee_lateral", "knee_medial"),
+    "ankle": ("ankle_centre", "ankle_lateral", "ankle_medial"),
+    "heel": ("heel",),
+    "toe": ("metatarsal_1", "metatarsal_2", "metatarsal_5", "toe_tip"),
+}
+PELVIS = ("asis", "psis", "sacrum")
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """Paths of landmarks by side [m] (n, 3), with the markers' names."""
+
+    names: Mapping[str, Mapping[str, tuple[str, ...]]]  # side → landmark → markers
+    paths: Mapping[str, Mapping[str, np.ndarray]]
+    up: str | None = None  # the laboratory's axis upward, where a person says it
+
+    def ways(self, side: str, role: str) -> list[LegPoint | None]:
+        """Ways to a point of a leg, the best first; None where a landmark is missing."""
+        if role == "hip":
+            return [
+                self._given(side, "hip"),
+                self._harrington(side),
+                self._hara(side),
+                self._trochanter(side),
+            ]
+        return [self._midpoint(side, role, group) for group in WAYS[role]]
+
+    def pelvis(self) -> np.ndarray | None:
+        """Mean of the pelvis' markers [m] (n, 3); None if it has none."""
+        paths = dict(self.pelvis_markers())
+        return np.mean(list(paths.values()), axis=0) if paths else None
+
+    def pelvis_markers(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Names and paths of the pelvis' landmarks."""
+        for side in SIDES:
+            for landmark in PELVIS:
+                if landmark in self.paths[side]:
+                    yield " and ".join(self.names[side][landmark]), self.paths[side][landmark]
+
+    def vertical(self) -> np.ndarray | None:
+        """The laboratory's axis nearest to the shanks' direction upward, a unit vector (3,)."""
+        if self.up is not None:
+            axis = np.eye(3)["xyz".index(self.up[-1])]
+            return -axis if self.up.startswith("-") else axis
+        shanks = [
+            knee.path - ankle.path
+            for side in SIDES
+            if (knee := first(self.ways(side, "knee"))) and (ankle := self._lowest(side))
+        ]
+        known = [shank[np.isfinite(shank).all(axis=1)] for shank in shanks]
+        if not sum(map(len, known)):
+            return None
+        mean = np.concatenate(known).mean(axis=0)
+        axis = np.zeros(3)
+        axis[np.argmax(np.abs(mean))] = np.sign(mean[np.argmax(np.abs(mean))])
+        return axis
+
+    def _lowest(self, side: str) -> LegPoint | None:
+        """Something at the height of the ankle."""
+        return next((p for group in WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
+            self.ways(side, "heel")
+        )
+
+    def _plain(self, side: str, group: tuple[str, ...]) -> LegPoint | None:
+        """The midpoint of landmarks."""
+        paths, names = self.paths[side], self.names[side]
+        if not all(landmark in paths for landmark in group):
+            return None
+        told = " and ".join(name for landmark in group for name in names[landmark])
+        path = np.mean([paths[landmark] for landmark in group], axis=0)
+        midpoint = len(group) > 1 or len(names[group[0]]) > 1
+        return LegPoint(path, f"midpoint of {told}" if midpoint else told)
+
+    def _midpoint(self, side: str, role: str, group: tuple[str, ...]) -> LegPoint | None:
+        """A point by landmarks, with its error and what would be better."""
+        point = self._plain(side, group)
+        if point is None or role in ("heel", "toe"):
+            return point
+        if group[0].endswith("centre"):
+            return LegPoint(point.path, f"{point.how}, a centre given in the file")
+        if len(group) == 2:
+            return LegPoint(point.path, point.how, joint_centres.MIDPOINT_ERROR)
+        if group[0].endswith("medial"):
+            how = f"{point.how}, medial alone"
+            return LegPoint(point.path, how, joint_centres.MEDIAL_ERROR, STATIC)
+        if role == "knee":
+            how = f"{point.how}, lateral alone"
+            return LegPoint(point.path, how, joint_centres.KNEE_LATERAL_ERROR, STATIC)
+        return self._by_malleolus(side, point)
+
+    def _by_malleolus(self, side: str, lateral: LegPoint) -> LegPoint:
+        knee, heel, toe = (first(self.ways(side, role)) for role in ("knee", "heel", "toe"))
+        if knee is None or heel is None or toe is None:
+            how = f"{lateral.how}, lateral alone"
+            return LegPoint(lateral.path, how, joint_centres.MEDIAL_ERROR, STATIC)
+        ahead, above = (1e3 * offset for offset in joint_centres.ANKLE_FROM_MALLEOLUS)
+        return LegPoint(
+            joint_centres.ankle_by_malleolus(lateral.path, knee.path, heel.path, toe.path),
+            f"{lateral.how}, {ahead:.1f} mm forward, {above:.1f} up",
+            joint_centres.ANKLE_LATERAL_ERROR,
+            STATIC,
+        )
+
+    def _given(self, side: str, role: str) -> LegPoint | None:
+        point = self._plain(side, (f"{role}_centre",))
+        return point and LegPoint(point.path, f"{point.how}, a centre given in the file")
+
+    def _harrington(self, side: str) -> LegPoint | None:
+        right, left = (self.paths[each].get("asis") for each in SIDES)
+        back = self._back()
+        if right is None or left is None or back is None:
+            return None
+        frame = joint_centres.pelvis_frame(right, left, back, self._below())
+        width = middle(np.linalg.norm(right - left, axis=1))
+        depth = middle(np.linalg.norm(frame.origin - back, axis=1))
+        how = f"Harrington 2007, pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm"
+        path = frame.place(joint_centres.hip_by_harrington(width, depth, side))
+        return LegPoint(path, how, joint_centres.HARRINGTON_ERROR, "the person's scaled model")
+
+    def _hara(self, side: str) -> LegPoint | None:
+        right, left = (self.paths[each].get("asis") for each in SIDES)
+        knee, ankle, vertical = first(self.ways(side, "knee")), self._lowest(side), self.vertical()
+        if right is None or left is None or knee is None or ankle is None or vertical is None:
+            return None
+        heels_toes = [(first(self.ways(each, "heel")), first(self.ways(each, "toe"))) for each in SIDES]
+        feet = [toe.path - heel.path for heel, toe in heels_toes if heel and toe]
+        if not feet:
+            return None
+        frame = joint_centres.level_pelvis_frame(right, left, vertical, feet[0])
+        spine = right if side == "right" else left
+        length = middle(np.linalg.norm(spine - knee.path, axis=1))
+        length += middle(np.linalg.norm(knee.path - ankle.path, axis=1))
+        path = frame.place(joint_centres.hip_by_hara(length, side))
+        how = f"Hara 2016 from a leg {1e2 * length:.0f} cm long, the pelvis' tilt assumed"
+        error = joint_centres.hara_error_without_back(length)
+        return LegPoint(path, how, error, "markers at the back of the pelvis, or the person's scaled model")
+
+    def _trochanter(self, side: str) -> LegPoint | None:
+        point = self._plain(side, ("trochanter",))
+        better = "markers on the pelvis, or the person's scaled model"
+        return point and LegPoint(
+            point.path,
+            f"{point.how}, the greater trochanter for the centre",
+            joint_centres.TROCHANTER_ERROR,
+            better,
+        )
+
+    def _back(self) -> np.ndarray | None:
+        spines = [self.paths[side]["psis"] for side in SIDES if "psis" in self.paths[side]]
+        if len(spines) == 2:
+            return np.asarray(np.mean(spines, axis=0))
+        return self.paths["right"].get("sacrum")
+
+    def _below(self) -> np.ndarray:
+        """Something of the legs, for the sign of up."""
+        legs = [
+            path
+            for side in SIDES
+            for landmark, path in self.paths[side].items()
+            if landmark.startswith(("knee", "ankle", "heel", "metatarsal", "toe"))
+        ]
+        some = next(iter(self.paths["right"].values()), next(iter(self.paths["left"].values())))
+        stack = np.stack(legs) if legs else np.full((1, *some.shape), np.nan)
+        seen = np.isfinite(stack)
+        mean = np.where(seen, stack, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+        return np.where(seen.any(axis=0), mean, np.nan)
+
+
+def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
+    """The paths of landmarks; a gap of a pelvis marker is filled where three others are seen.
+
+    Parameters
+    ----------
+    markers, roles : of one file
+    up : the laboratory's axis upward, where a person says it
+    """
+    paths = {
+        side: {landmark: markers.point(names) for landmark, names in roles.sides[side].items()}
+        for side in SIDES
+    }
+    keys = [(side, landmark) for side in SIDES for landmark in PELVIS if landmark in paths[side]]
+    keys = [key for key in keys if key != ("left", "sacrum")]
+    whole = completed({f"{side} {landmark}": paths[side][landmark] for side, landmark in keys})
+    for side, landmark in keys:
+        paths[side][landmark] = whole[f"{side} {landmark}"]
+    if "sacrum" in paths["right"] and "sacrum" in paths["left"]:
+        paths["left"]["sacrum"] = paths["right"]["sacrum"]
+    return Landmarks(roles.sides, paths, up)
+
+
+def first(ways: list[LegPoint | None]) -> LegPoint | None:
+    """The best way that is there."""
+    return next((way for way in ways if way is not None), None)
+
+
+def middle(values: np.ndarray) -> float:
+    """Median of what is known; NaN if nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else float("nan")

@@ -1,0 +1,130 @@
+"""The leg over time in the plane of walking: shank, knee and ankle angle, the ankle's and the foot's way."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.gait_lab.readers.signals import evenly, fill_gaps, low_pass
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
+
+LEAP = 0.05  # way of a marker to and fro within two frames, which no foot goes (assumed) [m]
+
+
+@dataclass(frozen=True, eq=False)
+class LegMotion:
+    """Sagittal motion of one leg in the laboratory, filtered; arrays (n,)."""
+
+    time: np.ndarray  # even steps [s]
+    shank_angle: np.ndarray  # knee ahead of ankle positive [rad]
+    knee_angle: np.ndarray  # flexion positive [rad]
+    ankle_angle: np.ndarray  # dorsiflexion positive, its zero where the line heel–toe lies level [rad]
+    ankle_x: np.ndarray  # forward [m]
+    ankle_z: np.ndarray  # above the floor [m]
+    hidden: tuple[tuple[str, float, float], ...] = ()  # what was not seen, from when to when [s]
+    side: str = "right"
+    heel: np.ndarray | None = None  # forward and above the floor [m] (n, 2)
+    toe: np.ndarray | None = None  # likewise
+    pelvis_x: np.ndarray | None = None  # forward [m]
+
+
+Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way
+
+
+def from_points(
+    leg: LegPoints, frame: WalkingFrame, cutoff: float, closed: RecordedStride | None = None
+) -> LegMotion:
+    """Angles between the lines hip–knee, knee–ankle and heel–toe, seen along the walker's left-right axis.
+
+    The foot's line need not be its sole: the ankle's zero comes later, from the flat foot.
+
+    Parameters
+    ----------
+    leg : points in the laboratory; gaps are filled, and told when they are long
+    frame : forward and up
+    cutoff : of the low-pass, over both of its passes [Hz]; 0 leaves the points as they are
+    closed : a stride that is closed cyclically: the motion is that of its window, and the filter runs on
+        through its ends into the next period, since it has no end there
+    """
+
+    def smooth(time: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if closed is None:
+            return time, low_pass(time, way, cutoff)
+        return _smooth_cycle(time, way, closed, frame.belt_speed, cutoff)
+
+    ways, hidden = {}, []
+    time = smooth(*evenly(leg.time, np.zeros((len(leg.time), 2))))[0]
+    for role, point in leg.points.items():
+        ways[role], gaps = _way(leg.time, frame.over_floor(point.path), smooth)
+        hidden += [(f"{role} ({point.how})", *gap) for gap in gaps]
+    pelvis = None if leg.pelvis is None else _way(leg.time, frame.plane(leg.pelvis), smooth)[0][:, 0]
+    shank = _lean(ways["knee"] - ways["ankle"])
+    thigh = _lean(ways["hip"] - ways["knee"])
+    foot = ways["toe"] - ways["heel"]
+    pitch = _about_mean(np.arctan2(foot[:, 1], foot[:, 0]))
+    return LegMotion(
+        time=time,
+        shank_angle=shank,
+        knee_angle=shank - thigh,
+        ankle_angle=pitch + shank,
+        ankle_x=ways["ankle"][:, 0],
+        ankle_z=ways["ankle"][:, 1],
+        hidden=tuple(hidden),
+        side=leg.side,
+        heel=ways["heel"],
+        toe=ways["toe"],
+        pelvis_x=pelvis,
+    )
+
+
+def _way(
+    time: np.ndarray, points: np.ndarray, smooth: Smoother
+) -> tuple[np.ndarray, list[tuple[float, float]]]:
+    """A point's filtered way in the plane (n, 2), and when it was not seen."""
+    columns, hidden = [], []
+    for column in _without_leaps(points).T:
+        filled, gaps = fill_gaps(time, column)
+        columns.append(filled)
+        hidden += [gap for gap in gaps if gap not in hidden]
+    return smooth(*evenly(time, np.column_stack(columns)))[1], hidden
+
+
+def _without_leaps(points: np.ndarray) -> np.ndarray:
+    """The way (n, 2) without samples that lie far from both neighbours: a label that jumped for a frame."""
+    off = np.linalg.norm(points[1:-1] - 0.5 * (points[:-2] + points[2:]), axis=1)
+    beside = np.linalg.norm(points[2:] - points[:-2], axis=1)
+    leaps = np.r_[False, (off > LEAP) & (off > 2.0 * beside), False]
+    return np.where(leaps[:, None], np.nan, points)
+
+
+def _smooth_cycle(
+    time: np.ndarray, way: np.ndarray, closed: RecordedStride, belt_speed: float, cutoff: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The window's times and the filtered way (n, 2) there; three periods of it are filtered."""
+    from scipy.interpolate import Akima1DInterpolator
+
+    assert closed.closed is not None
+    step = float(time[1] - time[0])
+    start, end = closed.closed.window
+    inside = (time >= start - 0.5 * step) & (time <= end + 0.5 * step)
+    inside &= time < time[inside][0] + closed.time - 0.5 * step  # the period's end is its beginning
+    gain = np.array([closed.closed.length - belt_speed * closed.time, 0.0])
+    times = np.concatenate([time[inside] + k * closed.time for k in (-1, 0, 1)])
+    ways = np.vstack([way[inside] + k * gain for k in (-1, 0, 1)])
+    grid = time[inside][0] + step * np.arange(-inside.sum() + 2, 2 * inside.sum() - 2)
+    smooth = low_pass(grid, Akima1DInterpolator(times, ways)(grid), cutoff)
+    kept = (grid >= start - 0.5 * step) & (grid <= end + 0.5 * step)
+    return grid[kept], smooth[kept]
+
+
+def _lean(upward: np.ndarray) -> np.ndarray:
+    """Angle of an upward vector (n, 2) from the vertical, forward positive [rad]."""
+    return _about_mean(np.arctan2(upward[:, 0], upward[:, 1]))
+
+
+def _about_mean(angle: np.ndarray) -> np.ndarray:
+    """Angles within half a turn of their mean direction: a leg does not turn over, an invented gap may."""
+    mean = np.angle(np.exp(1j * angle).mean())
+    return np.asarray(mean + np.angle(np.exp(1j * (angle - mean))))

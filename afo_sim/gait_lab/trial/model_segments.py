@@ -1,0 +1,120 @@
+"""The segments of one leg, laid over a trial's markers one after the other, pelvis first."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.model_foot import foot_markers
+from afo_sim.gait_lab.trial.model_leg import ModelLeg, knee_on_thigh
+from afo_sim.gait_lab.trial.model_segment import Segment, lay
+
+UNSEEN = (
+    0.010  # error of a joint centre that no residual shows: scaling, skin that moves as one [m] (assumed)
+)
+
+
+def fitted_leg(
+    model: OpenSimModel, leg: ModelLeg, markers: Markers, seen: Mapping[str, np.ndarray]
+) -> LegPoints:
+    """Lay the segments of a leg over markers, and take the leg's points from them.
+
+    The joint centre that the segment above has placed counts as one more point of a segment, with the weight
+    of a marker. It holds the joint together, and is the third point where a marker set has only two on a
+    segment, as Plug-in Gait has on thigh, shank and foot.
+
+    Parameters
+    ----------
+    seen : paths of the model's markers in the trial, by the model's names [m] (n, 3)
+
+    Raises
+    ------
+    InputError
+        A segment shows fewer than three points, or all of them on a line.
+    """
+    pelvis, thigh, shank, foot = segments = _segments(model, leg, seen)
+    lost = [segment for segment in segments[1:] if not segment.found.any()]
+    if lost:
+        there, missing = (", ".join(names) or "none" for names in (lost[0].local, lost[0].missing))
+        raise InputError(
+            f"shows too little of the {lost[0].name}: seen {there}; missing {missing}",
+            file=markers.file,
+            allowed=f"three points off a line, centres of its joints counted, named as in {model.file.name}",
+        )
+    upper = (pelvis, leg.hip.proximal) if pelvis.found.any() else (thigh, leg.hip.distal)
+    places = {"hip": upper, "knee": (shank, leg.knee.distal), "ankle": (foot, leg.ankle.distal)}
+    places |= {"heel": (foot, leg.foot.heel), "toe": (foot, leg.foot.toe)}
+    laid = [segment for segment in segments if segment.found.any()]
+    return LegPoints(
+        side=leg.side,
+        time=markers.time,
+        points={role: _point(leg, role, *place) for role, place in places.items()},
+        pelvis=pelvis.fit.position if pelvis.found.any() else None,
+        sole=leg.foot.pitch,
+        ankle_height=leg.foot.ankle_height,
+        outline=leg.foot.outline,
+        remarks=tuple(segment.remark() for segment in laid),
+        warnings=tuple(line for segment in laid for line in segment.warnings()),
+    )
+
+
+def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> LegPoint:
+    how = f"the model's {segment.name} laid over {', '.join(segment.local)}"
+    if role in leg.foot.how:
+        how += f"; {leg.foot.how[role]}"
+    better = ""
+    if len(segment.local) - len(segment.shared) < 3:
+        wish = f", such as {' or '.join(segment.missing)}" if segment.missing else ""
+        better = f"more markers on the {segment.name} in model and trial{wish}"
+    error = float(np.hypot(segment.error(place), leg.foot.error.get(role, UNSEEN)))
+    return LegPoint(segment.fit.place(place), how, error, better)
+
+
+def _segments(model: OpenSimModel, leg: ModelLeg, seen: Mapping[str, np.ndarray]) -> tuple[Segment, ...]:
+    """Pelvis, thigh, shank and foot, each with the joint centre of the one above it.
+
+    A segment that still shows too little gets the centre of the joint below it, too.
+    """
+    pelvis, thigh, shank, foot = (
+        _own(model, leg, name, seen) for name in ("pelvis", "thigh", "shank", "foot")
+    )
+    if pelvis.found.any():
+        thigh = thigh.with_centre("hip centre", leg.hip.distal, pelvis.fit.place(leg.hip.proximal))
+    if not thigh.found.any() and shank.found.any():
+        thigh = thigh.with_centre("knee centre", leg.knee.proximal, shank.fit.place(leg.knee.distal))
+    if not shank.found.any() and foot.found.any():
+        shank = shank.with_centre("ankle centre", leg.ankle.proximal, foot.fit.place(leg.ankle.distal))
+    if thigh.found.any() and "knee centre" not in thigh.shared:
+        shank = _joined(model, leg, thigh, shank)
+    if shank.found.any() and "ankle centre" not in shank.shared:
+        foot = foot.with_centre("ankle centre", leg.ankle.distal, shank.fit.place(leg.ankle.proximal))
+    return pelvis, thigh, shank, foot
+
+
+def _joined(model: OpenSimModel, leg: ModelLeg, thigh: Segment, shank: Segment) -> Segment:
+    """The shank with the knee's centre, first where the default knee angle has it, then at the fitted one."""
+    place = np.tile(leg.knee.proximal, (len(thigh.fit.rms), 1))
+    for _ in range(3):  # a knee centre moves by mm, so that its angle hardly changes the second time
+        if shank.found.any():
+            turn = np.swapaxes(thigh.fit.rotation, 1, 2) @ shank.fit.rotation
+            there = knee_on_thigh(model, leg, turn)
+            place = np.where(np.isfinite(there), there, place)
+        path = np.einsum("nij,nj->ni", thigh.fit.rotation, place) + thigh.fit.position
+        shank = shank.with_centre("knee centre", leg.knee.distal, path)
+    return shank
+
+
+def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Mapping[str, np.ndarray]) -> Segment:
+    """A segment with the markers of its own."""
+    body = leg.bodies[name]
+    if name == "foot":
+        local = foot_markers(model, body, leg.bodies.get("toes"))
+    else:
+        local = {marker: place for marker, (of, place) in model.markers.items() if of == body}
+    count = len(next(iter(seen.values())))
+    there = {marker: seen[marker] for marker in local if marker in seen}
+    missing = tuple(marker for marker in local if marker not in seen)
+    return lay(name if name == "pelvis" else f"{leg.side} {name}", local, there, count, missing)

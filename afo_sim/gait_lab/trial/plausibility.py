@@ -1,0 +1,256 @@
+"""Plausibility of a stride that was cut from a trial: what is odd is told with its number, or refused."""
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.flat_foot import LEAST, WITHIN
+from afo_sim.gait_lab.trial.ground_force import GroundForce
+from afo_sim.gait_lab.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.marker_doubts import marker_doubts, steps_of_time
+
+ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: told, refused; assumed [deg]
+ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
+ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
+PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed
+MARGIN = 0.03  # of the centre of pressure beyond the sole's outline; assumed [m]
+TOES = 0.12  # beyond the metatarsal heads: 38 % of a foot of 24 cm lie ahead of the fifth; derived [m]
+ONE_POINT = 0.02  # distance of ankle and heel below which they are one; an adult's is 7 to 10 cm; assumed [m]
+WHOLE_FOOT = 0.25  # heel to toe of an adult; what is shorter ends at the metatarsal heads; assumed [m]
+TRAVEL = 0.01  # least way of the centre of pressure in a stance; a toe walker's is some cm; assumed [m]
+NO_MOMENT = 0.05  # plantarflexor peak that no stance is without; assumed [N·m/kg]
+OUTSIDE = 0.1  # share of stance with the centre of pressure outside; assumed
+BEHIND = 0.05  # likewise behind the heel, where it is for its first instants alone; assumed
+HYPEREXTENSION = 20.0  # of the knee [deg]
+MOTION_RATE, FORCE_RATE = 25.0, 100.0  # below them heel strike and toe-off are blurred; assumed [Hz]
+MOMENT_ERROR = 0.1  # RMS in stance against the reference [N·m/kg]
+FORWARD = 0.005  # fore-and-aft force that is none; slow patients' peak is 0.03; assumed [body weights]
+EXPLAINED = 0.5  # of the RMS: what leaves less explains the difference; assumed
+UNLOADED = 0.1  # of the plantarflexor moment's peak: less is the foot's own weight and inertia; derived
+LONGEST_SHIFT = 0.1  # in time that is tried, as a share of the stride; assumed
+
+
+def doubts(
+    cycle: GaitCycle,
+    points: LegPoints | None,
+    motion: LegMotion,
+    ground: GroundForce | None,
+    zero: float,
+    reference: np.ndarray | None,
+) -> tuple[str, ...]:
+    """What a person should look at in a stride, one sentence with its number each.
+
+    Parameters
+    ----------
+    cycle : as cut; forces may be NaN where no plate was
+    points : of the leg; None where joint angles alone are known
+    motion : of the leg
+    ground : force on the leg's foot; None without plates
+    zero : taken out of the ankle angle [rad]
+    reference : internal ankle moment of another's inverse dynamics at `cycle.phase`, dorsiflexion positive
+        [N·m/kg] (n,)
+
+    Raises
+    ------
+    InputError
+        The foot's line lies so far from its sole that heel and toe must be exchanged.
+    """
+    found = [*_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
+    outline = _outline(points, motion)
+    found += [] if outline is None else _pressure(cycle, *outline)
+    found += [*_forward_force(cycle), *_moment_peak(cycle)]
+    _require_ankle(cycle, points)
+    if reference is not None:
+        found += _against_reference(cycle, reference)
+    found += _clocks(points, motion, ground)
+    if points is not None:
+        found += marker_doubts(points)
+    return tuple(found)
+
+
+def _zero(zero: float) -> list[str]:
+    degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
+    if abs(degrees) > ZERO[1]:
+        raise InputError(
+            f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and toe "
+            "are exchanged, or the ankle angle has another convention",
+            field="marker.heel",
+            allowed=f"a line from heel to toe within {ZERO[1]:.0f} deg of the sole",
+        )
+    if abs(degrees) <= ZERO[0]:
+        return []
+    return [
+        f"the ankle's zero was moved by {-degrees:+.0f} deg, so that the flat foot is level: more than "
+        f"{ZERO[0]:.0f} deg is a marker at another place, or a foot that never lies flat"
+    ]
+
+
+def _flat(cycle: GaitCycle) -> list[str]:
+    if cycle.flat.steady:
+        return []
+    low, high = (f"{100.0 * share:.0f}" for share in WITHIN)
+    return [
+        f"the foot is never steady for {100.0 * LEAST:.0f} % of the stride between {low} and {high} %: "
+        f"{cycle.flat.words} are taken as flat, and with them the ankle's zero and height"
+    ]
+
+
+def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[str]:
+    low, high = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK, ANKLE_HEIGHT[1]
+    told = None if points is None else points.ankle_height  # of a model or a standing trial
+    if told is not None:
+        low, high = told - HEIGHT_ERROR, told + HEIGHT_ERROR
+    height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
+    if low <= height <= high:
+        return []
+    return [
+        f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat; of this leg "
+        f"{100.0 * low:.0f} to {100.0 * high:.0f} cm is usual: is the floor at 0, the foot ever flat?"
+    ]
+
+
+def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
+    """Refuse an ankle that is the heel, or that is both too low and has too great a moment."""
+    if points is not None:
+        way = points.points["ankle"].path - points.points["heel"].path
+        seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
+        if len(seen) and np.median(seen) < ONE_POINT:
+            raise InputError(
+                f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
+                field="marker.ankle",
+                allowed=f"an ankle {1e3 * ONE_POINT:.0f} mm or more from the heel's marker",
+            )
+    low = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK
+    height = float(cycle.ankle_z[cycle.foot_flat()].min())
+    peak = float(np.nan_to_num(-cycle.ankle_moment).max())
+    if height < low and peak > PEAK[1]:
+        raise InputError(
+            f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat, and its moment peaks "
+            f"at {peak:.2f} N·m/kg: is another point, such as the heel, taken for it?",
+            field="marker.ankle",
+            allowed=f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {PEAK[1]:g}",
+        )
+
+
+def _shank(points: LegPoints | None) -> float:
+    """Length of the shank, an adult's at most [m]."""
+    if points is None:
+        return ADULT_SHANK
+    line = points.points["knee"].path - points.points["ankle"].path
+    seen = line[np.all(np.isfinite(line), axis=1)]
+    return min(ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else ADULT_SHANK
+
+
+def _knee(cycle: GaitCycle) -> list[str]:
+    knee = np.degrees(cycle.knee_angle)
+    bent_back = f"the knee bends backward by up to {-knee.min():.0f} deg"
+    if np.median(knee) < 0.0:
+        return [f"{bent_back}, and for most of the stride: its sign, or the knee's place?"]
+    return [f"{bent_back}: the knee's place?"] if knee.min() < -HYPEREXTENSION else []
+
+
+def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float] | None:
+    """Where the centre of pressure can be ahead of the ankle with the foot flat: last and first [m]."""
+    heel, toe = motion.heel, motion.toe
+    if points is not None and {"heel", "toe"} <= set(points.outline):
+        behind, ahead = points.outline["heel"], points.outline["toe"]
+    elif heel is not None and toe is not None:
+        raised = np.maximum(heel[:, 1] - heel[:, 1].min(), toe[:, 1] - toe[:, 1].min())
+        flat = raised <= np.quantile(raised, 0.25)
+        behind, ahead = (float(np.median((end[:, 0] - motion.ankle_x)[flat])) for end in (heel, toe))
+    else:
+        return None
+    whole = WHOLE_FOOT * _shank(points) / ADULT_SHANK
+    return behind - MARGIN, ahead + (MARGIN if ahead - behind >= whole else TOES)
+
+
+def _pressure(cycle: GaitCycle, last: float, first: float) -> list[str]:
+    """The sole stays where it lies, so that the centre of pressure stays within it all through stance."""
+    on = np.isfinite(cycle.cop_x) & (cycle.grf_z > COP_FORCE) & (cycle.phase < LATE_SWING)
+    if not np.any(on):
+        return []
+    place = (cycle.cop_x + cycle.ankle_x)[on] - cycle.ankle_x[cycle.foot_flat()].mean()
+    if np.ptp(place) < TRAVEL:
+        raise InputError(
+            f"the centre of pressure stays within {1e3 * np.ptp(place):.0f} mm all through stance",
+            field="plate",
+            allowed="one that moves along the foot, by some 15 cm; are its places metres under mm?",
+        )
+    behind, ahead = last - place, place - first
+    share = float(np.mean((behind > 0.0) | (ahead > 0.0)))
+    if share <= OUTSIDE and np.mean(behind > 0.0) <= BEHIND:
+        return []
+    most, end = max((float(behind.max()), "behind the heel"), (float(ahead.max()), "ahead of the toes"))
+    return [
+        f"the centre of pressure is outside the foot for {100.0 * share:.0f} % of stance, up to "
+        f"{100.0 * most:.0f} cm {end}: plates and markers in different places?"
+    ]
+
+
+def _forward_force(cycle: GaitCycle) -> list[str]:
+    if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > FORWARD:
+        return []
+    return [
+        "the ground's force has no part forward or backward: a plate that measures upward force alone? The "
+        f"ankle moment lacks that force times {100.0 * cycle.ankle_height:.0f} cm"
+    ]
+
+
+def _moment_peak(cycle: GaitCycle) -> list[str]:
+    moment = -cycle.ankle_moment[np.isfinite(cycle.ankle_moment)]
+    if not len(moment) or PEAK[0] <= moment.max() <= PEAK[1]:
+        return []
+    if moment.max() < NO_MOMENT:
+        raise InputError(
+            f"the ankle moment is never plantarflexor: its peak is {moment.max() + 0.0:.2f} N·m/kg",
+            field="plate",
+            allowed="a centre of pressure ahead of the ankle in late stance: plates and motion of one trial, "
+            "in the same axes and units",
+        )
+    cause = (
+        "a weak push-off, or too large a mass" if moment.max() < PEAK[0] else "the ankle's place, the mass?"
+    )
+    return [
+        f"the plantarflexor moment peaks at {moment.max():.2f} N·m/kg, outside {PEAK[0]:g} to {PEAK[1]:g}: "
+        f"{cause}"
+    ]
+
+
+def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
+    on = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
+    on &= np.isfinite(cycle.ankle_moment) & np.isfinite(reference)
+    if on.sum() < 3:
+        return []
+
+    def rms(other: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((cycle.ankle_moment - other)[on] ** 2)))
+
+    error = rms(reference)
+    if error <= MOMENT_ERROR:
+        return []
+    shifts = np.linspace(-LONGEST_SHIFT, LONGEST_SHIFT, 201)
+    known = np.isfinite(reference)
+    late = [np.interp(cycle.phase - s, cycle.phase[known], reference[known], period=1.0) for s in shifts]
+    k = int(np.argmin([rms(moved) for moved in late]))
+    factor = float(cycle.ankle_moment[on] @ reference[on] / np.sum(reference[on] ** 2))
+    reasons = [
+        (rms(late[k]), f"moved by {1e3 * shifts[k] * cycle.stride_time:+.0f} ms"),
+        (rms(-reference), "with the other sign"),
+        (rms(factor * reference), f"times {factor:.2f} (the mass?)"),
+    ]
+    left, reason = min(reasons)
+    peak, own = (float(np.max(np.abs(moment[on]))) for moment in (reference, cycle.ankle_moment))
+    if peak < UNLOADED * own:
+        told = f", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
+        return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
+    told = f"; the given one fits within {left:.2f} {reason}" if left < EXPLAINED * error else ""
+    return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
+
+
+def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[str]:
+    found = steps_of_time("the motion", motion.time if points is None else points.time, MOTION_RATE)
+    for name, (time, _) in ({} if ground is None else ground.plates).items():
+        found += steps_of_time(f"plate {name}", time, FORCE_RATE)
+    return found

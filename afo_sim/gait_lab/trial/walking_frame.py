@@ -1,0 +1,244 @@
+"""The walker's frame in the laboratory: forward, up, to the right, and the speed of the belt."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.trial.belt import belt_speed_of, standing_foot
+from afo_sim.gait_lab.trial.choices import AXES, Choices
+from afo_sim.gait_lab.trial.leg_length import unit_doubt
+from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.travel import Heading, body_path, heading, stride_period
+
+UPRIGHT = 30.0  # largest mean lean of the line from ankle to hip from up; assumed [deg]
+CROUCHED = 60.0  # likewise of shank and thigh, which lean in a crouched walk; assumed [deg]
+STANDING = 0.1  # speed that is no walking; slow patients walk at 0.2 m/s; assumed [m/s]
+ON_BELT = (
+    0.3  # speed of the standing foot, as a share of walking speed, from which on it is a belt's; assumed
+)
+OFF_AXIS = 20.0  # between the given forward axis and travel [deg]
+ACROSS = 60.0  # likewise: beyond it less than half of each step is in the plane; derived [deg]
+TURN = 15.0  # of the direction over a stride from which on a walk is curved [deg]
+TURN_LIMIT = 30.0  # beyond it a stride's ends are seen more than 1 deg wrong; derived: a leg that leans by
+# `LEAN` is seen at tan(seen) = tan(LEAN) cos(turn / 2) [deg]
+LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
+TURNED_OUT = 45.0  # of a foot [deg]
+APART = 0.02  # distance of the hips below which right and left are not told; assumed [m]
+
+
+@dataclass(frozen=True, eq=False)
+class WalkingFrame:
+    """The directions in which a walk is looked at; unit vectors in the laboratory's axes."""
+
+    forward: np.ndarray  # level, in the direction of travel (3,)
+    up: np.ndarray  # an axis of the laboratory (3,)
+    belt_speed: float  # of a treadmill, backward; 0 overground [m/s]
+    remarks: tuple[str, ...] = ()  # what was understood, one sentence each
+    warnings: tuple[str, ...] = ()  # what a person should look at, one sentence each
+    floor: float = 0.0  # height of the plates above the laboratory's zero, upward [m]
+    span: tuple[float, float] | None = None  # the straight part of a walk that turns [s]; None: all of it
+
+    def plane(self, points: np.ndarray) -> np.ndarray:
+        """(…, 3) in the laboratory → (…, 2): forward, up."""
+        return np.stack([points @ self.forward, points @ self.up], axis=-1)
+
+    def over_floor(self, points: np.ndarray) -> np.ndarray:
+        """Places (…, 3) in the laboratory → (…, 2): forward, and up from the floor."""
+        return self.plane(points) - np.array([0.0, self.floor])
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        """(…, 3) in the laboratory → (…), to the walker's right in a right-handed laboratory."""
+        return np.asarray(points @ np.cross(self.forward, self.up))
+
+    def within(self, leg: LegPoints, values: np.ndarray) -> np.ndarray:
+        """Those samples of a leg's values (n, …) that are of the straight part of the walk."""
+        if self.span is None:
+            return values
+        return values[(leg.time >= self.span[0]) & (leg.time <= self.span[1])]
+
+
+def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
+    """The walker's frame: up by the upright legs, forward by the travel of the body.
+
+    On a belt, where the body hardly travels, forward is against the way of the foot that stands.
+
+    Parameters
+    ----------
+    legs : by side, one or both
+    choices : whose `forward`, `up` and `belt_speed` go before what is found
+
+    Raises
+    ------
+    InputError
+        Lengths in another unit, no upright leg, nobody who walks, a circle too tight for one plane, heel
+        and toe exchanged or walking backward, or a choice that contradicts the walk.
+    """
+    for leg in legs.values():
+        doubt = unit_doubt(leg)
+        if doubt:
+            raise InputError(doubt, field="Units")
+    up = _up(legs, choices)
+    level = [k for k in range(3) if up[k] == 0.0]
+    period = stride_period(legs, up)
+    time, path, what = body_path(legs)
+    if len(time) < 3:
+        raise InputError("the walking direction cannot be told: neither pelvis, hip nor ankle is seen")
+    body = heading(time, path[:, level], period)
+    feet = {side: standing_foot(leg, up, level, period) for side, leg in legs.items()}
+    found = [foot.velocity for foot in feet.values() if len(foot.speeds)]
+    under = np.mean(found, axis=0) if found else np.zeros(2)  # velocity of what is under the feet
+    speed = float(np.linalg.norm(body.speed * body.direction - under))
+    if speed < STANDING:
+        problem = f"nobody walks: the {what} moves at {speed:.2f} m/s over the ground under the feet"
+        raise InputError(problem, allowed=f"a walking trial, of {STANDING:g} m/s or faster")
+    belt = bool(np.linalg.norm(under) > ON_BELT * speed)
+    flat = -under / np.linalg.norm(under) if belt else body.direction
+    travel = np.zeros(3)
+    travel[level] = flat
+    forward, off_axis = _forward(travel, choices)
+    span, turns = (None, []) if belt else _span(body)
+    belt_speed, belts = belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
+    ground = f"belt {belt_speed:.2f} m/s" if belt else f"overground at {speed:.2f} m/s"
+    remark = f"walks along {_in_words(forward)}, up {_nearest(up)}, {ground}"
+    frame = WalkingFrame(forward, up, belt_speed, (remark,), span=span)
+    feet_told, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
+    return dataclasses.replace(frame, warnings=(*off_axis, *turns, *belts, *feet_told, *sides))
+
+
+def axis_vector(name: str) -> np.ndarray:
+    """Unit vector of a signed axis such as "-y" (3,)."""
+    vector = np.zeros(3)
+    vector["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return vector
+
+
+def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
+    """The axis in which hips are above knees, and knees above ankles."""
+    parts = {}
+    for upper, lower in (("hip", "knee"), ("knee", "ankle")):
+        each = [leg.points[upper].path - leg.points[lower].path for leg in legs.values()]
+        parts[upper, lower] = _mean(np.concatenate(each))
+        if np.isnan(parts[upper, lower]).any():
+            raise InputError(f"{upper} and {lower} are never seen together")
+    whole = sum(parts.values(), np.zeros(3))
+    name = choices.up or _nearest(whole)
+    up = axis_vector(name)
+    for (upper, lower), part in {**parts, ("hip", "ankle"): whole}.items():
+        lean = math.degrees(math.acos(np.clip(part @ up / np.linalg.norm(part), -1.0, 1.0)))
+        limit = UPRIGHT if (upper, lower) == ("hip", "ankle") else CROUCHED
+        if lean > limit:
+            problem = f"the line from {lower} to {upper} leans {lean:.0f} deg from {name} on average"
+            problem += f": {lower} and {upper} exchanged?" if lean > 90.0 else ""
+            nearest = "" if choices.up is None else f"; the legs stand along {_nearest(whole)}"
+            allowed = f"the axis upward, {', '.join(AXES)}, within {limit:.0f} deg{nearest}"
+            raise InputError(problem, field="up", value=choices.up, allowed=allowed)
+    return up
+
+
+def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[str]]:
+    """The direction of travel, or the axis that was chosen; warnings."""
+    if choices.forward is None:
+        return travel, []
+    forward = axis_vector(choices.forward)
+    off = math.degrees(math.acos(np.clip(forward @ travel, -1.0, 1.0)))
+    if off > ACROSS:
+        problem = f"the walk goes along {_in_words(travel)}, {off:.0f} deg away"
+        allowed = f"an axis within {ACROSS:.0f} deg of the walk, or none"
+        raise InputError(problem, field="forward", value=choices.forward, allowed=allowed)
+    told = f"forward = {choices.forward} is taken, but the walk goes {off:.0f} deg away from it"
+    return forward, [told] if off > OFF_AXIS else []
+
+
+def _span(body: Heading) -> tuple[tuple[float, float] | None, list[str]]:
+    """The straight part of a walk that turns, and warnings; a circle too tight for one plane is refused."""
+    warnings = []
+    turn = abs(math.degrees(body.turn))
+    if turn > TURN:
+        radius = body.stride_length / (2.0 * math.sin(0.5 * abs(body.turn)))
+        seen = f"the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
+        if turn > TURN_LIMIT:
+            raise InputError(
+                f"{seen}: no plane shows a stride's leg angles within 1 deg",
+                allowed=f"a walk that turns by at most {TURN_LIMIT:.0f} deg a stride",
+            )
+        error = LEAN - math.degrees(math.atan(math.tan(math.radians(LEAN)) * math.cos(body.off)))
+        warnings.append(f"{seen}: a leg that leans {LEAN:.0f} deg is seen up to {error:.1f} deg wrong")
+    if body.whole:
+        return None, warnings
+    start, end = body.span
+    warnings.append(
+        f"the walk is straight from {start:.2f} to {end:.2f} s only: strides are looked for there"
+    )
+    return body.span, warnings
+
+
+def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
+    """Toes are ahead of heels, or it is refused; feet that are turned far out are told."""
+    warnings = []
+    for side, leg in legs.items():
+        foot = _mean(frame.within(leg, leg.points["toe"].path - leg.points["heel"].path))
+        ahead, aside = float(foot @ frame.forward), float(frame.across(foot))
+        if ahead < 0.0:
+            travel = _in_words(frame.forward)
+            way = f"the {side} toe is behind the heel in the direction of travel, {travel}"
+            if leg.by_angles:
+                raise InputError(
+                    f"by these joint angles {way}: the person walks backward, or the model is another "
+                    "person's, or the angles' unit is another",
+                    field="angles",
+                    allowed="joint angles of a walk forward, in their own unit, and that person's model",
+                )
+            raise InputError(
+                f"{way}: heel and toe are exchanged, or the person walks backward",
+                field="marker.heel",
+                allowed="a toe ahead of its heel in a walk forward",
+            )
+        out = math.degrees(math.atan2(abs(aside), ahead))
+        if out > TURNED_OUT:
+            warnings.append(
+                f"the {side} foot points {out:.0f} deg away from the direction of travel: "
+                "its sagittal angle is not its joint angle"
+            )
+    return warnings
+
+
+def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
+    """The right leg is on the walker's right, unless the laboratory is left-handed or sides are exchanged."""
+    if len(legs) < 2 or len(legs["right"].time) != len(legs["left"].time):
+        return []
+    for role in ("hip", "knee", "ankle"):
+        apart = legs["right"].points[role].path - legs["left"].points[role].path
+        right = float(frame.across(_mean(frame.within(legs["right"], apart))))
+        if abs(right) > APART:
+            break
+    if not right < -APART:
+        return []
+    return [
+        f"the right {role} is {-100.0 * right:.0f} cm to the left of the left one: the laboratory's axes "
+        "are left-handed, and all is well, or right and left are exchanged; sagittal angles are the "
+        "same, but look which leg is which"
+    ]
+
+
+def _mean(points: np.ndarray) -> np.ndarray:
+    """Mean of the samples (n, 3) that were seen; NaN if there are none."""
+    known = points[np.all(np.isfinite(points), axis=1)]
+    return known.mean(axis=0) if len(known) else np.full(3, np.nan)
+
+
+def _nearest(vector: np.ndarray) -> str:
+    """The signed axis that is nearest to a vector."""
+    k = int(np.argmax(np.abs(vector)))
+    return ("-" if vector[k] < 0.0 else "") + "xyz"[k]
+
+
+def _in_words(vector: np.ndarray) -> str:
+    """A level direction as the nearest axis and the angle from there towards another axis."""
+    axis = _nearest(vector)
+    rest = vector - (vector @ axis_vector(axis)) * axis_vector(axis)
+    turned = math.degrees(math.asin(min(1.0, float(np.linalg.norm(rest)))))
+    return axis if turned < 0.5 else f"{axis} turned by {turned:.0f} deg towards {_nearest(rest)}"

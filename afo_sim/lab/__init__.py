@@ -1,0 +1,1 @@
+"""What is measured: the virtual test stand, fits to measured data, and published tables held against runs."""

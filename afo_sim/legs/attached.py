@@ -1,0 +1,267 @@
+"""A whole model with an orthosis on one of its legs: its state, its valves, and what is read from it.
+
+The tables of `native/state.py` say where the states stand in `act` and `userdata`; here they have names.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.units import AMBIENT_PRESSURE, LEAST_NUMBER, parse_quantity
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.places import Segment
+from afo_sim.legs.finding import Found
+from afo_sim.native.hold import Hold
+
+Command = Literal["inlet", "outlet"] | None
+COMMANDS: dict[Command, tuple[float, float]] = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), None: (0.0, 0.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class Attached:
+    """A compiled model that an orthosis is attached to; it is stepped with `mujoco.mj_step`.
+
+    model : with exact parameters; the user's own actuators come first, in their order
+    spec : that it was compiled from; its text holds no parameters of the muscles
+    orthosis, found : the device, and the leg that it is on
+    bodies : {"shank", "foot": name of the body that carries the device}
+    joints : names of the joints that its muscles cross
+    prefix : of all names that were added
+    supply : gauge pressure before the inlet valves [Pa]
+    circuit, ids : as `native` takes them
+    userdata : first place in `userdata` that is this orthosis'
+    told : what the user is to know: what was changed, what is doubtful
+    legs : every orthosis on this model by its prefix, this one too
+    """
+
+    model: mujoco.MjModel
+    spec: mujoco.MjSpec
+    orthosis: Orthosis
+    found: Found
+    bodies: dict[Segment, str]
+    joints: tuple[str, ...]
+    prefix: str
+    supply: float
+    circuit: native.Circuit
+    ids: native.CircuitIds
+    userdata: int = 0
+    told: tuple[str, ...] = ()
+    legs: dict[str, "Attached"] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<{self.orthosis.name or 'orthosis'} on {self.bodies['shank']} and {self.bodies['foot']}>"
+
+    @property
+    def muscles(self) -> dict[str, int]:
+        """Actuator of every single muscle, by its name ("dorsiflexor_1", …)."""
+        return self.ids.muscles
+
+    @property
+    def chambers(self) -> dict[str, int]:
+        """Actuator of every chamber, by its name; its `ctrl` is the gauge pressure of the supply [Pa]."""
+        return self.ids.chambers
+
+    @property
+    def valves(self) -> dict[str, int]:
+        """Actuator of every valve ("dorsiflexor_inlet", …); its `ctrl` is 1 with current, else 0.
+
+        Valves between other nodes have the names of their restrictions. The outlet of a 3/2 valve follows
+        its inlet.
+        """
+        return self.ids.valves
+
+    @property
+    def own_controls(self) -> slice:
+        """Places in `ctrl` of the model's own actuators; a controller of the model writes no others."""
+        return slice(0, min(network for leg in self.legs.values() for network in leg.ids.networks.values()))
+
+    def callbacks(self) -> Hold:
+        """The muscle callbacks, installed; for a `with` block, or to be kept and closed.
+
+        Without them MuJoCo steps the model with limp muscles, and says nothing.
+        """
+        return Hold()
+
+    def data(self, qpos: np.ndarray | None = None) -> mujoco.MjData:
+        """A state at rest, as `reset` makes it."""
+        data = mujoco.MjData(self.model)
+        self.reset(data, qpos)
+        return data
+
+    def reset(self, data: mujoco.MjData, qpos: np.ndarray | None = None) -> None:
+        """Set a state at rest: chambers at ambient pressure, valves shut, the supply at its pressure.
+
+        Parameters
+        ----------
+        data : of `model`
+        qpos : posture (nq,); the model's own by default. Who moves `qpos` otherwise calls `fill` after it.
+
+        Raises
+        ------
+        InputError
+            The posture has another length, or a number in it is not finite.
+        """
+        mujoco.mj_resetData(self.model, data)
+        if qpos is not None:
+            posture = np.asarray(qpos, dtype=float)
+            if posture.shape != data.qpos.shape or not np.isfinite(posture).all():
+                problem = (
+                    f"has the shape {posture.shape}" if posture.shape != data.qpos.shape else "holds NaN"
+                )
+                raise InputError(problem, field="qpos", allowed=f"{self.model.nq} finite numbers")
+            data.qpos[:] = posture
+        self.fill(data)
+
+    def fill(self, data: mujoco.MjData, pressures: Mapping[str, str | float] | None = None) -> None:
+        """Set this orthosis' chambers to gauge pressures at ambient temperature, muscles at rest with them.
+
+        Parameters
+        ----------
+        data : in any posture; its velocity, the valves and a supply that was set stay as they are
+        pressures : by chamber, text with a unit or [Pa]; the others at ambient pressure. Other orthoses then
+            keep their last pressures; without `pressures` they are at ambient pressure too
+        """
+        gauge = {} if pressures is None else self._pressures_of_others(data)
+        for name, value in (pressures or {}).items():
+            if name not in self.chambers:
+                raise unknown(name, self.chambers, field="pressures", problem="is no chamber")
+            gauge[self.chambers[name]] = pressure_of(value, f"pressures.{name}")
+        with Hold():
+            native.fill_chambers(self.model, data, gauge)
+            for leg in self.legs.values():
+                for chamber in leg.chambers.values():
+                    data.ctrl[chamber] = data.ctrl[chamber] or leg.supply  # 0 after mj_resetData
+            mujoco.mj_forward(self.model, data)
+
+    def _pressures_of_others(self, data: mujoco.MjData) -> dict[int, float]:
+        """Gauge pressures of the other orthoses' chambers by actuator [Pa]; of those that hold air."""
+        others = [leg for prefix, leg in self.legs.items() if prefix != self.prefix]
+        found: dict[int, float] = {}
+        for leg in others:
+            air, pressure = leg.air(data), leg.pressure(data)
+            found |= {leg.chambers[name]: pressure[name] for name, mass in air.items() if mass > 0.0}
+        return found
+
+    def set_valves(
+        self, data: mujoco.MjData, commands: Mapping[str, Command] | None = None, /, **more: Command
+    ) -> None:
+        """Put current on valves: `set_valves(data, dorsiflexor="inlet", plantarflexor="outlet")`.
+
+        Parameters
+        ----------
+        data : of `model`
+        commands, more : by chamber "inlet", "outlet", or None for both shut; other chambers stay as they are
+        """
+        for name, command in {**(commands or {}), **more}.items():
+            if name not in self.chambers:
+                raise unknown(name, self.chambers, field="set_valves", problem="is no chamber")
+            if command not in COMMANDS:
+                raise unknown(command, ["inlet", "outlet", "None"], field=f"set_valves.{name}")
+            for side, current in zip(native.SIDES, COMMANDS[command], strict=True):
+                data.ctrl[self.valves[f"{name}_{side}"]] = current
+
+    def set_supply(self, data: mujoco.MjData, pressure: str | float) -> None:
+        """Set the gauge pressure before this orthosis' inlet valves, "3 bar" or [Pa]."""
+        data.ctrl[list(self.chambers.values())] = pressure_of(pressure, "pressure")
+
+    def angle(self, data: mujoco.MjData) -> float:
+        """Angle of the found ankle, dorsiflexion positive, from the posture taken as zero [rad]."""
+        place = int(self.model.joint(self.found.ankle).qposadr[0])
+        return self.found.sign * (float(data.qpos[place]) - self.found.zero)
+
+    def pressure(self, data: mujoco.MjData) -> dict[str, float]:
+        """Gauge pressure of each chamber [Pa]."""
+        return {name: air.absolute_pressure - AMBIENT_PRESSURE for name, air in self._air(data).items()}
+
+    def air(self, data: mujoco.MjData) -> dict[str, float]:
+        """Air in each chamber [kg]."""
+        return {name: air.mass for name, air in self._air(data).items()}
+
+    def volume(self, data: mujoco.MjData) -> dict[str, float]:
+        """Volume of each chamber, its tubes included [m³]."""
+        return {name: air.volume for name, air in self._air(data).items()}
+
+    def flow(self, data: mujoco.MjData) -> dict[str, float]:
+        """Air through each valve and restriction [kg/s], in the step last computed.
+
+        From the supply to chambers to the ambient air, and downstream, it is positive.
+        """
+        found = {}
+        for name, chamber in self.chambers.items():
+            flows = native.read_flows(self.model, data.userdata, chamber)
+            found[f"{name}_inlet"], found[f"{name}_outlet"] = float(flows.inlet), float(flows.outlet)
+        for name, edge in (self.valves | self.ids.restrictions).items():
+            if name not in found:
+                found[name] = float(native.read_flow(self.model, data.userdata, edge))
+        return found
+
+    def volume_pressure(self, data: mujoco.MjData) -> dict[str, float]:
+        """Gauge pressure of each rigid volume, ends of tubes too, at the start of the last step [Pa]."""
+        read = {k: native.read_volume(self.model, data.userdata, v) for k, v in self.ids.volumes.items()}
+        return {name: float(pressure) - AMBIENT_PRESSURE for name, pressure in read.items()}
+
+    def force(self, data: mujoco.MjData) -> dict[str, float]:
+        """Pull of every single muscle [N]."""
+        return {name: float(self._own(data, muscle).tension) for name, muscle in self.muscles.items()}
+
+    def contraction(self, data: mujoco.MjData) -> dict[str, float]:
+        """Own contraction ratio of every single muscle [-]."""
+        return {name: float(self._own(data, muscle).contraction) for name, muscle in self.muscles.items()}
+
+    def cuff_force(self, data: mujoco.MjData) -> dict[Segment, float]:
+        """Pull of all muscles on what is worn on shank and foot, summed along their paths [N]."""
+        pull = sum(self.force(data).values())
+        found: dict[Segment, float] = {"shank": pull, "foot": pull}
+        for segment in found:
+            if segment in self.ids.anchors:
+                network, number = self.ids.anchors[segment]
+                found[segment] = float(native.read_anchor(self.model, data.userdata, network, number).force)
+        return found
+
+    def gives(self, data: mujoco.MjData) -> dict[Segment, float]:
+        """How far cuff and plate give way under it [m]; 0 where they are rigid."""
+        found: dict[Segment, float] = {"shank": 0.0, "foot": 0.0}
+        for segment in found:
+            if segment in self.ids.anchors:
+                network, number = self.ids.anchors[segment]
+                yielding = native.read_anchor(self.model, data.userdata, network, number)
+                found[segment] = float(yielding.displacement)
+        return found
+
+    def _air(self, data: mujoco.MjData) -> dict[str, native.Air]:
+        found = {}
+        for name, chamber in self.chambers.items():
+            air = native.read_air(self.model, data.act, data.userdata, chamber)
+            found[name] = native.Air(*map(float, air))
+        return found
+
+    def _own(self, data: mujoco.MjData, muscle: int) -> native.Own:
+        return native.read_own(self.model, data.userdata, muscle)
+
+
+def pressure_of(value: str | float, field: str) -> float:
+    """A gauge pressure given as text with a unit, or as [Pa]; from vacuum's to 20 bar.
+
+    A bare number below 1 kPa is refused: 4 would be 4 Pa, and 4 bar is what was meant.
+    """
+    if isinstance(value, int | float) and 0.0 < value < LEAST_NUMBER:
+        raise InputError(
+            "is a number of Pa: was it meant in bar?", field=field, value=value, allowed='"4 bar"'
+        )
+    return number_of(value, field, "Pa", (-AMBIENT_PRESSURE, 2e6), "-1 bar to 20 bar")
+
+
+def number_of(value: str | float, field: str, unit: str, span: tuple[float, float], allowed: str) -> float:
+    """A quantity given as text with a unit, or as an SI number, between two numbers."""
+    try:
+        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(str(error), field=field, value=value, allowed=allowed) from None
+    if not span[0] < found <= span[1]:
+        raise InputError("is out of range", field=field, value=value, allowed=allowed)
+    return found

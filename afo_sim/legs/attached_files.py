@@ -1,0 +1,251 @@
+"""A model with orthoses as files: MJCF with all its digits, its meshes, and a sidecar with the parameters."""
+
+import ctypes
+import dataclasses
+import pathlib
+import shutil
+import threading
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import together
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.portable import portable
+from afo_sim.description.reader import load
+from afo_sim.legs.attached import Attached
+from afo_sim.legs.attached_spec import compiled, files_of, own_spec
+from afo_sim.legs.attaching import completed
+from afo_sim.legs.finding import Found
+from afo_sim.model.circuit import circuit_of, endless
+from afo_sim.native.compiled import mujoco_library
+
+VERSION = 1  # of the sidecar
+DIGITS = 17  # with which a number reads again as it was
+ARRAYS = ("centre", "axes")
+HEAD = """
+  {name}: with the orthosis {devices}, added by afo-sim.
+  Its muscles have no parameters in this file; they stand in {sidecar}. Load both in Python:
+      import afo_sim as afo
+      leg = afo.attached("{file}")
+  Loaded by MuJoCo alone its muscles carry no force, and nothing says so.
+"""
+
+_lock = threading.Lock()
+
+
+def write_attached(
+    attached: Attached, path: str | pathlib.Path, *, force: bool = False, mjb: bool = False
+) -> list[pathlib.Path]:
+    """Write a model with all its orthoses as MJCF, with what `attached` reads again to the bit.
+
+    Parameters
+    ----------
+    attached : as `attach` gives it
+    path : of the MJCF file (.xml); beside it stand NAME.toml, and NAME_files with meshes and pictures
+    force : replace files that are there
+    mjb : also write NAME.mjb, MuJoCo's binary model, with all parameters
+
+    Returns
+    -------
+    the files that were written
+
+    Raises
+    ------
+    InputError
+        The path does not end in .xml, or a file is there.
+    """
+    path = pathlib.Path(path)
+    if path.suffix != ".xml":
+        raise InputError("is no name of an MJCF file", field="out", value=str(path), allowed="NAME.xml")
+    names = [path.name, f"{path.stem}.toml", *([f"{path.stem}.mjb"] if mjb else [])]
+    for name in names if not force else ():
+        if (path.parent / name).exists():
+            raise InputError(
+                "is there already", field="out", value=str(path.parent / name), allowed="--force"
+            )
+    with together(path.parent) as scratch:
+        text = _with_head(
+            attached, path, _with_files(attached.spec, _exact(attached.spec), path.stem, scratch)
+        )
+        (scratch / path.name).write_text(text, encoding="utf-8")
+        table = {"version": VERSION, "model": path.name, "leg": _legs(attached, path, scratch)}
+        (scratch / names[1]).write_text(toml_text(table), encoding="utf-8")
+        if mjb:
+            mujoco.mj_saveModel(attached.model, str(scratch / names[2]))
+        written = [file.relative_to(scratch) for file in sorted(scratch.rglob("*")) if file.is_file()]
+    return [path.parent / file for file in written]
+
+
+def attached(path: str | pathlib.Path) -> Attached:
+    """The model that `attach` has written, with exact parameters.
+
+    Parameters
+    ----------
+    path : of the MJCF file; NAME.toml stands beside it
+
+    Returns
+    -------
+    Attached, that of the first leg; `legs` has all
+
+    Raises
+    ------
+    InputError
+        A file is missing, or is none that was written with `attach`.
+
+    Examples
+    --------
+    >>> from afo_sim.legs.attached_files import write_attached
+    >>> _ = write_attached(attach("adult_75kg", "s1"), "worn.xml")
+    >>> sorted(attached("worn.xml").chambers)
+    ['dorsiflexor', 'plantarflexor']
+    """
+    path = pathlib.Path(path)
+    sidecar = path.with_suffix(".toml")
+    spec, file, _ = own_spec(path)
+    if not sidecar.is_file():
+        problem = "is missing: the muscles' parameters stand in it"
+        raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written")
+    try:
+        table = tomllib.loads(sidecar.read_text(encoding="utf-8"))
+        legs = table["leg"]
+        if table["version"] != VERSION:
+            problem = f"is of version {table['version']}, and this program reads {VERSION}"
+            raise InputError(problem, file=sidecar, field="version")
+        model = compiled(spec, file)
+        found = [_leg(leg, model, spec, sidecar) for leg in legs]
+        return completed(found)[0]
+    except (UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        problem = f"does not belong to {path.name}, or is damaged ({error})"
+        raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written") from None
+
+
+def _leg(
+    table: Mapping[str, Any], model: mujoco.MjModel, spec: mujoco.MjSpec, sidecar: pathlib.Path
+) -> Attached:
+    facts = dict(table["found"])
+    arrays = {name: np.array(facts.pop(name)) for name in ARRAYS}
+    empty = {f.name: None for f in dataclasses.fields(Found) if f.name not in facts and f.name not in arrays}
+    tuples = {name: tuple(facts.pop(name)) for name in ("welded", "notes")}
+    found = Found(**{**empty, **facts, **arrays, **tuples})
+    description = dict(table["orthosis"])
+    for kind in ("cuff", "plate"):
+        if kind in description:
+            description[kind] = assets.file_beside(description[kind], sidecar)
+    device: Orthosis = load("orthosis", description)
+    joints = tuple(table["joints"])
+    inverts = joints != (found.ankle,)
+    circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(table["supply"]))
+    return Attached(
+        model=model,
+        spec=spec,
+        orthosis=device,
+        found=found,
+        bodies=dict(table["bodies"]),
+        joints=joints,
+        prefix=table["prefix"],
+        supply=table["supply"],
+        circuit=circuit,
+        ids=native.circuit_ids(model, circuit, table["prefix"]),
+        userdata=table["userdata"],
+        told=tuple(table["told"]),
+    )
+
+
+def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list[dict[str, Any]]:
+    """Every leg's orthosis as plain data."""
+    rows = []
+    for leg in attached.legs.values():
+        folder = f"{path.stem}_files/{leg.prefix}orthosis"
+        table = {"orthosis": leg.orthosis.model_dump(mode="json", exclude_none=True)}
+        device = portable(table, path.parent / folder, scratch / folder)["orthosis"]
+        for kind in ("cuff", "plate"):
+            if (scratch / folder / str(device.get(kind))).is_file():
+                device[kind] = f"{folder}/{device[kind]}"
+        facts = {f.name: getattr(leg.found, f.name) for f in dataclasses.fields(Found)}
+        found = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in facts.items()}
+        rows.append(
+            {
+                "prefix": leg.prefix,
+                "supply": leg.supply,
+                "userdata": leg.userdata,
+                "bodies": leg.bodies,
+                "joints": list(leg.joints),
+                "told": list(leg.told),
+                "found": found,
+                "orthosis": device,
+            }
+        )
+    return [_plain(row) for row in rows]
+
+
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Without None, which TOML lacks, tuples as lists, and sources beside their values."""
+    found: dict[str, Any] = tomllib.loads(toml_text(table))
+    return found
+
+
+def _with_head(attached: Attached, path: pathlib.Path, text: str) -> str:
+    """The MJCF text with a comment at its head that says what it lacks."""
+    devices = ", ".join(f"{leg.orthosis.name} on {leg.bodies['shank']}" for leg in attached.legs.values())
+    words = HEAD.format(
+        name=attached.spec.modelname, devices=devices, sidecar=f"{path.stem}.toml", file=path.name
+    )
+    return f"<!--{words.replace('--', '- -')}-->\n{text}"
+
+
+def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path) -> str:
+    """Copy the meshes and pictures beside the text, and let it name the copies."""
+    taken: dict[str, str] = {}
+    cubes = [file for texture in spec.textures for file in texture.cubefiles if file]
+    for file in [*(file for _, file, _ in files_of(spec)), *cubes]:
+        if file in taken:
+            continue
+        name = f"{len(taken) + 1}_{pathlib.Path(file).name}"
+        target = scratch / f"{stem}_files" / name
+        target.parent.mkdir(exist_ok=True)
+        if file in spec.assets:
+            target.write_bytes(spec.assets[file])
+        elif pathlib.Path(file).is_file():
+            shutil.copyfile(file, target)
+        else:
+            raise InputError("there is no such file", file=file)
+        taken[file] = f"{stem}_files/{name}"
+    for file, name in taken.items():
+        text = text.replace(f"file={quoteattr(file)}", f"file={quoteattr(name)}")
+        for side in ("right", "left", "up", "down", "front", "back"):
+            text = text.replace(f"file{side}={quoteattr(file)}", f"file{side}={quoteattr(name)}")
+    return text
+
+
+def _exact(spec: mujoco.MjSpec) -> str:
+    """A spec as MJCF with all digits; MuJoCo keeps six by default."""
+    with _lock, _digits(DIGITS):
+        return str(spec.to_xml())
+
+
+@contextmanager
+def _digits(count: int) -> Iterator[None]:
+    """Let MuJoCo write numbers with so many digits; a library without the setting keeps its six."""
+    library = ctypes.CDLL(str(mujoco_library()))
+    try:
+        get, put = library._mjPRIVATE__get_xml_precision, library._mjPRIVATE__set_xml_precision
+    except AttributeError:
+        yield
+        return
+    get.restype, put.argtypes, put.restype = ctypes.c_int, [ctypes.c_int], None
+    before = get()
+    put(count)
+    try:
+        yield
+    finally:
+        put(before)

@@ -1,0 +1,150 @@
+"""The spec of a whole model: read, kept apart from its caller's, and made ready for muscles."""
+
+import os
+import pathlib
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import in_unit
+from afo_sim.description.reader import load
+from afo_sim.legs.attached import Attached
+from afo_sim.legs.mjcf import MANY_LINES, one_line
+
+IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+BIT = mujoco.mjtDisableBit
+# {flag that the model switches off: what the user should know}
+OFF = {
+    BIT.mjDSBL_GRAVITY: "its file switches gravity off",
+    BIT.mjDSBL_CONTACT: "its file switches contacts off",
+    BIT.mjDSBL_LIMIT: "its file switches the joints' stops off: nothing holds the ankle within its range",
+    BIT.mjDSBL_SPRING: "its file switches joints' and tendons' springs off",
+    BIT.mjDSBL_DAMPER: "its file switches joints' and tendons' dampers off",
+    BIT.mjDSBL_CONSTRAINT: "its file switches all constraints off: contacts, stops, equalities",
+    BIT.mjDSBL_EQUALITY: "its file switches equality constraints off",
+}
+# MuJoCo's importer looks for a mesh by its path, and knows no packages
+BESIDE = (
+    'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
+    'with discardvisual="true" only those of <collision>'
+)
+
+
+def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
+    """A spec of its caller's own, the file that it was read from, and the orthosis that is on it already."""
+    if isinstance(model, Attached):
+        return model.spec.copy(), None, model
+    if isinstance(model, mujoco.MjSpec):
+        spec = model.copy()
+        spec.compiler.fusestatic = False
+        return spec, None, None
+    if not isinstance(model, str | os.PathLike):
+        allowed = "a path, a mujoco.MjSpec, or what attach gave"
+        raise InputError("is no model", field="model", value=type(model).__name__, allowed=allowed)
+    file = pathlib.Path(model)
+    if not file.exists() and str(model) in assets.names("leg"):
+        file = load("leg", str(model)).file
+    if not file.is_file():
+        raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            spec = mujoco.MjSpec.from_file(str(file))
+        except MANY_LINES as error:
+            raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
+    spec.compiler.fusestatic = False  # a body without a joint would lose its name
+    return spec, file, None
+
+
+def compiled(spec: mujoco.MjSpec, file: pathlib.Path | None) -> mujoco.MjModel:
+    """A spec's model, without parameters; MuJoCo's reason in one line where it cannot be compiled."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return spec.compile()
+        except MANY_LINES as error:
+            problem = f"MuJoCo cannot compile it: {one_line(error)}"
+            packaged = file is not None and file.suffix.lower() == ".urdf" and "package:" in problem
+            raise InputError(problem, file=file, allowed=BESIDE if packaged else "") from None
+
+
+def told_changes(spec: mujoco.MjSpec, step: float | None) -> list[str]:
+    """Set what muscles need of integrator and flags, and the time step [s] if one is given; tell of it."""
+    option, told = spec.option, []
+    if option.integrator != IMPLICITFAST:
+        before = mujoco.mjtIntegrator(option.integrator).name.removeprefix("mjINT_").lower()
+        option.integrator = IMPLICITFAST
+        told.append(
+            f"the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
+        )
+    if not option.disableflags & BIT.mjDSBL_AUTORESET:
+        option.disableflags |= BIT.mjDSBL_AUTORESET
+        told.append(
+            "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
+        )
+    if step is not None and step != option.timestep:
+        before_ms, after_ms = (in_unit(t, "s", "ms") for t in (option.timestep, step))
+        option.timestep = step
+        told.append(f"the time step is {after_ms:g} ms now (it was {before_ms:g} ms)")
+    told += [words for bit, words in OFF.items() if option.disableflags & bit]
+    return told
+
+
+def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:
+    """Make room in the model's keyframes for the inputs and states of the actuators that were added."""
+    added = len(spec.actuators) - bare.nu
+    for key in spec.keys:
+        if len(key.ctrl):
+            key.ctrl = [*key.ctrl, *[0.0] * added]
+        if len(key.act):
+            key.act = [*key.act, *[0.0] * states(spec, bare.nu)]
+
+
+def states(spec: mujoco.MjSpec, first: int) -> int:
+    """States of the actuators from a number on, which tell themselves how many they have."""
+    return sum(max(actuator.actdim, 0) for actuator in list(spec.actuators)[first:])
+
+
+def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
+    """Every element that refers to a file: (element, file, folder of such files in the spec)."""
+    for elements, folder in (
+        (spec.meshes, "meshdir"),
+        (spec.hfields, "meshdir"),
+        (spec.skins, "meshdir"),
+        (spec.textures, "texturedir"),
+    ):
+        for element in elements:
+            if element.file:
+                yield element, element.file, getattr(element.compiler, folder, "") or ""
+
+
+def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
+    """Name meshes and pictures by their whole path, so that they are found from anywhere.
+
+    Parameters
+    ----------
+    spec : whose files are named whole already, but for those from this folder
+    folder : of the model file that names them
+    """
+    for element, named, below in files_of(spec):
+        if named not in spec.assets:
+            element.file = _whole(folder, below, pathlib.Path(named).name if spec.strippath else named)
+    for texture in spec.textures:
+        for k, named in enumerate(texture.cubefiles):
+            if named and named not in spec.assets:
+                texture.cubefiles[k] = _whole(folder, texture.compiler.texturedir or "", named)
+    spec.strippath = False
+    if all(pathlib.Path(file).is_absolute() for _, file, _ in files_of(spec)):
+        spec.meshdir = spec.texturedir = ""
+
+
+def _whole(folder: pathlib.Path, below: str, file: str) -> str:
+    """The whole path of a file; as it is where there is no such file, which MuJoCo tells."""
+    for path in (folder / below / file, pathlib.Path(below) / file):
+        if path.is_file():
+            return str(path.resolve())
+    return file

@@ -1,0 +1,248 @@
+"""Which parts and which hinge of a tree can be a shank, a foot and the ankle between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.legs.extent import outline
+from afo_sim.legs.names import listed
+from afo_sim.legs.tree import Joint, Part, Tree
+from afo_sim.legs.words import ANKLE, BEYOND, FOOT, SHANK, THIGH, has, no_such
+
+OBLIQUE = 0.5  # cosine; a hinge that is called an ankle is one if its axis is this near to lateral
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Names of parts and hinge; `how` they were found, in words."""
+
+    shank: str
+    foot: str
+    ankle: str
+    how: dict[str, str]
+
+
+def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | None) -> list[Candidate]:
+    """All legs that names and structure allow; what is given is taken.
+
+    Raises
+    ------
+    InputError
+        What is given does not exist, is no hinge, or does not hang together.
+    """
+    for field, name in (("shank", shank), ("foot", foot)):
+        if name is not None and name not in tree.parts:
+            raise no_such("body", field, name, list(tree.parts), tree.file)
+    if ankle is not None:
+        return [_about(tree, shank, foot, ankle)]
+    if shank is not None and foot is not None:
+        _check_order(tree, shank, foot)
+        return [_between(tree, shank, foot, {"shank": "given", "foot": "given"})]
+    if foot is not None:
+        return [_above(tree, foot)]
+    shanks = [shank] if shank is not None else _named_shanks(tree)
+    said = "given" if shank is not None else "by its name"
+    found = _lowest(tree, [leg for name in shanks if (leg := _below(tree, name, said))])
+    if shank is not None and not found:
+        problem = f"no hinge hangs below the body {shank!r}"
+        raise InputError(problem, field="foot", allowed=listed(_names(tree.below(shank)[1:])))
+    return found or _by_joints(tree) or _without_a_hinge(tree, shanks)
+
+
+def way(tree: Tree, shank: str, foot: str) -> list[Part]:
+    """Parts from below the shank down to the foot; empty where it does not hang there."""
+    found, name = [], foot
+    while name != shank:
+        part = tree.parts[name]
+        found.append(part)
+        if part.parent is None:
+            return []
+        name = part.parent
+    return found[::-1]
+
+
+def _names(parts: list[Part]) -> list[str]:
+    return [part.name for part in parts]
+
+
+def _check_order(tree: Tree, shank: str, foot: str) -> None:
+    if shank == foot:
+        raise InputError("is also given as the foot", field="shank", value=shank, allowed="another body")
+    if way(tree, shank, foot):
+        return
+    if way(tree, foot, shank):
+        problem = f"hangs on {foot!r}: shank and foot are swapped"
+        raise InputError(problem, field="shank", value=shank, allowed=f"shank {foot!r} and foot {shank!r}")
+    below = listed(_names(tree.below(shank)[1:]))
+    raise InputError(f"does not hang on {shank!r}", field="foot", value=foot, allowed=f"below it: {below}")
+
+
+def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candidate:
+    """The leg about an ankle that is given."""
+    joints = tree.joints()
+    if ankle not in joints:
+        hinges = [name for name, (_, joint) in joints.items() if joint.kind == "hinge"]
+        raise no_such("joint", "ankle", ankle, hinges, tree.file)
+    part, joint = joints[ankle]
+    if joint.kind != "hinge":
+        hinges = [name for name, (_, other) in joints.items() if other.kind == "hinge"]
+        problem = f"is a {joint.kind} joint, and an ankle is a hinge"
+        raise InputError(problem, field="ankle", value=ankle, allowed=listed(hinges))
+    if part.parent is None and shank is None:
+        raise InputError(
+            f"moves {part.name!r} against the world: there is no shank", field="ankle", value=ankle
+        )
+    upper = shank if shank is not None else _shank_over(tree, part)
+    how = {"shank": "given" if shank else f"the body above {part.name!r}", "ankle": "given"}
+    if foot is not None:
+        _check_order(tree, upper, foot)
+    carries = [p.name for p in way(tree, upper, part.name)]
+    if not carries or (foot is not None and part.name not in _names(way(tree, upper, foot))):
+        between = f"{upper!r} and {foot or part.name!r}"
+        allowed = listed([name for name, _ in _hinges(way(tree, upper, foot or part.name))])
+        raise InputError(f"does not lie between {between}", field="ankle", value=ankle, allowed=allowed)
+    how["foot"] = "given" if foot == part.name else f"the body that {ankle!r} moves"
+    return Candidate(upper, part.name, ankle, how)
+
+
+def _between(tree: Tree, shank: str, foot: str, how: dict[str, str]) -> Candidate:
+    """The leg of two parts that hang together: its ankle is a hinge between them."""
+    chain = way(tree, shank, foot)
+    hinges = _hinges(chain)
+    if not hinges:
+        others = [f"{joint.name} ({joint.kind})" for part in chain for joint in part.joints]
+        there = listed(others) if others else "they are fixed to each other"
+        problem = f"no hinge lies between {shank!r} and {foot!r}: {there}"
+        raise InputError(problem, field="ankle", allowed="two bodies with a hinge between them")
+    ankle, why = _ankle_of(tree, shank, chain, hinges)
+    carrier = tree.joints()[ankle][0].name
+    said = how["foot"] if carrier == foot else f"the body that {ankle!r} moves; {foot!r} hangs on it"
+    return Candidate(shank, carrier, ankle, how | {"foot": said, "ankle": why})
+
+
+def _hinges(chain: list[Part]) -> list[tuple[str, Joint]]:
+    return [(joint.name, joint) for part in chain for joint in part.joints if joint.kind == "hinge"]
+
+
+def _ankle_of(tree: Tree, shank: str, chain: list[Part], hinges: list[tuple[str, Joint]]) -> tuple[str, str]:
+    """The hinge of a chain whose axis is most lateral, of those called an ankle; and why."""
+    if len(hinges) == 1:
+        return hinges[0][0], "the only hinge between shank and foot"
+    lateral = _lateral(tree, shank, chain)
+    lies = {
+        joint.name: abs(float(tree.world_pose(part.name)[:3, :3] @ joint.axis @ lateral))
+        for part in chain
+        for joint in part.joints
+        if joint.kind == "hinge"
+    }
+    pool = [name for name, _ in hinges if not has(BEYOND, name)] or list(lies)
+    pool = [name for name in pool if has(ANKLE, name) and lies[name] >= OBLIQUE] or pool
+    best = max(pool, key=lies.__getitem__)
+    others = ", ".join(name for name in lies if name != best)
+    called = "called so, and " if has(ANKLE, best) else ""
+    return best, f"{called}its axis is the most lateral one, beside {others}"
+
+
+def _lateral(tree: Tree, shank: str, chain: list[Part]) -> np.ndarray:
+    """About perpendicular to the shank and the foot's length (3,)."""
+    ankle = tree.world_pose(chain[0].name)[:3, 3]
+    up = tree.world_pose(shank)[:3, 3] - ankle
+    if np.linalg.norm(up) < 1e-6:
+        up = tree.world_pose(shank)[:3, :3] @ tree.parts[shank].centre
+    points = outline(tree, tree.below(chain[0].name))
+    if len(points) < 2 or np.linalg.norm(up) < 1e-9:
+        return np.array([0.0, 1.0, 0.0])
+    up = up / np.linalg.norm(up)
+    flat = points - points.mean(axis=0)
+    flat = flat - np.outer(flat @ up, up)
+    _, _, main = np.linalg.svd(flat, full_matrices=False)
+    return np.cross(up, main[0])
+
+
+def _above(tree: Tree, foot: str) -> Candidate:
+    """The leg of a foot: the ankle is the hinge that it hangs on, or one above it."""
+    part: Part | None = tree.parts[foot]
+    while part is not None and not _hinges([part]):
+        part = tree.parts[part.parent] if part.parent is not None else None
+    if part is None or part.parent is None:
+        raise InputError("hangs on no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
+    shank = _shank_over(tree, part)
+    said = "by its name" if has(SHANK, shank) else f"the body above {part.name!r}"
+    return _between(tree, shank, foot, {"shank": said, "foot": "given"})
+
+
+def _shank_over(tree: Tree, part: Part) -> str:
+    """The nearest body above that is called a shank; else the one next above."""
+    assert part.parent is not None
+    name: str | None = part.parent
+    while name is not None and not has(THIGH, name):
+        if has(SHANK, name) and not has(FOOT, name):
+            return name
+        name = tree.parts[name].parent
+    return part.parent
+
+
+def _feet(tree: Tree) -> list[str]:
+    return [name for name in tree.parts if has(FOOT, name)]
+
+
+def _named_shanks(tree: Tree) -> list[str]:
+    """Bodies called a shank."""
+    return [name for name in tree.parts if has(SHANK, name) and not has(FOOT, name)]
+
+
+def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
+    """Of legs whose shanks hang on each other the lowest one."""
+    return [leg for leg in legs if not any(o != leg and way(tree, leg.shank, o.shank) for o in legs)]
+
+
+def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
+    """No leg; refuses feet that are called so but are fixed, or hang on another joint than a hinge."""
+    for shank in shanks:
+        feet = [part.name for part in tree.below(shank)[1:] if has(FOOT, part.name)]
+        if feet:
+            _between(tree, shank, feet[0], {"shank": "by its name", "foot": "by its name"})
+    return []
+
+
+def _below(tree: Tree, shank: str, said: str) -> Candidate | None:
+    """The leg below a shank; None where no foot hangs there."""
+    below = tree.below(shank)[1:]
+    feet = [part for part in below if has(FOOT, part.name) and not has(BEYOND, part.name)]
+    feet = feet or [part for part in below if has(FOOT, part.name)]
+    reached = [part for part in feet if _hinges(way(tree, shank, part.name))]
+    if reached:
+        deepest = max(reached, key=lambda part: len(way(tree, shank, part.name)))
+        rolled = [part for part in below if has(FOOT, part.name) and way(tree, deepest.name, part.name)]
+        how = {"shank": said, "foot": "by its name"}
+        return _between(tree, shank, rolled[-1].name if rolled else deepest.name, how)
+    hinged = [part for part in below if _hinges([part])]
+    first = [part for part in hinged if not _hinges(way(tree, shank, part.name)[:-1])]
+    if len(first) == 1:
+        how = {"shank": said, "foot": "the one body on a hinge below the shank"}
+        return _between(tree, shank, first[0].name, how)
+    return None
+
+
+def _by_joints(tree: Tree) -> list[Candidate]:
+    """Legs by joints that are called ankles, or by the only hinge that there is."""
+    hinges = {
+        name: part
+        for name, (part, joint) in tree.joints().items()
+        if joint.kind == "hinge" and part.parent is not None
+    }
+    named = [name for name in hinges if has(ANKLE, name) and not has(BEYOND, name)]
+    said = "by its name" if named else "the only hinge"
+    only = [name for name, part in hinges.items() if not has(SHANK, part.name)]  # which would be a knee
+    names = named or (only if len(hinges) == 1 else [])
+    feet = {hinges[name].name: name for name in names}
+    found = []
+    for foot in feet:
+        shank = _shank_over(tree, tree.parts[foot])
+        how = {"shank": f"the body above {foot!r}", "foot": "the body that the ankle moves"}
+        leg = _between(tree, shank, foot, how)
+        found.append(Candidate(leg.shank, leg.foot, leg.ankle, leg.how | {"ankle": said}))
+    unlike = {(leg.shank, leg.foot): leg for leg in found}  # pitch and roll of one ankle lead to one leg
+    feet_found = {leg.foot for leg in found}
+    return [leg for leg in unlike.values() if leg.shank not in feet_found]

@@ -1,0 +1,332 @@
+"""The leg alone, cut out of a tree: shank, foot and ankle, in axes x forward, y left, z up from the ankle."""
+
+import dataclasses
+import re
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.legs.extent import moved
+from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of, turned_about
+from afo_sim.legs.names import free_name, listed
+from afo_sim.legs.pose import shift
+from afo_sim.legs.tree import Joint, Part, Shape, Tree
+
+SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
+TOES, TOE = "toes", "toe"
+HEIGHT = 0.30  # [m] of the ankle above the floor, as the shipped leg hangs
+NARROWEST = np.radians(2.0)  # of an ankle's range; less is radians that were read as degrees
+ROUNDED = 2e-5  # relative: CAD programs write six digits, which a thin plate's moments break the rule by
+RIGHTWARD = np.array([0.0, -1.0, 0.0])
+# Names that the model gives to its own bodies, joints and sites, or puts before those of cuff and plate.
+TAKEN = {SHANK, FOOT, ANKLE, TOES, TOE, "world", "sink", "ground", "shank_x", "shank_z", "shank_angle"}
+TAKEN |= {f"{segment}_anchors" for segment in (SHANK, FOOT)}
+# Beginnings of names of cuff, plate, sole and shoe, and numbers of muscles: dorsiflexor_1_origin.
+LIKE_OURS = re.compile(r"^(cuff|plate|sole|shoe|pad|floor|drive)|_\d+(_|$)")
+
+
+def cut(
+    tree: Tree,
+    found: Found,
+    *,
+    range: tuple[float, float] | None = None,
+    toes: str | None = None,
+) -> Tree:
+    """The leg alone, in its own axes with the origin of shank and foot at the ankle.
+
+    Parameters
+    ----------
+    tree : in which the leg was found
+    found : the leg
+    range : stops of the ankle at angles of the new leg, dorsiflexion positive [rad]; the file's by default
+    toes : name of the hinge below the foot that is kept, as "toe"; all other joints are welded
+
+    Returns
+    -------
+    Tree
+        parts "shank", its root, and "foot", on the hinge "ankle" about (0, −1, 0); what is fixed to them is
+        kept as parts of their own; shapes, points and masses of each part are kept
+
+    Raises
+    ------
+    InputError
+        Shank or foot has no mass, an inertia is not positive, the ankle or the toes have no stops.
+    """
+    _check_masses(tree, found)
+    ankle = _ankle(tree, found, range)
+    into = _inverse(_frame(found.axes, found.centre))
+    turn = turned_about(*_line(tree, found.ankle), found.zero - tree.joints()[found.ankle][1].zero)
+    of_foot = {part.name for part in tree.below(found.foot)}
+    names = _names(tree, found)
+    parts = {
+        SHANK: _segment(tree, found.shank, into, SHANK, None, shift(np.array([0.0, 0.0, HEIGHT]))),
+        FOOT: _segment(tree, found.foot, into @ turn, FOOT, SHANK, np.eye(4), (ankle,)),
+    }
+    for part in tree.below(found.shank):
+        if part.name in (found.shank, found.foot):
+            continue
+        pose = part.pose
+        if part.parent in (found.shank, found.foot):
+            carried = into @ turn if part.name in of_foot else into
+            pose = carried @ tree.world_pose(part.name)
+        assert part.parent is not None
+        parts[names[part.name]] = dataclasses.replace(
+            part, name=names[part.name], parent=names[part.parent], pose=pose, joints=()
+        )
+    parts = _with_points({name: _renamed(part) for name, part in parts.items()})
+    knee = knee_of(tree, found.shank, found.foot)
+    if knee is not None:
+        points = parts[SHANK].points | {KNEE: moved(into, knee[0][None])[0]}
+        parts[SHANK] = dataclasses.replace(parts[SHANK], points=points)
+    leg = Tree(tree.file, parts, notes=tree.notes)
+    return leg if toes is None else _with_toes(tree, found, leg, names, into @ turn, toes)
+
+
+def left_behind(tree: Tree, found: Found) -> dict[str, tuple[str, ...]]:
+    """What of a file does not come with a leg: parts, joints, and all that stands beside the parts."""
+    own = {part.name for part in tree.below(found.shank)}
+    others = [part for part in tree.parts.values() if part.name not in own]
+    of_shank = tuple(joint.name for joint in tree.parts[found.shank].joints)
+    joints = of_shank + tuple(joint.name for part in others for joint in part.joints)
+    found_here = {"parts": tuple(part.name for part in others), "joints": joints, **tree.beside}
+    return {kind: names for kind, names in found_here.items() if names}
+
+
+def _frame(axes: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = axes, origin
+    return pose
+
+
+def _inverse(pose: np.ndarray) -> np.ndarray:
+    turn = pose[:3, :3].T
+    return _frame(turn, -turn @ pose[:3, 3])
+
+
+def _line(tree: Tree, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Axis of a hinge in the world, and a place on it [m]."""
+    part, joint = tree.joints()[name]
+    pose = tree.world_pose(part.name)
+    return pose[:3, :3] @ joint.axis, moved(pose, joint.position[None])[0]
+
+
+def _names(tree: Tree, found: Found) -> dict[str, str]:
+    """New names of the parts of a leg: none that the model gives to something of its own."""
+    names = {found.shank: SHANK, found.foot: FOOT}
+    taken = set(TAKEN)
+    for part in tree.below(found.shank):
+        if part.name not in names:
+            names[part.name] = free_name(_own_name(part.name), taken)
+            taken.add(names[part.name])
+    return names
+
+
+def _own_name(name: str) -> str:
+    """A name of the file's that the model gives to nothing of its own."""
+    return f"file_{name}" if LIKE_OURS.search(name) else name
+
+
+def _renamed(part: Part) -> Part:
+    """A part whose shapes and points have such names."""
+    shapes = tuple(dataclasses.replace(shape, name=_own_name(shape.name)) for shape in part.shapes)
+    points = {_own_name(name): at for name, at in part.points.items()}
+    return dataclasses.replace(part, shapes=shapes, points=points)
+
+
+def _with_points(parts: dict[str, Part]) -> dict[str, Part]:
+    """Parts, of which those without mass and shapes are points of what they hang on."""
+    found = dict(parts)
+    taken = {name for part in parts.values() for name in part.points}
+    for name, part in reversed(list(parts.items())):
+        now = found[name]
+        hung = any(other.parent == name for other in found.values())
+        if hung or part.mass > 0.0 or part.shapes or name in (SHANK, FOOT) or part.parent is None:
+            continue
+        above = found[part.parent]
+        points = {point: moved(now.pose, at[None])[0] for point, at in now.points.items()}
+        own = free_name(_own_name(name.removeprefix("file_").removesuffix("_point")), taken)
+        taken.add(own)
+        points[own] = now.pose[:3, 3]
+        found[part.parent] = dataclasses.replace(above, points=above.points | points)
+        del found[name]
+    return found
+
+
+def _segment(
+    tree: Tree,
+    old: str,
+    into: np.ndarray,
+    name: str,
+    parent: str | None,
+    pose: np.ndarray,
+    joints: tuple[Joint, ...] = (),
+) -> Part:
+    """A part in other axes, which have another origin."""
+    part = tree.parts[old]
+    return _moved_part(part, into @ tree.world_pose(old), name, parent, pose, joints)
+
+
+def _moved_part(
+    part: Part,
+    by: np.ndarray,
+    name: str,
+    parent: str | None,
+    pose: np.ndarray,
+    joints: tuple[Joint, ...],
+) -> Part:
+    inertia = by[:3, :3] @ part.inertia @ by[:3, :3].T
+    return Part(
+        name=name,
+        parent=parent,
+        pose=pose,
+        mass=part.mass,
+        centre=moved(by, part.centre[None])[0],
+        inertia=0.5 * (inertia + inertia.T),
+        joints=joints,
+        shapes=tuple(_moved_shape(shape, by) for shape in part.shapes),
+        points={point: moved(by, at[None])[0] for point, at in part.points.items()},
+    )
+
+
+def _moved_shape(shape: Shape, by: np.ndarray) -> Shape:
+    return dataclasses.replace(shape, pose=by @ shape.pose)
+
+
+def _ankle(tree: Tree, found: Found, given: tuple[float, float] | None) -> Joint:
+    """The hinge about (0, −1, 0): its angle is sign × (the file's coordinate − zero)."""
+    joint = tree.joints()[found.ankle][1]
+    return dataclasses.replace(
+        joint,
+        name=ANKLE,
+        axis=RIGHTWARD,
+        position=np.zeros(3),
+        range=_stops(joint, found.sign, found.zero, given, found.ankle, tree.file),
+        spring_reference=found.sign * (joint.spring_reference - found.zero),
+        zero=0.0,
+    )
+
+
+def _stops(
+    joint: Joint, sign: float, zero: float, given: tuple[float, float] | None, name: str, file: object
+) -> tuple[float, float]:
+    """Stops at the new angles; the order turns round with the sign."""
+    if given is not None:
+        if not -np.pi <= given[0] < given[1] <= np.pi:
+            text = f"{np.degrees(given[0]):g} to {np.degrees(given[1]):g} deg"
+            raise InputError(
+                "is no range", field="range", value=text, allowed="from low to high, within a turn"
+            )
+        return given
+    low, high = joint.range or (-np.inf, np.inf)
+    if not (np.isfinite([low, high]).all() and low < high):
+        problem = f"the hinge {name!r} of {file or 'the model'} has no stops, and an ankle needs them"
+        raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
+    if high - low > 2.0 * np.pi:
+        problem = (
+            f"the hinge {name!r} of {file or 'the model'} goes from {np.degrees(low):.4g} to "
+            f"{np.degrees(high):.4g} deg: are its stops degrees, and read as radians?"
+        )
+        raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
+    ends = sorted((sign * (low - zero), sign * (high - zero)))
+    text = f"{np.degrees(ends[0]):.4g} to {np.degrees(ends[1]):.4g} deg"
+    if high - low < NARROWEST or high - low > 2.0 * np.pi:
+        problem = f"the hinge {name!r} moves from {text}, which is no ankle's range: degrees or radians?"
+        raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
+    if not ends[0] <= 0.0 <= ends[1]:
+        problem = f"the hinge {name!r} moves from {text}, and the zero lies outside"
+        raise InputError(
+            problem, field="zero", allowed="the file's coordinate in the neutral posture, or `range`"
+        )
+    return float(ends[0]), float(ends[1])
+
+
+def _check_masses(tree: Tree, found: Found) -> None:
+    """Refuse a leg that nothing can be computed of."""
+    foot = tree.below(found.foot)
+    shank = [part for part in tree.below(found.shank) if part not in foot]
+    for field, parts in (("shank", shank), ("foot", foot)):
+        for part in parts:
+            _check_inertia(part, field, tree.file)
+        if not sum(part.mass for part in parts) > 0.0:
+            value = getattr(found, field)
+            problem = f"has no mass in {tree.file or 'the model'}, nor has anything fixed to it"
+            raise InputError(problem, field=field, value=value, allowed="more than 0 kg")
+    if not any(_principal(part.inertia)[0] > 0.0 for part in foot):
+        raise InputError("has no inertia", field="foot", value=found.foot, allowed="more than 0 kg m2")
+
+
+def _check_inertia(part: Part, field: str, file: object) -> None:
+    numbers = np.concatenate([[part.mass], part.centre, part.inertia.ravel()])
+    if not np.isfinite(numbers).all():
+        problem = f"a mass or inertia in {file or 'the model'} is no number"
+        raise InputError(problem, field=field, value=part.name, allowed="numbers")
+    least, middle, most = _principal(part.inertia)
+    slack = 1e-9 * max(abs(most), 1e-300)
+    if part.mass < 0.0 or least < -slack or least + middle < most * (1.0 - ROUNDED) - slack:
+        moments = ", ".join(f"{moment:.3g}" for moment in (least, middle, most))
+        raise InputError(
+            f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg m2",
+            file=file,
+            field=field,
+            value=part.name,
+            allowed="positive ones, none above the sum of the others",
+        )
+
+
+def _principal(inertia: np.ndarray) -> np.ndarray:
+    """Principal moments of inertia, ascending [kg·m²] (3,)."""
+    return np.asarray(np.linalg.eigvalsh(inertia))
+
+
+def _with_toes(
+    tree: Tree, found: Found, leg: Tree, names: dict[str, str], into: np.ndarray, hinge: str
+) -> Tree:
+    """The leg with the toes on their hinge, taken as transverse, extension positive."""
+    joints = tree.joints()
+    below = {p.name for p in tree.below(found.foot)}
+    hinges = [n for n, (part, joint) in joints.items() if part.name in below and joint.kind == "hinge"]
+    hinges = [name for name in hinges if joints[name][0].name != found.foot]
+    if hinge not in hinges:
+        problem = "is no hinge below the foot"
+        raise InputError(problem, field="toes", value=hinge, allowed=listed(hinges, 24))
+    part, joint = joints[hinge]
+    axis, centre = _line(tree, hinge)
+    axis, centre = into[:3, :3] @ axis, moved(into, centre[None])[0]
+    if np.arcsin(np.clip(np.hypot(axis[0], axis[2]), 0.0, 1.0)) > STEEPEST:
+        problem = "its axis is more than 35 deg from the ankle's: no hinge of the toes"
+        raise InputError(problem, field="toes", value=hinge)
+    sign = float(np.sign(-axis[1]))
+    toe = dataclasses.replace(
+        joint,
+        name=TOE,
+        axis=RIGHTWARD,
+        position=np.zeros(3),
+        range=_toe_stops(joint, sign, hinge, tree.file),
+        spring_reference=sign * (joint.spring_reference - joint.zero),
+        zero=0.0,
+    )
+    inner = _inverse(shift(centre)) @ into
+    old = names[part.name]
+    if old not in leg.parts:
+        raise InputError("moves nothing that has mass or shape", field="toes", value=hinge)
+    placed = inner @ tree.world_pose(part.name)
+    segment = _renamed(_moved_part(part, placed, TOES, FOOT, shift(centre), (toe,)))
+    found_parts: dict[str, Part] = {}
+    for name, each in leg.parts.items():
+        if name == old:
+            found_parts[TOES] = segment
+        elif each.parent == old:
+            origin = next(o for o, n in names.items() if n == name)
+            pose = inner @ tree.world_pose(origin)
+            found_parts[name] = dataclasses.replace(each, parent=TOES, pose=pose)
+        else:
+            found_parts[name] = each
+    return dataclasses.replace(leg, parts=found_parts)
+
+
+def _toe_stops(joint: Joint, sign: float, name: str, file: object) -> tuple[float, float]:
+    try:
+        return _stops(joint, sign, joint.zero, None, name, file)
+    except InputError:
+        problem = f"has no stops in {file or 'the model'}"
+        raise InputError(problem, field="toes", value=name, allowed="a hinge with a range") from None

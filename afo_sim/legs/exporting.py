@@ -1,0 +1,145 @@
+"""A leg with the rigid parts of its orthosis → URDF, for other programs."""
+
+import dataclasses
+import os
+import pathlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.legs.leg_numbers import Segment
+from afo_sim.legs.mjcf import tree_of
+from afo_sim.legs.tree import Part, Tree
+from afo_sim.legs.urdf_out import write_urdf
+from afo_sim.model.build import build
+from afo_sim.model.leg import leg_spec
+from afo_sim.model.mounting import ANKLE
+from afo_sim.model.person import Size
+
+
+@dataclass(frozen=True, eq=False)
+class Exported:
+    """What was written: its tree, files, a table, and what the format does not hold."""
+
+    tree: Tree
+    files: tuple[pathlib.Path, ...]
+    rows: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+
+
+def export_leg(
+    source: str, to: str | os.PathLike[str], *, orthosis: str | None = None, force: bool = False
+) -> Exported:
+    """Write a leg as URDF, with the orthosis' cuff and plate and the muscles' ends.
+
+    Parameters
+    ----------
+    source : a leg or a scenario, a shipped name or a path; a scenario's person gives the size
+    to : `.urdf` file; meshes stand in a folder beside it
+    orthosis : worn on it; a scenario's own by default, a leg alone has none
+    force : replace a file that is there
+
+    Raises
+    ------
+    InputError
+        There is no such leg, scenario or orthosis, they do not fit, or the file is there.
+
+    Examples
+    --------
+    >>> export_leg("adult_75kg", "worn.urdf", orthosis="s1").files[0].name
+    'worn.urdf'
+    """
+    to = pathlib.Path(to)
+    if to.suffix.lower() != ".urdf":
+        raise InputError("is no URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
+    if to.is_dir():
+        raise InputError("is a folder", field="to", value=str(to), allowed="a file")
+    if to.exists() and not force:
+        raise InputError("is there already", field="to", value=str(to), allowed="another, or `force`")
+    scenario, worn = _scenario(source, orthosis)
+    tree = leg_tree(scenario, worn=worn)
+    remarks = write_urdf(tree, to, name=scenario.leg.name or "leg")
+    meshes = to.parent / f"{to.stem}_meshes"
+    files = (to, *([meshes] if any(s.kind == "mesh" for p in tree.parts.values() for s in p.shapes) else []))
+    return Exported(tree, files, tuple(_rows(tree, scenario, worn)), (*remarks, *_lost(scenario, worn)))
+
+
+def leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
+    """Shank and all that hangs on it, of the compiled model of a scenario.
+
+    Parameters
+    ----------
+    scenario : whose leg
+    worn : with the orthosis
+    """
+    model = build(scenario).full_model if worn else leg_spec(scenario, Size.of(scenario)).compile()
+    whole, shank = tree_of(model), scenario.leg.shank
+    parts = {part.name: _twice_damped(part) for part in whole.below(shank)}
+    # the shank stands in the world's origin, without what drives it in walking
+    parts[shank] = dataclasses.replace(parts[shank], parent=None, pose=np.eye(4), joints=())
+    return Tree(file=None, parts=parts)
+
+
+def _twice_damped(part: Part) -> Part:
+    """A part whose ankle has its whole damping: in the compiled model the passive ankle adds the half."""
+    joints = tuple(
+        dataclasses.replace(joint, damping=2.0 * joint.damping) if joint.name == ANKLE else joint
+        for joint in part.joints
+    )
+    return dataclasses.replace(part, joints=joints)
+
+
+def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:
+    """The scenario of a leg or of a scenario, and whether its orthosis is worn."""
+    sets = {} if orthosis is None else {"orthosis": orthosis}
+    if _is_leg(source):
+        return load("scenario", "seated", {"leg": source} | sets), orthosis is not None
+    try:
+        return load("scenario", source, sets), True
+    except InputError as error:
+        if error.field != "scenario" or error.value != source:
+            raise
+    known = sorted({*assets.names("leg"), *assets.names("scenario")})
+    raise InputError(
+        "there is no such leg or scenario",
+        field="source",
+        value=source,
+        allowed=f"a path, or one of: {', '.join(known)}",
+        nearest=nearest_name(source, known),
+    )
+
+
+def _is_leg(source: str) -> bool:
+    path = pathlib.Path(source)
+    if source in assets.names("leg") or (path / "leg.toml").is_file():
+        return True
+    return path.is_file() and path.suffix == ".toml" and "file" in assets.read_toml(path)
+
+
+def _rows(tree: Tree, scenario: Scenario, worn: bool) -> list[tuple[str, str]]:
+    foot = {part.name for part in tree.below(scenario.leg.foot)}
+    rows = []
+    for name, inside in (("shank", False), ("foot", True)):
+        parts = [part for part in tree.parts.values() if (part.name in foot) == inside]
+        mass = Segment.of(tree, parts, scenario.leg.shank).mass
+        rows.append((f"mass of the {name}{' with the orthosis' if worn else ''}", f"{mass:.4g} kg"))
+    hinges = [name for name, (_, joint) in tree.joints().items() if joint.kind == "hinge"]
+    points = sum(len(part.points) for part in tree.parts.values())
+    return [*rows, ("hinges", ", ".join(hinges)), ("points, as links without mass", str(points))]
+
+
+def _lost(scenario: Scenario, worn: bool) -> list[str]:
+    """What of a scenario URDF has no place for."""
+    found = []
+    if scenario.simulated_side == "left":
+        found.append("URDF tells no side: import this left leg with --side left")
+    if worn and scenario.orthosis.muscle:
+        names = ", ".join(scenario.orthosis.muscle)
+        found.append(f"URDF has no muscles: of {names} it holds the ends as points, not the pull or the air")
+    if scenario.leg.passive.scale > 0.0:
+        found.append("URDF has no passive tissue: the ankle's moment of Riener & Edrich is left out")
+    return found

@@ -1,0 +1,449 @@
+"""Shank, foot and ankle in a tree: which parts are meant, and which way is up and forward."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.places import Side
+from afo_sim.legs.candidates import Candidate, candidates, way
+from afo_sim.legs.extent import moved, outline, sole_slope
+from afo_sim.legs.names import listed
+from afo_sim.legs.tree import Part, Tree
+from afo_sim.legs.words import side_of
+
+STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
+OBLIQUE = np.radians(5.0)  # of an axis that a note tells of
+STEEP_SOLE = np.radians(20.0)  # against forward: more than a shoe's heel gives
+NEAR_AXIS = np.radians(5.0)  # of a shank's own axis beside the line to its centre of mass
+KNEE = "knee"  # point of a shank
+LONGEST = 1.0  # [m] of a shank or a foot; above it lengths are no metres
+ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the midline
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A leg within a tree.
+
+    shank, foot : names of the parts; the foot is what the ankle turns, whatever part below it was named
+    ankle : name of the hinge between them
+    side : of the body that it stands on
+    centre : of the ankle on its axis, in the world [m] (3,)
+    axes : forward, left and up of shank and foot at angle zero, in the world; columns of a rotation (3, 3)
+    sign : +1 where the file's hinge is dorsiflexion positive, else −1
+    zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]
+    tilt : of the hinge's axis against the perpendicular to the shank [rad]
+    welded : names of joints between shank and foot, or below the foot, that are taken as stiff
+    shank_length, foot_length : [m]; None where nothing tells
+    how : {what was found: how it was found}, in words
+    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing tells
+    notes : remarks for the user
+    """
+
+    shank: str
+    foot: str
+    ankle: str
+    side: Side
+    centre: np.ndarray
+    axes: np.ndarray
+    sign: float
+    zero: float
+    tilt: float
+    welded: tuple[str, ...]
+    shank_length: float | None
+    foot_length: float | None
+    how: dict[str, str]
+    sole: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def find(
+    tree: Tree,
+    *,
+    shank: str | None = None,
+    foot: str | None = None,
+    ankle: str | None = None,
+    side: Side | None = None,
+    zero: float | None = None,
+) -> Found:
+    """Find a leg in a tree; what is given by name is taken, the rest is sought.
+
+    Parameters
+    ----------
+    tree : in the posture in which it stands; all joints but the ankle keep it
+    shank, foot, ankle : names; the foot may be a body that hangs on what the ankle moves
+    side : needed where both legs are there and nothing else tells which one is meant
+    zero : the file's coordinate at which the ankle's angle is zero [rad]; by default 0, which then has to lie
+        between its stops
+
+    Raises
+    ------
+    InputError
+        There is no such part or joint (the names that exist are told), the ankle is no hinge or its axis runs
+        along the shank, the foot hangs above the shank, nothing or more than one leg is found, the ankle's
+        stops leave out the coordinate 0, the leg is longer than any.
+    """
+    if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
+        raise InputError("is no angle", field="zero", value=zero, allowed="a number [rad], within a turn")
+    if side not in (None, "right", "left"):
+        raise InputError("is no choice", field="side", value=side, allowed="right or left")
+    legs = candidates(tree, shank, foot, ankle)
+    if len(legs) > 1:
+        legs = _of_side(tree, legs, side)
+    if not legs:
+        raise InputError(
+            f"no leg is found in {tree.file or 'the model'}: {_why_none(tree)}",
+            field="shank",
+            allowed=f"name shank and foot; its bodies are {listed(tree.parts, 40)}",
+        )
+    if side is not None and shank is foot is ankle is None:
+        _check_side(legs[0], side)
+    found = _measured(tree, legs[0], side, _zero(tree, legs[0].ankle, zero))
+    _check_lengths(tree, found)
+    return found
+
+
+def _zero(tree: Tree, ankle: str, given: float | None) -> float:
+    """The coordinate of the ankle's angle zero [rad]: the given one, else 0, if the ankle reaches it."""
+    if given is not None:
+        return given
+    joint = tree.joints()[ankle][1]
+    low, high = joint.range or (-np.inf, np.inf)
+    if low <= 0.0 <= high:
+        return 0.0
+    problem = (
+        f"the hinge {ankle!r} does not reach its coordinate 0, which would be the ankle's angle zero: "
+        f"it goes from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
+        f"{np.degrees(joint.zero):.4g} deg"
+    )
+    allowed = "its coordinate in deg where the sole is square to the shank; 0 deg where that is meant"
+    raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
+
+
+def _check_lengths(tree: Tree, found: Found) -> None:
+    """Refuse a leg whose lengths are no metres."""
+    for field, name, length in (
+        ("shank", found.shank, found.shank_length),
+        ("foot", found.foot, found.foot_length),
+    ):
+        if length is not None and length > LONGEST:
+            problem = f"is {length:.4g} m long: the file's lengths look like millimetres or centimetres"
+            allowed = f'at most {LONGEST:g} m; of meshes, scale="0.001 0.001 0.001" in the file'
+            raise InputError(problem, file=tree.file, field=field, value=name, allowed=allowed)
+
+
+def _why_none(tree: Tree) -> str:
+    """Why no leg is found: no hinge, or names that tell nothing."""
+    kinds = {name: joint.kind for name, (_, joint) in tree.joints().items()}
+    if "hinge" in kinds.values():
+        return "its names tell no shank, foot and ankle"
+    if not kinds:
+        return "it has no joint"
+    return f"an ankle is a hinge, and its joints are {listed([f'{n} ({k})' for n, k in kinds.items()])}"
+
+
+def _check_side(leg: Candidate, side: Side) -> None:
+    """Refuse the one leg that there is where its names tell that it is the other one."""
+    named = side_of(leg.shank, leg.foot, leg.ankle)
+    if named is not None and named != side:
+        problem = f"the one leg found, {leg.shank} and {leg.foot}, is the {named} one by its name"
+        allowed = f"{named}, or name the shank of the {side} one"
+        raise InputError(problem, field="side", value=side, allowed=allowed)
+
+
+def _of_side(tree: Tree, legs: list[Candidate], side: Side | None) -> list[Candidate]:
+    """The one leg of a side, out of several."""
+    sides = _other_side([_side(tree, leg)[0] for leg in legs])
+    told = "; ".join(
+        f"{leg.shank} and {leg.foot}" + (f" ({s})" if s else "") for leg, s in zip(legs, sides, strict=True)
+    )
+    chosen = [leg for leg, s in zip(legs, sides, strict=True) if side is not None and s == side]
+    if len(chosen) == 1:
+        return chosen
+    if side is None and sorted(map(str, sides)) == ["left", "right"]:
+        raise InputError(f"there are two legs: {told}", field="side", allowed="right or left")
+    field = "shank" if side is None or len(chosen) > 1 else "side"
+    value = side if field == "side" else None
+    problem = f"there are several legs: {told}"
+    raise InputError(problem, field=field, value=value, allowed="name the shank, or the foot")
+
+
+def _other_side(sides: list[Side | None]) -> list[Side | None]:
+    """Sides of legs; of two legs, of which one tells its side, the other is the other one."""
+    other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
+    if len(sides) == 2 and sides.count(None) == 1:
+        return [other[sides[1 - k]] if told is None else told for k, told in enumerate(sides)]
+    return sides
+
+
+def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Found:
+    """Axes, lengths and side of a leg."""
+    part, joint = tree.joints()[leg.ankle]
+    pose = tree.world_pose(part.name)
+    centre, axis = pose[:3, :3] @ joint.position + pose[:3, 3], pose[:3, :3] @ joint.axis
+    turn = turned_about(axis, centre, zero - joint.zero)
+    points = moved(turn, _shapes_or_points(tree, leg.foot))
+    along, length, how_up = _along_shank(tree, leg, centre, axis)
+    tilt = float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
+    if tilt > STEEPEST:
+        lean = f"{np.degrees(tilt):.0f} deg from the perpendicular to the shank"
+        problem = f"its axis {_shown(joint.axis)} leans by {lean}"
+        raise InputError(
+            problem, field="ankle", value=leg.ankle, allowed="a hinge across the shank, up to 35 deg"
+        )
+    up = along - (along @ axis) * axis
+    up /= np.linalg.norm(up)
+    weight = _centre_of_mass(tree, leg.foot)
+    weight = None if weight is None else moved(turn, weight[None])[0]
+    ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight)
+    sign = float(np.sign(np.cross(axis, ahead) @ up))
+    left = -sign * axis
+    axes = np.stack([np.cross(left, up), left, up], axis=1)
+    local = (points - centre) @ axes
+    sole = sole_slope(local[:, 0], local[:, 2])
+    found_side, how_side = _side(tree, leg, axes)
+    if side is not None:
+        if found_side not in (None, side):
+            notes.append(f"it seems to be the {found_side} leg ({how_side}), and {side} is given")
+        found_side, how_side = side, "given"
+    if found_side is None:
+        found_side, how_side = "right", "assumed"
+        notes.append("nothing tells the side: right is assumed")
+    if tilt > OBLIQUE:
+        notes.append(_oblique(tilt, float(along @ left)))
+    if len(local) > 1 and np.ptp(local[:, 1]) > 1.2 * np.ptp(local[:, 0]):
+        notes.append(
+            f"the foot's shapes are {1000 * np.ptp(local[:, 1]):.0f} mm wide along the axis of {leg.ankle!r} "
+            f"and {1000 * np.ptp(local[:, 0]):.0f} mm long across it: is it the roll, or is the zero another?"
+        )
+    notes += _notes(leg, sole, zero, sign, weight, centre, left)
+    return Found(
+        shank=leg.shank,
+        foot=leg.foot,
+        ankle=leg.ankle,
+        side=found_side,
+        centre=centre,
+        axes=axes,
+        sign=sign,
+        zero=zero,
+        tilt=tilt,
+        welded=welded(tree, leg.shank, leg.ankle),
+        shank_length=length,
+        foot_length=float(np.ptp(local[:, 0])) if len(local) > 1 else None,
+        how=leg.how | {"up": how_up, "forward": how_forward, "side": how_side},
+        sole=sole,
+        notes=tuple(notes),
+    )
+
+
+def turned_about(axis: np.ndarray, centre: np.ndarray, angle: float) -> np.ndarray:
+    """Pose of a turn [rad] about an axis of length one through a centre [m] (4, 4)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    pose = np.eye(4)
+    pose[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    pose[:3, 3] = centre - pose[:3, :3] @ centre
+    return pose
+
+
+def welded(tree: Tree, shank: str, ankle: str) -> tuple[str, ...]:
+    """Names of the joints below a shank that are not the ankle, or one without a name by its body."""
+    below = tree.below(shank)[1:]
+    return tuple(joint.name for part in below for joint in part.joints if joint.name != ankle)
+
+
+def _along_shank(
+    tree: Tree, leg: Candidate, centre: np.ndarray, axis: np.ndarray
+) -> tuple[np.ndarray, float | None, str]:
+    """Direction from ankle to knee (3,), the shank's length [m] if a knee tells it, and how it was found."""
+    knee = knee_of(tree, leg.shank, leg.foot)
+    if knee is not None and np.linalg.norm(knee[0] - centre) > 0.02:
+        along = knee[0] - centre
+        length = float(np.linalg.norm(along))
+        return along / length, length, f"from the ankle to {knee[1]}"
+    stiff = [part for part in tree.below(leg.shank) if not _hangs_on(tree, part, leg.foot)]
+    weight = _centre_of(tree, stiff)
+    if weight is not None:
+        along = weight - centre
+        if np.linalg.norm(along) > 1e-3 and abs(axis @ along) < 0.9 * np.linalg.norm(along):
+            return _own_axis(tree.world_pose(leg.shank)[:3, :3], along / np.linalg.norm(along))
+    points = outline(tree, stiff)
+    if len(points) > 2:
+        middle = points.mean(axis=0)
+        _, _, main = np.linalg.svd(points - middle, full_matrices=False)
+        aside = (middle - centre) @ main[0]
+        return main[0] * (1.0 if aside >= 0.0 else -1.0), None, "along the shank's longest axis"
+    raise InputError(
+        "nothing tells which way the shank points: it has no joint above it, no mass and no shapes",
+        field="shank",
+        value=leg.shank,
+        allowed="a body with mass, shapes or a knee",
+    )
+
+
+def _own_axis(turn: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, None, str]:
+    """The shank's own axis that points to its centre of mass, if one about does; else the line there."""
+    towards = turn.T @ along
+    k = int(np.argmax(np.abs(towards)))
+    if abs(towards[k]) < np.cos(NEAR_AXIS):
+        return along, None, "from the ankle to the shank's centre of mass"
+    sense = np.sign(towards[k])
+    name = f"{'−' if sense < 0.0 else ''}{'xyz'[k]}"
+    return sense * turn[:, k], None, f"the shank's own {name} axis, on which its centre of mass about lies"
+
+
+def _hangs_on(tree: Tree, part: Part, above: str) -> bool:
+    return part.name == above or bool(way(tree, above, part.name))
+
+
+def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
+    """Place of the knee [m], in the world, and what it is; None where nothing tells.
+
+    It is the joint that the shank hangs on; of a leg alone the point `knee` of its shank, which `cut` leaves
+    there, so that a leg that is written and read again has the same axes.
+    """
+    joint = _joint_above(tree, shank)
+    if joint is not None:
+        return joint
+    of_foot = {part.name for part in tree.below(foot)}
+    for part in tree.below(shank):
+        if part.name in of_foot:
+            continue
+        pose = tree.world_pose(part.name)
+        if KNEE in part.points:
+            return moved(pose, part.points[KNEE][None])[0], f"the point {KNEE!r}"
+        if part.name in (KNEE, f"{KNEE}_point") and part.mass == 0.0 and not part.shapes:
+            return pose[:3, 3], f"the point {KNEE!r}"
+    return None
+
+
+def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
+    """Place of the joint that the shank hangs on [m], in the world, and its name.
+
+    A shank that hinges on the world has its knee there; one that slides or floats in it has none.
+    """
+    part: Part | None = tree.parts[shank]
+    while part is not None and not part.joints:
+        part = tree.parts[part.parent] if part.parent is not None else None
+    if part is None or (part.parent is None and any(j.kind in ("slide", "free") for j in part.joints)):
+        return None
+    turning = [joint for joint in part.joints if joint.kind in ("hinge", "ball")]
+    if not turning:
+        return None
+    place = moved(tree.world_pose(part.name), turning[0].position[None])[0]
+    return place, f"the joint {turning[0].name!r}"
+
+
+def _shapes_or_points(tree: Tree, foot: str) -> np.ndarray:
+    """Surface of a foot in the world [m] (n, 3); its named points where it has no shapes."""
+    found = outline(tree, tree.below(foot), points=False)
+    return found if len(found) > 1 else outline(tree, tree.below(foot))
+
+
+def _centre_of_mass(tree: Tree, name: str) -> np.ndarray | None:
+    return _centre_of(tree, tree.below(name))
+
+
+def _centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
+    """Centre of mass of several parts in the world [m] (3,); None without mass."""
+    mass = sum(part.mass for part in parts)
+    if not mass > 0.0:
+        return None
+    moments = [part.mass * moved(tree.world_pose(part.name), part.centre[None])[0] for part in parts]
+    return np.asarray(np.sum(moments, axis=0) / mass)
+
+
+def _forward(
+    along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: np.ndarray | None
+) -> tuple[np.ndarray, str, list[str]]:
+    """The sense of forward along a line (3,), how it was found, and notes.
+
+    A foot reaches farther ahead of its ankle than behind, and its centre of mass lies ahead.
+    """
+    ahead = along / np.linalg.norm(along)
+    reach = (points - centre) @ ahead if len(points) else np.zeros(1)
+    farther = float(reach.max() + reach.min())
+    heavier = 0.0 if weight is None else float((weight - centre) @ ahead)
+    by_shape = abs(farther) > 0.1 * float(np.ptp(reach)) and np.ptp(reach) > 0.01
+    by_mass = abs(heavier) > 2e-3
+    if not by_shape and not by_mass:
+        raise InputError(
+            "nothing tells which way the foot points: it reaches as far ahead of the ankle's axis as behind",
+            field="foot",
+            allowed="a foot with its centre of mass or its shapes ahead of the ankle, and no hinge along it",
+        )
+    sense = np.sign(farther if by_shape else heavier)
+    notes = []
+    if by_shape and by_mass and farther * heavier < 0.0:
+        notes.append(
+            "the foot's shapes reach farther to one side of the ankle, and its centre of mass lies on the "
+            "other: forward is where the shapes reach"
+        )
+    told = [w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells]
+    return sense * ahead, "where the foot's " + ", its ".join(told), notes
+
+
+def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[Side | None, str]:
+    """Side of a leg by names, else by where it stands against the body; None where nothing tells."""
+    named = side_of(leg.shank, leg.foot, leg.ankle, *(part.name for part in tree.below(leg.foot)))
+    if named is not None:
+        return named, "by its name"
+    root = tree.parts[leg.shank]
+    while root.parent is not None:
+        root = tree.parts[root.parent]
+    if root.name == leg.shank:
+        return None, ""
+    if axes is None:
+        try:
+            axes = _measured(tree, leg, "right", 0.0).axes
+        except InputError:
+            return None, ""
+    middle = _centre_of(tree, list(tree.parts.values()))
+    if middle is None:
+        return None, ""
+    part, joint = tree.joints()[leg.ankle]  # a body's own origin may be anywhere
+    ankle = moved(tree.world_pose(part.name), joint.position[None])[0]
+    aside = float((ankle - middle) @ axes[:, 1])
+    if abs(aside) < ASIDE:
+        return None, ""
+    where: Side = "left" if aside > 0.0 else "right"
+    return where, f"it stands {1000 * abs(aside):.0f} mm to the {where} of the body's centre of mass"
+
+
+def _notes(
+    leg: Candidate,
+    sole: float | None,
+    zero: float,
+    sign: float,
+    weight: np.ndarray | None,
+    centre: np.ndarray,
+    left: np.ndarray,
+) -> list[str]:
+    found = []
+    if sole is not None and abs(sole) > STEEP_SOLE:
+        flat = np.degrees(zero - sign * sole)
+        found.append(
+            f"at the file's {np.degrees(zero):g} deg the sole stands {np.degrees(sole):.0f} deg toe up "
+            f"against the perpendicular to the shank; a zero of {flat:.0f} deg would lay it flat"
+        )
+    if weight is not None and abs((weight - centre) @ left) > ASIDE:
+        aside = float((weight - centre) @ left)
+        found.append(
+            f"the joint {leg.ankle!r} sits {1000 * abs(aside):.0f} mm to the "
+            f"{'right' if aside > 0 else 'left'} of the foot's centre of mass: what is placed from the ankle "
+            "is placed from there"
+        )
+    return found
+
+
+def _oblique(tilt: float, aside: float) -> str:
+    lean, way = np.tan(tilt), "left" if aside > 0.0 else "right"
+    return (
+        f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
+        f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the places of a cuff: 30 cm up "
+        f"its middle has y = {np.sign(aside) * 300.0 * lean:.0f} mm, not 0 as on a straight axis"
+    )
+
+
+def _shown(vector: np.ndarray) -> str:
+    return "(" + ", ".join(f"{x:.3g}" for x in vector) + ")"

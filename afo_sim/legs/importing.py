@@ -1,0 +1,196 @@
+"""Somebody's body or leg → a folder with a leg that runs here."""
+
+import os
+import pathlib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, together
+from afo_sim.description.places import Side
+from afo_sim.description.reader import load
+from afo_sim.legs.cutting import cut, left_behind
+from afo_sim.legs.finding import Found, find
+from afo_sim.legs.leg_doubts import doubtful_notes
+from afo_sim.legs.leg_file import MESHES, write_leg_file
+from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.leg_table import table
+from afo_sim.legs.leg_toml import leg_readme, leg_toml, person_notes, tissue_notes
+from afo_sim.legs.reading import read_tree
+from afo_sim.legs.second_opinion import second_opinion
+from afo_sim.legs.sole import with_sole
+from afo_sim.legs.tree import Tree
+from afo_sim.legs.urdf_meshes import Packages
+
+OWN = ("leg.toml", "leg.xml", "README.md", "leg.png")
+
+SOLE_NOTE = (
+    "heel, ball, pulp and tip are derived from the foot's shapes, and toe clearance in walking is that of "
+    "these points: measure them on the shoe, and give the file sites of these names"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A leg, cut out of a file and turned.
+
+    name : of the leg
+    leg : tree of the leg alone, with the sole's points
+    found : where it was in the file
+    numbers : of the leg
+    sole : where the sole's points come from, in words
+    left_behind : {kind: names} of what the file holds beside the leg
+    toes : name of the file's hinge that was kept
+    opinion : differences to MuJoCo's own reading of a URDF; None of other files
+    notes : remarks for the user
+    folder : it was written to; None where it was not
+    """
+
+    name: str
+    leg: Tree
+    found: Found
+    numbers: LegNumbers
+    sole: str
+    left_behind: dict[str, tuple[str, ...]]
+    toes: str | None
+    opinion: tuple[str, ...] | None
+    notes: tuple[str, ...]
+    folder: pathlib.Path | None = None
+
+    @property
+    def rows(self) -> list[tuple[str, str, str]]:
+        """A table: what, how much, how it was found."""
+        return table(self.leg, self.found, self.numbers, self.sole, self.toes, self.left_behind, self.opinion)
+
+
+Picture = Callable[[Imported, pathlib.Path], None]
+
+
+def import_leg(
+    file: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    shank: str | None = None,
+    foot: str | None = None,
+    ankle: str | None = None,
+    side: Side | None = None,
+    zero: float | None = None,
+    range: tuple[float, float] | None = None,
+    toes: str | None = None,
+    body_mass: float | None = None,
+    body_height: float | None = None,
+    packages: Packages = (),
+    name: str | None = None,
+    force: bool = False,
+    picture: Picture | None = None,
+) -> Imported:
+    """Cut a leg out of MJCF or URDF, and write a folder that `load("leg", …)` and a scenario's `leg` take.
+
+    Parameters
+    ----------
+    file : of a leg, or of a whole body
+    out : the leg's folder; nothing is written without it
+    shank, foot, ankle, side : as in `find`
+    zero : the file's coordinate of the ankle at which its angle is zero [rad]
+    range : stops of the ankle, dorsiflexion positive [rad]; the file's by default
+    toes : the file's hinge of the toes, which is kept; all other joints are welded
+    body_mass, body_height : of the person whose leg it is [kg], [m]
+    packages : where the meshes of a URDF file lie, as in `read_urdf`
+    name : of the leg; by default the folder's
+    force : replace a leg that is in the folder
+    picture : draws the leg into a file
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, no one leg is found in it, the leg is impossible, or the folder is taken.
+
+    Examples
+    --------
+    >>> imported = import_leg(load("leg", "adult_75kg").file, "legs/mine")
+    >>> imported.found.ankle, round(imported.numbers.about_ankle, 4)  # [kg·m²]
+    ('ankle', 0.0104)
+    >>> run("seated", {"leg": "legs/mine", "duration": "1 s"}).ok
+    True
+    """
+    file = pathlib.Path(file)
+    folder = None if out is None else pathlib.Path(out)
+    if folder is not None:
+        _check_folder(folder, file, force)
+    tree = read_tree(file, packages=packages)
+    found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero)
+    leg, sole = with_sole(cut(tree, found, range=range, toes=toes))
+    numbers = LegNumbers.of(leg)
+    imported = Imported(
+        name=name or (folder.resolve().name if folder is not None else _plain(file.stem)),
+        leg=leg,
+        found=found,
+        numbers=numbers,
+        sole=sole,
+        left_behind=left_behind(tree, found),
+        toes=toes,
+        opinion=second_opinion(tree) if file.suffix.lower() == ".urdf" else None,
+        notes=(
+            *tree.notes,
+            *found.notes,
+            *tissue_notes(leg),
+            *([SOLE_NOTE] if sole.startswith("derived") else []),
+            *person_notes(numbers, found, body_mass, body_height),
+            *doubtful_notes(leg, numbers),
+        ),
+    )
+    text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)
+    if folder is None:
+        return imported
+    _write(imported, folder, text, file.name, picture)
+    return Imported(**{**vars(imported), "folder": folder})
+
+
+def default_folder(file: pathlib.Path, name: str | None, side: str | None) -> pathlib.Path:
+    """Where a leg is written that nobody told a folder for: legs/NAME."""
+    return pathlib.Path("legs") / (name or "_".join(filter(None, [_plain(file.stem), side])))
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^\w.-]+", "_", name).strip("._-") or "leg"
+
+
+def _check_folder(folder: pathlib.Path, file: pathlib.Path, force: bool) -> None:
+    """Refuse a folder that holds a leg, or the file itself under a name that is written."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError("is a file, and a folder is to be written", field="out", value=str(folder))
+    there = [name for name in OWN if (folder / name).exists()]
+    same = [name for name in there if file.exists() and (folder / name).samefile(file)]
+    if same:
+        problem = f"its {same[0]} is the file that is read"
+        raise InputError(problem, field="out", value=str(folder), allowed="another folder")
+    if there and not force:
+        allowed = "another folder, or `force` to replace it"
+        raise InputError(f"holds {there[0]}", field="out", value=str(folder), allowed=allowed)
+    check_writable(folder)
+
+
+def _write(imported: Imported, folder: pathlib.Path, text: str, source: str, picture: Picture | None) -> None:
+    """Write the folder's files together, once the leg in them has loaded and compiled."""
+    before = [path.relative_to(folder).as_posix() for path in (folder / MESHES).glob("*") if path.is_file()]
+    with together(folder, (*OWN, *before)) as scratch:
+        comment = f"Cut out of {source} by afo-sim; x forward, y left, z up from the ankle joint."
+        write_leg_file(imported.leg, scratch / "leg.xml", imported.name, comment)
+        (scratch / "leg.toml").write_text(text, encoding="utf-8")
+        _check_runs(scratch)
+        readme = leg_readme(imported.name, imported.rows, imported.notes, source, picture is not None)
+        (scratch / "README.md").write_text(readme, encoding="utf-8")
+        if picture is not None:
+            picture(imported, scratch / "leg.png")
+
+
+def _check_runs(folder: pathlib.Path) -> None:
+    """Refuse a leg that the simulator would refuse."""
+    from afo_sim.model.build import build  # its compiled muscles take a second
+
+    build(load("scenario", "seated", {"leg": str(folder)}))

@@ -1,0 +1,189 @@
+"""A tree as a self-contained MJCF text with all its digits, and its meshes as files beside it.
+
+MuJoCo's own writer keeps about six digits; here every number reads again as it was.
+"""
+
+import pathlib
+import re
+from collections.abc import Iterable
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from afo_sim.legs.names import free_name
+from afo_sim.legs.tree import Joint, Part, Shape, Tree
+
+MESHES = "meshes"  # folder beside the file
+MOST_FACES = 200_000  # of an STL file that MuJoCo reads
+SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3, "mesh": 0}
+NO_CONTROL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd]")  # what XML can hold
+
+
+def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = "") -> list[pathlib.Path]:
+    """Write a tree as MJCF, with its meshes in a folder beside it.
+
+    Parameters
+    ----------
+    tree : of one root or more
+    path : of the file; what is there is replaced
+    model : name of the model
+    comment : at the head of the file
+
+    Returns
+    -------
+    all files that were written
+    """
+    names = mesh_files(tree)
+    files = [path]
+    for file, shape in dict(names.values()).items():
+        target = path.parent / MESHES / file
+        target.parent.mkdir(exist_ok=True)
+        _write_mesh(shape, target)
+        files.append(target)
+    path.write_text(leg_text(tree, model, comment), encoding="utf-8")
+    return files
+
+
+def mesh_files(tree: Tree) -> dict[int, tuple[str, Shape]]:
+    """{id of a mesh's vertices: name of its file, a shape that has it}; shapes may share one."""
+    found: dict[int, tuple[str, Shape]] = {}
+    taken: set[str] = set()
+    for part in tree.parts.values():
+        for shape in part.shapes:
+            if shape.kind == "mesh" and _solid(shape) and id(shape.vertices) not in found:
+                stem = free_name(re.sub(r"[^\w.-]+", "_", shape.name).strip("._") or "mesh", taken)
+                taken.add(stem)
+                suffix = "stl" if len(shape.faces) <= MOST_FACES else "obj"
+                found[id(shape.vertices)] = f"{stem}.{suffix}", shape
+    return found
+
+
+def _solid(shape: Shape) -> bool:
+    """Whether MuJoCo can hold a shape: a mesh of a single triangle it refuses."""
+    return shape.kind != "mesh" or len(np.unique(shape.vertices, axis=0)) >= 4
+
+
+def _write_mesh(shape: Shape, path: pathlib.Path) -> None:
+    import trimesh  # large, and needed for meshes only
+
+    mesh = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
+    mesh.export(str(path), file_type=path.suffix[1:])
+
+
+def leg_text(tree: Tree, model: str, comment: str = "") -> str:
+    """A tree as MJCF text; its meshes stand in files of `mesh_files`."""
+    root = ElementTree.Element("mujoco", model=_clean(model))
+    if comment:
+        root.append(ElementTree.Comment(f" {_clean(comment).replace('--', '- -')} "))
+    compiler = {"angle": "radian", "autolimits": "true"}
+    meshes = mesh_files(tree)
+    if meshes:
+        compiler["meshdir"] = MESHES
+    ElementTree.SubElement(root, "compiler", compiler)
+    if meshes:
+        asset = ElementTree.SubElement(root, "asset")
+        for file, _ in meshes.values():  # a shell may be open or flat, and no mass is taken from it
+            ElementTree.SubElement(asset, "mesh", name=_stem(file), file=file, inertia="shell")
+    elements: dict[str | None, ElementTree.Element] = {None: ElementTree.SubElement(root, "worldbody")}
+    taken: set[str] = set()
+    for part in tree.parts.values():
+        elements[part.name] = _body(elements[part.parent], part, meshes, taken)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _stem(file: str) -> str:
+    return file.rpartition(".")[0]
+
+
+def _clean(text: str) -> str:
+    return NO_CONTROL.sub("", text)
+
+
+def _body(
+    above: ElementTree.Element, part: Part, meshes: dict[int, tuple[str, Shape]], taken: set[str]
+) -> ElementTree.Element:
+    body = ElementTree.SubElement(above, "body", {"name": _clean(part.name), **_place(part.pose)})
+    if part.mass > 0.0:
+        ElementTree.SubElement(body, "inertial", _inertial(part))
+    for joint in part.joints:
+        ElementTree.SubElement(body, "joint", _joint(joint))
+    for shape in filter(_solid, part.shapes):
+        name = free_name(_clean(shape.name), taken)
+        taken.add(name)
+        weightless = {} if part.mass > 0.0 else {"mass": "0"}
+        ElementTree.SubElement(body, "geom", _geom(shape, name, meshes) | weightless)
+    for name, at in part.points.items():
+        site = {"name": _clean(name), "pos": _numbers(at), "size": "0.006"}
+        ElementTree.SubElement(body, "site", site)
+    return body
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(repr(float(value) + 0.0) for value in values)  # + 0.0 makes −0 a plain 0
+
+
+def _place(pose: np.ndarray) -> dict[str, str]:
+    found = {"pos": _numbers(pose[:3, 3])}
+    if not np.array_equal(pose[:3, :3], np.eye(3)):
+        found["quat"] = _numbers(quaternion(pose[:3, :3]))
+    return found
+
+
+def quaternion(turn: np.ndarray) -> np.ndarray:
+    """w, x, y, z of a rotation (3, 3)."""
+    found = np.empty(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(turn, dtype=float).ravel())
+    return found
+
+
+def _inertial(part: Part) -> dict[str, str]:
+    found = {"pos": _numbers(part.centre), "mass": repr(float(part.mass))}
+    beside = part.inertia - np.diag(np.diag(part.inertia))
+    if np.abs(beside).max() <= 1e-15 * np.abs(part.inertia).max():
+        return found | {"diaginertia": _numbers(_possible(np.diag(part.inertia)))}
+    moments, axes = np.linalg.eigh(part.inertia)
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])  # right-handed
+    return found | {"quat": _numbers(quaternion(axes)), "diaginertia": _numbers(_possible(moments))}
+
+
+def _possible(moments: np.ndarray) -> np.ndarray:
+    """Principal moments with the largest no greater than the others' sum, which rounding breaks (3,)."""
+    found = np.maximum(moments, 0.0)
+    k = int(np.argmax(found))
+    others = np.delete(found, k)
+    found[k] = min(found[k], others[0] + others[1])
+    return found
+
+
+def _joint(joint: Joint) -> dict[str, str]:
+    found = {
+        "name": _clean(joint.name),
+        "type": joint.kind,
+        "axis": _numbers(joint.axis),
+        "pos": _numbers(joint.position),
+    }
+    if joint.range is not None:
+        found["range"] = _numbers(joint.range)
+    if joint.zero:
+        found["ref"] = repr(joint.zero)
+    for key, value in (
+        ("damping", joint.damping),
+        ("frictionloss", joint.friction),
+        ("armature", joint.armature),
+        ("stiffness", joint.stiffness),
+        ("springref", joint.spring_reference if joint.stiffness else 0.0),
+    ):
+        if value:
+            found[key] = repr(float(value))
+    return found
+
+
+def _geom(shape: Shape, name: str, meshes: dict[int, tuple[str, Shape]]) -> dict[str, str]:
+    found = {"name": name, "type": shape.kind, **_place(shape.pose), "rgba": _numbers(shape.rgba)}
+    if shape.kind == "mesh":
+        found["mesh"] = _stem(meshes[id(shape.vertices)][0])
+    else:
+        found["size"] = _numbers(shape.size[: SIZES[shape.kind]])
+    return found | {"contype": "0", "conaffinity": "0"}

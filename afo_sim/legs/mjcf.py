@@ -1,0 +1,273 @@
+"""A tree from MuJoCo's own files; every number is the one that MuJoCo compiled."""
+
+import dataclasses
+import pathlib
+import re
+import warnings
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.legs.finite import check_finite
+from afo_sim.legs.names import listed, own_names
+from afo_sim.legs.pose import pose_of, turn_of
+from afo_sim.legs.tree import Joint, JointKind, Part, Shape, ShapeKind, Tree
+
+KINDS: dict[int, JointKind] = {
+    mujoco.mjtJoint.mjJNT_HINGE: "hinge",
+    mujoco.mjtJoint.mjJNT_SLIDE: "slide",
+    mujoco.mjtJoint.mjJNT_BALL: "ball",
+    mujoco.mjtJoint.mjJNT_FREE: "free",
+}
+SHAPES: dict[int, ShapeKind] = {
+    mujoco.mjtGeom.mjGEOM_BOX: "box",
+    mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
+    mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
+    mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID: "ellipsoid",
+    mujoco.mjtGeom.mjGEOM_MESH: "mesh",
+}
+# {what stands beside the tree: (MuJoCo's count of it, its kind of object, a word for one without a name)}
+BESIDE = {
+    "tendons": ("ntendon", mujoco.mjtObj.mjOBJ_TENDON, "tendon"),
+    "actuators": ("nactuator", mujoco.mjtObj.mjOBJ_ACTUATOR, "actuator"),
+    "sensors": ("nsensor", mujoco.mjtObj.mjOBJ_SENSOR, "sensor"),
+    "equality constraints": ("neq", mujoco.mjtObj.mjOBJ_EQUALITY, "equality"),
+    "skins": ("nskin", mujoco.mjtObj.mjOBJ_SKIN, "skin"),
+    "flexes": ("nflex", mujoco.mjtObj.mjOBJ_FLEX, "flex"),
+    "keyframes": ("nkey", mujoco.mjtObj.mjOBJ_KEY, "keyframe"),
+    "cameras": ("ncam", mujoco.mjtObj.mjOBJ_CAMERA, "camera"),
+    "lights": ("nlight", mujoco.mjtObj.mjOBJ_LIGHT, "light"),
+    "plugins": ("nplugin", mujoco.mjtObj.mjOBJ_PLUGIN, "plugin"),
+}
+DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)  # of a geom; where it stands, its material's colour is shown
+NAN = re.compile(rb"""(?i)(?!name|class)\b(\w+)\s*=\s*["']([-+.\deE\s]*\bnan\b[-+.\w\s]*)["']""")
+MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
+
+
+def read_mjcf(file: str | pathlib.Path) -> Tree:
+    """Read a MuJoCo model file (MJCF).
+
+    Parameters
+    ----------
+    file : `.xml`, with what it includes and its meshes beside it
+
+    Returns
+    -------
+    Tree
+        in the posture of `qpos0`, as `tree_of` gives it
+
+    Raises
+    ------
+    InputError
+        There is no such file, or MuJoCo cannot read it; MuJoCo's own reason is told in one line. A number
+        is not finite.
+    """
+    file = pathlib.Path(file)
+    model, warned = compiled(file)
+    found = tree_of(model)
+    found = dataclasses.replace(found, file=file, notes=(*found.notes, *warned))
+    check_finite(found)
+    return found
+
+
+def compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+    """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or MuJoCo cannot read it.
+    """
+    if not file.is_file():
+        raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
+    if nan := NAN.search(file.read_bytes()):  # MuJoCo takes it for a number that is left out
+        raise InputError("is not a number", file=file, field=nan[1].decode(), value=nan[2].decode())
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            spec = _spec(file)
+            spec.compiler.fusestatic = False  # a body that is fixed keeps its name and its mass
+            model = spec.compile()
+        except MANY_LINES as error:
+            raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
+    return model, tuple(f"MuJoCo says: {one_line(warning.message)}" for warning in caught)
+
+
+def _spec(file: pathlib.Path) -> mujoco.MjSpec:
+    """A model file as a spec; MuJoCo itself opens files that end with .xml only."""
+    if file.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(file))
+    pieces = {piece.name: piece.read_bytes() for piece in file.parent.glob("*.xml")}
+    spec = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"), include=pieces)
+    spec.modelfiledir = str(file.parent)
+    return spec
+
+
+def one_line(error: Exception | Warning | str) -> str:
+    """An error of several lines as one."""
+    lines = [line.strip().rstrip(".") for line in str(error).splitlines()]
+    return "; ".join(filter(None, lines)) or type(error).__name__
+
+
+def tree_of(model: mujoco.MjModel) -> Tree:
+    """The tree of a compiled model, in the posture of its `qpos0`.
+
+    Masses, centres and inertias are `body_mass`, `body_ipos` and R diag(`body_inertia`) Rᵀ, R the turn
+    `body_iquat`. A part without a name is called body_1, body_2, … by its number in the model; its joints,
+    shapes and points after it.
+
+    Parameters
+    ----------
+    model : compiled; a body that the compiler has fused is no part
+
+    Returns
+    -------
+    Tree
+        without the world's own geoms and sites; planes and height fields are no shapes
+    """
+    bodies = range(1, model.nbody)
+    given = [model.body(body).name for body in bodies]
+    parts = dict(zip(bodies, own_names(given, [f"body_{body}" for body in bodies]), strict=True))
+    joints, shapes, points = _joints(model, parts), _shapes(model, parts), _points(model, parts)
+    found = {
+        name: Part(
+            name=name,
+            parent=parts.get(int(model.body_parentid[body])),
+            pose=pose_of(model.body_pos[body], model.body_quat[body]),
+            mass=float(model.body_mass[body]),
+            centre=model.body_ipos[body].copy(),
+            inertia=_inertia(model, body),
+            joints=tuple(joints[body]),
+            shapes=tuple(shapes[body]),
+            points=points[body],
+        )
+        for body, name in parts.items()
+    }
+    return Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
+
+
+def _inertia(model: mujoco.MjModel, body: int) -> np.ndarray:
+    """R diag(I) Rᵀ: principal moments of inertia turned into the body's axes [kg·m²] (3, 3)."""
+    turn = turn_of(model.body_iquat[body])
+    found = turn @ np.diag(model.body_inertia[body]) @ turn.T
+    return (found + found.T) / 2
+
+
+def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Joint]]:
+    owners = [parts[int(body)] for body in model.jnt_bodyid]
+    given = [model.joint(joint).name for joint in range(model.njnt)]
+    found: dict[int, list[Joint]] = {body: [] for body in parts}
+    for joint, name in enumerate(own_names(given, [f"{owner}_joint" for owner in owners])):
+        found[int(model.jnt_bodyid[joint])].append(_joint(model, joint, name))
+    return found
+
+
+def _joint(model: mujoco.MjModel, joint: int, name: str) -> Joint:
+    kind = KINDS[int(model.jnt_type[joint])]
+    freedom, place = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
+    scalar = kind in ("hinge", "slide")  # a ball's and a free joint's coordinate is a quaternion
+    lower, upper = model.jnt_range[joint]
+    return Joint(
+        name=name,
+        kind=kind,
+        axis=model.jnt_axis[joint].copy(),
+        position=model.jnt_pos[joint].copy(),
+        range=(float(lower), float(upper)) if model.jnt_limited[joint] else None,
+        damping=float(model.dof_damping[freedom]),
+        friction=float(model.dof_frictionloss[freedom]),
+        armature=float(model.dof_armature[freedom]),
+        stiffness=float(model.jnt_stiffness[joint]),
+        spring_reference=float(model.qpos_spring[place]) if scalar else 0.0,
+        zero=float(model.qpos0[place]) if scalar else 0.0,
+    )
+
+
+def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shape]]:
+    geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
+    geoms = [geom for geom in geoms if int(model.geom_type[geom]) in SHAPES]
+    fallback = [f"{parts[int(model.geom_bodyid[geom])]}_shape" for geom in geoms]
+    names = own_names([model.geom(geom).name for geom in geoms], fallback)
+    meshes: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    found: dict[int, list[Shape]] = {body: [] for body in parts}
+    for geom, name in zip(geoms, names, strict=True):
+        found[int(model.geom_bodyid[geom])].append(_shape(model, geom, name, meshes))
+    return found
+
+
+def _shape(
+    model: mujoco.MjModel, geom: int, name: str, meshes: dict[int, tuple[np.ndarray, np.ndarray]]
+) -> Shape:
+    kind = SHAPES[int(model.geom_type[geom])]
+    pose = pose_of(model.geom_pos[geom], model.geom_quat[geom])
+    red, green, blue, opacity = (float(part) for part in _rgba(model, geom))
+    plain = Shape(
+        name=name,
+        kind=kind,
+        pose=pose,
+        size=model.geom_size[geom].copy(),
+        rgba=(red, green, blue, opacity),
+    )
+    if kind != "mesh":
+        return plain
+    mesh = int(model.geom_dataid[geom])
+    if mesh not in meshes:
+        meshes[mesh] = _mesh(model, mesh)
+    vertices, faces = meshes[mesh]
+    return dataclasses.replace(plain, vertices=vertices, faces=faces)
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices [m] (n, 3), about the mesh's own centre as MuJoCo moves them, and faces (m, 3)."""
+    vertex, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    face, many = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    vertices = model.mesh_vert[vertex : vertex + count].astype(float)
+    return vertices, model.mesh_face[face : face + many].astype(int)
+
+
+def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    material = int(model.geom_matid[geom])
+    own = model.geom_rgba[geom]
+    plain = np.allclose(own, DEFAULT_RGBA)
+    return model.mat_rgba[material] if material >= 0 and plain else own
+
+
+def _points(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, dict[str, np.ndarray]]:
+    sites = [site for site in range(model.nsite) if int(model.site_bodyid[site]) in parts]
+    fallback = [f"{parts[int(model.site_bodyid[site])]}_point" for site in sites]
+    names = own_names([model.site(site).name for site in sites], fallback)
+    found: dict[int, dict[str, np.ndarray]] = {body: {} for body in parts}
+    for site, name in zip(sites, names, strict=True):
+        found[int(model.site_bodyid[site])][name] = model.site_pos[site].copy()
+    return found
+
+
+def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
+    found = {}
+    for word, (count, kind, fallback) in BESIDE.items():
+        numbers = range(int(getattr(model, count)))
+        given = [mujoco.mj_id2name(model, kind, number) or "" for number in numbers]
+        if names := own_names(given, [f"{fallback}_{number}" for number in numbers]):
+            found[word] = tuple(names)
+    return found
+
+
+def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[str]:
+    """What a user would not expect of the tree."""
+    if unnamed := [name for body, name in parts.items() if not model.body(body).name]:
+        yield f"parts without a name are called {listed(unnamed)}"
+    of_parts = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
+    if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPES)):
+        words = [mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower() for kind in others]
+        yield f"geoms that are no shape of a part are left out: {listed(words)}"
+    if floating := [name for body, name in parts.items() if model.body_gravcomp[body]]:
+        yield f"gravity compensation is left out: {listed(floating)}"
+    curved = [
+        model.joint(joint).name or parts[int(model.jnt_bodyid[joint])]
+        for joint in range(model.njnt)
+        if np.any(model.jnt_stiffnesspoly[joint]) or np.any(model.dof_dampingpoly[model.jnt_dofadr[joint]])
+    ]
+    if curved:
+        yield f"of polynomial springs and dampers only the linear part is read: {listed(curved)}"

@@ -1,0 +1,422 @@
+"""A tree from a URDF file, through yourdfpy."""
+
+import dataclasses
+import io
+import pathlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.legs.names import free_name, listed, own_names
+from afo_sim.legs.tree import Joint, Part, Shape, Tree
+from afo_sim.legs.urdf_meshes import Packages, find_mesh, load_mesh, quiet
+from afo_sim.legs.urdf_xml import (
+    robot_element,
+    split_commas,
+    take_capsules,
+    text_problems,
+    without_odd_shapes,
+)
+
+LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
+NEAR_JOINTS = 2.0  # [m] … whose joints lie that near
+WORLD = "world"  # root link that stands for what nothing moves
+TRIANGLE = 1e-5  # relative: CAD programs write six digits, which a thin plate's moments break the rule by
+
+
+def read_urdf(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
+    """Read a URDF file through yourdfpy.
+
+    A link is a part, its frame the part's axes. A fixed joint is a part without joints. A link without
+    <inertial>, or of 0 kg, is a massless part; notes tell of it, of meshes that are not found, of joints that
+    follow others, and of revolute joints without a range.
+
+    Parameters
+    ----------
+    file : `.urdf`, expanded from xacro
+    packages : {package: its folder}, or folders where `package://` and `model://` meshes are sought; beside
+        the file, above it and in ROS_PACKAGE_PATH they are sought as well
+
+    Returns
+    -------
+    Tree
+        in the posture where every joint is at 0; SI
+
+    Raises
+    ------
+    InputError
+        The file is no URDF, or describes no possible body. `others` holds what else is wrong with it.
+    """
+    file = pathlib.Path(file)
+    root = robot_element(file)
+    root.set("name", root.get("name") or file.stem)
+    odd = without_odd_shapes(root)
+    _refuse(text_problems(root, file))
+    split_commas(root)
+    capsules = take_capsules(root)
+    robot = _parsed(root, file)
+    _refuse(_problems(robot, file))
+    reading = _Reading(file, packages, robot, capsules)
+    parts = reading.parts()
+    notes = [f"left out: {why} ({listed(links)})" for why, links in odd.items()]
+    return Tree(
+        file=file,
+        parts=parts,
+        beside=_beside(root, robot),
+        notes=(*notes, *reading.remarks(), *_mimics(robot)),
+    )
+
+
+def _refuse(problems: Iterable[InputError]) -> None:
+    found = list(problems)
+    if found:
+        first = found[0]
+        first.others = tuple(found[1:])
+        raise first
+
+
+def _parsed(root: Any, file: pathlib.Path) -> Any:
+    """yourdfpy's Robot of a checked element."""
+    import yourdfpy
+    from lxml import etree
+
+    with quiet():
+        try:
+            content = io.BytesIO(etree.tostring(root))
+            return yourdfpy.URDF.load(content, load_meshes=False, build_scene_graph=False).robot
+        except Exception as error:  # yourdfpy passes on whatever its reading of one element raises
+            raise InputError(f"yourdfpy cannot read it: {' '.join(str(error).split())}", file=file) from None
+
+
+# ------------------------------------------------------------------------------------------- what is refused
+
+
+def _problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
+    """Everything that makes a robot impossible, with the way to mend it."""
+    if not robot.links:
+        yield InputError("has no <link>", file=file)
+    moved = {joint.child for joint in robot.joints if joint.type != "fixed"}
+    for link in robot.links:
+        for problem in _inertial_problems(link, link.name in moved):
+            yield InputError(problem, file=file, field=f"link {link.name!r}")
+    for joint in robot.joints:
+        for problem in _joint_problems(joint):
+            yield InputError(problem, file=file, field=f"joint {joint.name!r}")
+    yield from _tree_problems(robot, file)
+
+
+def _inertial_problems(link: Any, moved: bool) -> Iterator[str]:
+    if link.inertial is None:
+        return
+    mass, inertia = link.inertial.mass, link.inertial.inertia
+    if mass is None:
+        yield 'its <inertial> has no <mass value="…"/> [kg]; without mass it needs no <inertial>'
+    elif mass < 0:
+        yield f"its mass of {mass:g} kg is negative"
+    if inertia is None:
+        if mass:
+            yield "its <inertial> has no <inertia> [kg·m²]"
+        return
+    if not inertia.any() and not (mass and moved):
+        return  # a massless link, or a point mass that does not turn by itself
+    smallest, middle, largest = np.linalg.eigvalsh(inertia)
+    moments = f"principal moments {smallest:g}, {middle:g}, {largest:g} kg·m²"
+    if smallest <= 0:
+        yield f"its inertia is not positive definite: {moments}; give that about the centre of mass, in kg·m²"
+    elif smallest + middle < largest * (1 - TRIANGLE):
+        yield (
+            f"no body has its inertia: of the {moments}, the two smaller ones together are less than the "
+            "largest; give that about the centre of mass, in kg·m²"
+        )
+
+
+def _joint_problems(joint: Any) -> Iterator[str]:
+    if joint.type not in ("fixed", "floating") and not joint.axis.any():
+        yield 'its axis has no length; give for example <axis xyz="0 -1 0"/>'
+    limit = joint.limit
+    if limit is not None and joint.type in ("revolute", "prismatic"):
+        lower, upper = limit.lower or 0.0, limit.upper or 0.0
+        if lower > upper:
+            yield f"its range runs from {lower:g} to {upper:g}: exchange lower and upper"
+    for name, value in _dynamics(joint).items():
+        if value < 0:
+            yield f"its {name} of {value:g} is negative: it would drive the joint"
+
+
+def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
+    """Each link has one joint to its parent, except the one that all hang on."""
+    links = [link.name for link in robot.links]
+    above: dict[str, list[Any]] = {name: [] for name in links}
+    meant: set[str | None] = set()  # by a misspelled name: no second problem
+    for joint in robot.joints:
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in above:
+                place = f"joint {joint.name!r} <{end} link>"
+                near = nearest_name(name, links)
+                yield InputError("is no link of the file", file=file, field=place, value=name, nearest=near)
+                meant.add(near)
+        if joint.child in above:
+            above[joint.child].append(joint)
+    for name, joints in above.items():
+        if len(joints) > 1:
+            names = " and ".join(repr(joint.name) for joint in joints)
+            problem = f"has two parents, by the joints {names}: take one of them out"
+            yield InputError(problem, file=file, field=f"link {name!r}")
+    yield from _unreached(above, meant, file)
+
+
+def _unreached(
+    above: dict[str, list[Any]], meant: set[str | None], file: pathlib.Path
+) -> Iterator[InputError]:
+    roots = [name for name, joints in above.items() if not joints]
+    parents = {name: [j.parent for j in joints if j.parent in above] for name, joints in above.items()}
+    for circle in _circles(parents):
+        problem = f"hangs on itself: {' → '.join([*circle, circle[0]])}; take out one of the joints"
+        yield InputError(problem, file=file, field=f"link {circle[0]!r}")
+    if len(roots) < 2:
+        return
+    ancestors = {name: _ancestors(name, parents) for name in above}
+    root = max(roots, key=lambda one: sum(one in found for found in ancestors.values()))
+    for name in roots:
+        if name != root and name not in meant:
+            problem = f"no joint reaches it, while {root!r} is the root: add a joint with it as the child"
+            yield InputError(problem, file=file, field=f"link {name!r}")
+
+
+def _ancestors(name: str, parents: dict[str, list[str]]) -> set[str]:
+    found: set[str] = set()
+    todo = [name]
+    while todo:
+        one = todo.pop()
+        if one not in found:
+            found.add(one)
+            todo += parents[one]
+    return found
+
+
+def _circles(parents: dict[str, list[str]]) -> list[list[str]]:
+    """Links that hang on themselves, each circle once, parents first; by the first parent of each."""
+    found: list[list[str]] = []
+    done: set[str] = set()
+    for name in parents:
+        path: list[str] = []
+        one: str | None = name
+        while one is not None and one not in done and one not in path:
+            path.append(one)
+            one = next(iter(parents[one]), None)
+        if one is not None and one in path:
+            found.append(path[path.index(one) :][::-1])
+        done |= set(path)
+    return found
+
+
+# --------------------------------------------------------------------------------------------- what is read
+
+
+@dataclass
+class _Reading:
+    """The parts of a checked robot, and what is remarked on the way."""
+
+    file: pathlib.Path
+    packages: Packages
+    robot: Any
+    capsules: set[tuple[str, str, int]]
+    world: str | None = None
+    massless: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    broken: list[str] = field(default_factory=list)
+    endless: list[str] = field(default_factory=list)
+    large: list[str] = field(default_factory=list)
+    planar: list[str] = field(default_factory=list)
+
+    def parts(self) -> dict[str, Part]:
+        """Parents before children, in the order of the file."""
+        links = {link.name: link for link in self.robot.links}
+        joints: dict[str, list[Any]] = {}
+        for joint in self.robot.joints:
+            joints.setdefault(joint.parent, []).append(joint)
+        children = {joint.child for joint in self.robot.joints}
+        root = next(name for name in links if name not in children)
+        found, todo = {}, [root]
+        if self._is_world(links[root]):
+            self.world = root
+        else:
+            found[root] = self._part(links[root], None, joints.get(root, []))
+        while todo:
+            for joint in joints.get(todo.pop(0), []):
+                found[joint.child] = self._part(links[joint.child], joint, joints.get(joint.child, []))
+                todo.append(joint.child)
+        return found
+
+    def _is_world(self, root: Any) -> bool:
+        """Whether the root stands for the world, by the convention of ROS and Gazebo."""
+        light = root.inertial is None or not root.inertial.mass
+        return root.name == WORLD and light and len(self.robot.links) > 1
+
+    def _part(self, link: Any, joint: Any, below: list[Any]) -> Part:
+        mass, centre, inertia = self._inertial(link)
+        return Part(
+            name=link.name,
+            parent=joint.parent if joint and joint.parent != self.world else None,
+            pose=_origin(joint.origin if joint else None),
+            mass=mass,
+            centre=centre,
+            inertia=inertia,
+            joints=self._joints(joint) if joint else (),
+            shapes=tuple(self._shapes(link, below)),
+        )
+
+    def _inertial(self, link: Any) -> tuple[float, np.ndarray, np.ndarray]:
+        """Mass, centre and R I Rᵀ, R the turn of the inertial frame against the link's."""
+        inertial = link.inertial
+        if inertial is None or not inertial.mass:
+            self.massless.append(link.name)
+        if inertial is None:
+            return 0.0, np.zeros(3), np.zeros((3, 3))
+        origin = _origin(inertial.origin)
+        turn = origin[:3, :3]
+        inertia = np.zeros((3, 3)) if inertial.inertia is None else turn @ inertial.inertia @ turn.T
+        return float(inertial.mass), origin[:3, 3].copy(), (inertia + inertia.T) / 2
+
+    def _joints(self, joint: Any) -> tuple[Joint, ...]:
+        dynamics = _dynamics(joint)
+        same: dict[str, Any] = {
+            "position": np.zeros(3),
+            "damping": dynamics["damping"],
+            "friction": dynamics["friction"],
+        }
+        if joint.type == "fixed":
+            return ()
+        if joint.type == "floating":
+            return (Joint(name=joint.name, kind="free", axis=np.array([0.0, 0.0, 1.0]), **same),)
+        axis = joint.axis / np.abs(joint.axis).max()  # whose square is a number, however long it was
+        axis = axis / np.linalg.norm(axis)
+        if joint.type == "planar":
+            self.planar.append(joint.name)
+            return _planar(joint.name, axis, same, {other.name for other in self.robot.joints})
+        kind: Any = "slide" if joint.type == "prismatic" else "hinge"
+        return (Joint(name=joint.name, kind=kind, axis=axis, range=self._range(joint), **same),)
+
+    def _range(self, joint: Any) -> tuple[float, float] | None:
+        if joint.type == "continuous":
+            return None
+        lower = (joint.limit and joint.limit.lower) or 0.0
+        upper = (joint.limit and joint.limit.upper) or 0.0
+        if lower == upper:  # CAD exporters leave zeros where no range was set
+            self.endless.append(joint.name)
+            return None
+        return float(lower), float(upper)
+
+    def _shapes(self, link: Any, below: list[Any]) -> Iterator[Shape]:
+        """What is to be seen; of a link that shows nothing, what it collides with."""
+        several, word = (link.visuals, "visual") if link.visuals else (link.collisions, "collision")
+        reach = max([np.linalg.norm(_origin(joint.origin)[:3, 3]) for joint in below], default=0.0)
+        names = own_names([shape.name or "" for shape in several], [f"{link.name}_shape"] * len(several))
+        for number, (shape, name) in enumerate(zip(several, names, strict=True)):
+            made = self._shape(shape, name, float(reach))
+            if made is not None and (link.name, word, number) in self.capsules:
+                made = dataclasses.replace(made, kind="capsule")
+            if made is not None:
+                yield made
+
+    def _shape(self, shape: Any, name: str, reach: float) -> Shape | None:
+        geometry, pose, rgba = shape.geometry, _origin(shape.origin), self._rgba(shape)
+        if geometry.box is not None:
+            return Shape(name, "box", pose, np.asarray(geometry.box.size) / 2, rgba=rgba)
+        if geometry.sphere is not None:
+            return Shape(name, "sphere", pose, np.array([geometry.sphere.radius, 0.0, 0.0]), rgba=rgba)
+        if geometry.cylinder is not None:
+            size = np.array([geometry.cylinder.radius, geometry.cylinder.length / 2, 0.0])
+            return Shape(name, "cylinder", pose, size, rgba=rgba)
+        surface = self._surface(geometry.mesh, reach)
+        if surface is None:
+            return None
+        return Shape(name, "mesh", pose, np.zeros(3), vertices=surface[0], faces=surface[1], rgba=rgba)
+
+    def _surface(self, mesh: Any, reach: float) -> tuple[np.ndarray, np.ndarray] | None:
+        path = find_mesh(mesh.filename, self.file, self.packages)
+        if path is None:
+            self.missing.append(mesh.filename)
+            return None
+        try:
+            vertices, faces = load_mesh(path, mesh.scale)
+        except ValueError as error:
+            self.broken.append(f"{mesh.filename} ({' '.join(str(error).split())})")
+            return None
+        length = float(np.max(np.ptp(vertices, axis=0)))
+        if length > LARGE_MESH and reach < NEAR_JOINTS:
+            self.large.append(f"{mesh.filename}, {length:.3g} m long")
+        return vertices, faces
+
+    def _rgba(self, shape: Any) -> tuple[float, float, float, float]:
+        material = getattr(shape, "material", None)
+        if material is not None and material.color is None:  # by the name of one that the robot has
+            named = {one.name: one for one in self.robot.materials if one.color is not None}
+            material = named.get(material.name)
+        if material is None or material.color is None:
+            return Shape.rgba
+        colour = [float(part) for part in material.color.rgba]
+        red, green, blue, opacity = (*colour, 1.0)[:4]
+        return red, green, blue, opacity
+
+    def remarks(self) -> Iterator[str]:
+        """What a user would not expect of the parts."""
+        if self.massless:
+            yield f"links without mass: {listed(self.massless)}"
+        if self.missing:
+            several = listed(dict.fromkeys(self.missing))
+            way = "give their folder as `packages`, or in ROS_PACKAGE_PATH"
+            yield f"meshes that are not found, and not shown: {several}; {way}"
+        if self.broken:
+            yield f"meshes that cannot be read, and are not shown: {listed(dict.fromkeys(self.broken))}"
+        if self.endless:
+            yield f"joints whose range is not given are without stops: {listed(self.endless)}"
+        if self.planar:
+            yield f"a planar joint is read as two slides and a hinge: {listed(self.planar)}"
+        if self.large:
+            several = listed(dict.fromkeys(self.large))
+            yield f'meshes look like millimetres: {several}; give them scale="0.001 0.001 0.001"'
+
+
+def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[Joint, ...]:
+    """Two slides across the axis and a hinge about it, named as MuJoCo's importer names them."""
+    across = np.eye(3)[np.argmin(np.abs(axis))]
+    first = np.cross(across, axis)
+    first /= np.linalg.norm(first)
+    ends = [free_name(f"{name}_{end}", taken) for end in ("TX", "TY", "RZ")]
+    return (
+        Joint(name=ends[0], kind="slide", axis=first, **same),
+        Joint(name=ends[1], kind="slide", axis=np.cross(axis, first), **same),
+        Joint(name=ends[2], kind="hinge", axis=axis, **same),
+    )
+
+
+def _origin(matrix: np.ndarray | None) -> np.ndarray:
+    return np.eye(4) if matrix is None else np.array(matrix, dtype=float)
+
+
+def _dynamics(joint: Any) -> dict[str, float]:
+    """Damping [N·m·s/rad, N·s/m] and dry friction [N·m, N]; yourdfpy leaves them texts."""
+    given = joint.dynamics
+    damping, friction = (given.damping, given.friction) if given is not None else (None, None)
+    return {"damping": float(damping or 0.0), "friction": float(friction or 0.0)}
+
+
+def _mimics(robot: Any) -> Iterator[str]:
+    for joint in robot.joints:
+        if joint.mimic is not None:
+            rule = f"{joint.mimic.multiplier:g} × {joint.mimic.joint} + {joint.mimic.offset:g}"
+            yield f"joint {joint.name} follows another, {rule}; here it moves by itself"
+
+
+def _beside(root: Any, robot: Any) -> dict[str, tuple[str, ...]]:
+    gazebo = [f"gazebo {element.get('reference', '')}".strip() for element in root.findall("gazebo")]
+    found = {
+        "transmissions": tuple(element.get("name", "") for element in root.findall("transmission")),
+        "mimic joints": tuple(joint.name for joint in robot.joints if joint.mimic is not None),
+        "simulator's additions": (*gazebo, *("mujoco" for _ in root.findall("mujoco"))),
+    }
+    return {kind: names for kind, names in found.items() if names}

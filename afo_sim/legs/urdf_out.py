@@ -1,0 +1,253 @@
+"""A tree as a URDF file, through yourdfpy's objects and its writer."""
+
+import pathlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import together
+from afo_sim.legs.finite import check_finite
+from afo_sim.legs.names import free_name, listed
+from afo_sim.legs.pose import shift
+from afo_sim.legs.tree import Joint, Part, Tree
+from afo_sim.legs.urdf_meshes import quiet
+from afo_sim.legs.urdf_shapes import Shapes
+
+UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
+FAR = 1e3  # [m] where a slide without stops ends, since URDF's slides have ends
+SMALL = 1e-12  # [m] below which a root stands in the world's origin
+# With these MuJoCo keeps fixed links and their masses, shows the meshes, and finds them in their folder.
+MUJOCO = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
+KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
+
+
+def write_urdf(
+    tree: Tree, path: str | pathlib.Path, *, name: str | None = None, points: bool = True
+) -> tuple[str, ...]:
+    """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it.
+
+    URDF's joint frame is the child link's frame: a link's frame is its part's, moved without a turn to the
+    part's last joint. Coordinates count from the posture that the tree stands in.
+
+    Parameters
+    ----------
+    tree : any; its ball joints are refused
+    path : `.urdf`; all files appear together or not at all
+    name : of the robot; by default the file's stem
+    points : whether each point becomes a massless fixed link `NAME_point`
+
+    Returns
+    -------
+    tuple of str
+        what URDF does not hold, or holds otherwise
+
+    Raises
+    ------
+    InputError
+        The tree has a ball joint, no part, or a number that is not finite, or the files cannot be written.
+    """
+    path = pathlib.Path(path)
+    _check(tree, path)
+    check_finite(tree)
+    shapes = Shapes(f"{path.stem}_meshes")
+    robot = _Robot(tree, name or path.stem, shapes, points)
+    made = robot.made()
+    with together(path.parent) as folder:
+        for place, content in shapes.files.items():
+            (folder / place).parent.mkdir(exist_ok=True)
+            (folder / place).write_bytes(content)
+        _write(made, folder / path.name)
+    return tuple(robot.remarks())
+
+
+def _check(tree: Tree, path: pathlib.Path) -> None:
+    if path.suffix.lower() != ".urdf":
+        raise InputError("is no name of a URDF file", file=path, allowed="a name that ends with .urdf")
+    if not tree.parts:
+        raise InputError("there is no part to write", file=tree.file)
+    if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
+        raise InputError(
+            f"URDF has no ball joint: {listed(balls)}", file=tree.file, allowed="three hinges in its place"
+        )
+
+
+def _write(robot: Any, path: pathlib.Path) -> None:
+    import yourdfpy
+    from lxml import etree
+
+    with quiet():
+        made = yourdfpy.URDF(
+            robot=robot, build_scene_graph=False, load_meshes=False, filename_handler=lambda fname: fname
+        )
+        document = made.write_xml()
+    etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
+    document.write(str(path), xml_declaration=True, pretty_print=True, encoding="utf-8")
+
+
+@dataclass
+class _Robot:
+    """Links and joints of yourdfpy, made of parts.
+
+    frames : {part: place of its link's frame in the part's axes [m] (3,)}
+    """
+
+    tree: Tree
+    name: str
+    shapes: Shapes
+    points: bool
+    links: list[Any] = field(default_factory=list)
+    joints: list[Any] = field(default_factory=list)
+    frames: dict[str, np.ndarray] = field(default_factory=dict)
+    between: list[str] = field(default_factory=list)
+
+    def made(self) -> Any:
+        """The robot, complete."""
+        from yourdfpy import Link, Robot
+
+        roots = [part for part in self.tree.parts.values() if part.parent is None]
+        world = None
+        if not _is_root(roots):
+            world = self._new_link("world")
+            self.links.append(Link(name=world))
+        for part in self.tree.parts.values():
+            self._add(part, part.parent or world)
+        return Robot(name=self.name, links=self.links, joints=self.joints, materials=self.shapes.materials())
+
+    def _add(self, part: Part, parent: str | None) -> None:
+        frame = np.zeros(3)
+        if parent is not None:
+            steps = list(_steps(part, self.frames.get(part.parent or "", frame)))
+            for number, (joint, origin, place) in enumerate(steps):
+                last = number == len(steps) - 1
+                child = part.name if last else self._between(part, joint)
+                self.joints.append(self._joint(joint, part, parent, child, origin))
+                parent, frame = child, place
+        self.frames[part.name] = frame
+        self.links.append(self._link(part))
+        if self.points:
+            self._add_points(part)
+
+    def _between(self, part: Part, joint: Joint | None) -> str:
+        from yourdfpy import Link
+
+        name = self._new_link(f"{part.name}_{joint.name if joint else ''}")
+        self.links.append(Link(name=name))
+        self.between.append(name)
+        return name
+
+    def _joint(self, joint: Joint | None, part: Part, parent: str, child: str, origin: np.ndarray) -> Any:
+        import yourdfpy
+
+        if joint is None:
+            name = free_name(f"{part.name}_fixed", self._taken_joints())
+            return yourdfpy.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
+        moving = bool(joint.damping or joint.friction)
+        return yourdfpy.Joint(
+            name=joint.name,
+            type="continuous" if joint.kind == "hinge" and joint.range is None else KINDS[joint.kind],
+            parent=parent,
+            child=child,
+            origin=origin,
+            axis=None if joint.kind == "free" else joint.axis / np.linalg.norm(joint.axis),
+            dynamics=yourdfpy.Dynamics(damping=joint.damping, friction=joint.friction) if moving else None,
+            limit=_limit(joint),
+        )
+
+    def _link(self, part: Part) -> Any:
+        import yourdfpy
+
+        frame = shift(-self.frames[part.name])
+        massless = not part.mass and not part.inertia.any()
+        inertial = yourdfpy.Inertial(
+            origin=frame @ shift(part.centre), mass=float(part.mass), inertia=part.inertia
+        )
+        visuals, collisions = self.shapes.of(part, frame)
+        return yourdfpy.Link(
+            name=part.name,
+            inertial=None if massless else inertial,
+            visuals=visuals,
+            collisions=collisions,
+        )
+
+    def _add_points(self, part: Part) -> None:
+        import yourdfpy
+
+        for name, place in part.points.items():
+            link = self._new_link(f"{name}_point")
+            self.links.append(yourdfpy.Link(name=link))
+            origin = shift(place - self.frames[part.name])
+            joint = free_name(f"{link}_fixed", self._taken_joints())
+            self.joints.append(
+                yourdfpy.Joint(name=joint, type="fixed", parent=part.name, child=link, origin=origin)
+            )
+
+    def _new_link(self, wanted: str) -> str:
+        return free_name(wanted, {*self.tree.parts, *(link.name for link in self.links)})
+
+    def _taken_joints(self) -> set[str]:
+        return {*self.tree.joints(), *(joint.name for joint in self.joints)}
+
+    def remarks(self) -> Iterator[str]:
+        """What URDF does not hold, or holds otherwise."""
+        joints = [joint for _, joint in self.tree.joints().values()]
+        if self.between:
+            yield (
+                "URDF has one joint between two links, so that massless links stand between: "
+                f"{listed(self.between)}; MuJoCo's own importer does not move links without mass"
+            )
+        if moved := [joint.name for joint in joints if joint.zero]:
+            yield f"URDF's coordinates count from the posture of the tree: {listed(moved)} begin elsewhere"
+        if springs := [joint.name for joint in joints if joint.stiffness]:
+            yield f"URDF has no springs: that of {listed(springs)} is left out"
+        if rotors := [joint.name for joint in joints if joint.armature]:
+            yield f"URDF has no rotor inertia: that of {listed(rotors)} is left out"
+        if ends := [joint.name for joint in joints if joint.kind == "slide" and joint.range is None]:
+            yield f"URDF's slides have ends: {listed(ends)} without stops end {FAR:g} m away"
+        roots = [part for part in self.tree.parts.values() if part.parent is None]
+        if _is_root(roots) and roots[0].joints:
+            yield f"URDF leaves it to the program that reads it how the root {roots[0].name} moves"
+        if self.tree.beside:
+            yield f"left out: {listed(self.tree.beside, len(self.tree.beside))}"
+        yield from (
+            f"{what} written as {how}: {listed(names)}"
+            for (what, how), names in self.shapes.otherwise.items()
+        )
+
+
+def _is_root(roots: list[Part]) -> bool:
+    """Whether the tree has one root that needs no link for the world above it."""
+    if len(roots) != 1:
+        return False
+    joints = roots[0].joints
+    if [joint.kind for joint in joints] == ["free"]:
+        return True
+    return not joints and np.allclose(roots[0].pose, np.eye(4), rtol=0, atol=SMALL)
+
+
+def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.ndarray, np.ndarray]]:
+    """Each joint of a part with its origin in the link above, and its place in the part's axes.
+
+    MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
+    first origin is shift(−above) T shift(p₁), each later one shift(pₖ − pₖ₋₁).
+    """
+    before = shift(-above) @ part.pose
+    last = np.zeros(3)
+    for joint in part.joints or (None,):
+        place = joint.position if joint is not None and joint.kind == "hinge" else np.zeros(3)
+        yield joint, before @ shift(place - last), place
+        before, last = np.eye(4), place
+
+
+def _limit(joint: Joint) -> Any:
+    """Stops, counted from the posture of the tree; None for a hinge without stops, and a free joint."""
+    import yourdfpy
+
+    if joint.kind == "free" or (joint.kind == "hinge" and joint.range is None):
+        return None
+    lower, upper = joint.range or (joint.zero - FAR, joint.zero + FAR)
+    return yourdfpy.Limit(
+        effort=UNLIMITED, velocity=UNLIMITED, lower=float(lower - joint.zero), upper=float(upper - joint.zero)
+    )

@@ -1,0 +1,119 @@
+"""A task: scenario, observation, action, reward and length of an episode, for every learning interface."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.rl.environments.sample import Sample
+
+DEAD = 1.0 / 3.0  # action up to which both valves of a chamber are shut [-]
+INLET_OUTLET = np.array([1.0, -1.0])  # signs of the action that turn them on
+ALLOWED = "one number from −1 (outlet) to 1 (inlet) for each chamber"
+Formula = Callable[[Sample], Any]  # of the last sample of one simulation, or of several (n,)
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One number of an observation.
+
+    name, unit, meaning : for people
+    low, high : measuring range, in the unit; what lies outside is told as its end
+    column : of a run that is observed; by default `formula` is
+    formula : of the last sample
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    low: float
+    high: float
+    column: str = ""
+    formula: Formula | None = None
+
+    def of(self, sample: Sample) -> Any:
+        """The number in one simulation, or in several (n,)."""
+        return sample[self.column] if self.formula is None else self.formula(sample)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be done with an orthosis.
+
+    name : of the task
+    title : one sentence
+    scenario : shipped name
+    sets : dotted keys and values laid over it
+    period : from one action to the next [s]
+    duration : of an episode [s]
+    observed : numbers of the observation, in order
+    reward : of the last sample, and of what `carried` has gained since the one before (n_carried, …)
+    lowest, highest : bounds of the reward
+    carried : columns whose gain the reward needs
+    draws : random numbers from 0 to 1 that `script` takes
+    script : what an episode asks for, from its draws and the times of its samples (k,) [s]: (k, width)
+    strides : walking begins at a random instant between these strides; at the scenario's start by default
+    """
+
+    name: str
+    title: str
+    scenario: str
+    period: float
+    duration: float
+    observed: tuple[Observed, ...]
+    reward: Callable[[Sample, np.ndarray], Any]
+    lowest: float
+    highest: float
+    sets: Mapping[str, Any] = field(default_factory=dict)
+    carried: tuple[str, ...] = ()
+    draws: int = 0
+    script: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    strides: tuple[int, int] | None = None
+
+    @property
+    def periods(self) -> int:
+        """Actions of an episode."""
+        return round(self.duration / self.period)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the observation by name."""
+        return {one.name: one.unit for one in self.observed}
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """Meanings of the observation by name."""
+        return {one.name: one.meaning for one in self.observed}
+
+
+def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """An action as numbers; InputError where one is none, is out of range, or too many or few are given.
+
+    Parameters
+    ----------
+    action : numbers from −1 to 1 [-]
+    shape : that it has to have; the last axis is that of the chambers
+    """
+    try:
+        given = np.asarray(action, float)
+    except (TypeError, ValueError):
+        raise InputError("is no action", field="action", value=action, allowed=ALLOWED) from None
+    if given.shape != shape:
+        raise InputError(
+            "has another shape", field="action", value=given.shape, allowed=f"{shape}: {ALLOWED}"
+        )
+    if not np.abs(given).max() <= 1.0:  # nor where one is NaN
+        bad = given[~(np.abs(given) <= 1.0)]
+        raise InputError("is out of range", field="action", value=float(bad[0]), allowed=ALLOWED)
+    return given
+
+
+def coils_of(action: np.ndarray) -> np.ndarray:
+    """Coils of an action (…, 2 n_chamber): inlet and outlet of each chamber, 0 or 1 [-].
+
+    Above DEAD the inlet is on, below −DEAD the outlet; between them both valves are shut.
+    """
+    on = action[..., None] * INLET_OUTLET > DEAD
+    return on.reshape(*action.shape[:-1], -1).astype(float)

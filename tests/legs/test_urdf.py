@@ -1,0 +1,348 @@
+"""Trees from URDF files: numbers by hand, by the parallel-axis theorem, and by MuJoCo's own importer."""
+
+import dataclasses
+import logging
+import pathlib
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from urdf_texts import BODY, INERTIA, joint, robot, two
+
+from afo_sim.legs.second_opinion import second_opinion
+from afo_sim.legs.tree import Tree
+from afo_sim.legs.urdf import read_urdf
+
+
+@pytest.fixture
+def read(tmp_path: pathlib.Path):
+    def reading(text: str, **options) -> Tree:
+        file = tmp_path / "leg.urdf"
+        file.write_text(text, encoding="utf-8")
+        return read_urdf(file, **options)
+
+    return reading
+
+
+def test_a_rod_has_the_inertia_of_the_parallel_axis_theorem(read) -> None:
+    """A thin rod along the turned z axis: m L²/12 about its middle, m L²/3 about its end."""
+    mass, length, radius = 3.0, 0.4, 0.01
+    across, along = mass * (3 * radius**2 + length**2) / 12, mass * radius**2 / 2
+    turned = (
+        f'<inertial><origin xyz="0.2 0 0" rpy="0 {np.pi / 2:.17g} 0"/><mass value="3"/>'
+        f'<inertia ixx="{across}" iyy="{across}" izz="{along}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    part = read(two("fixed", shank=turned)).parts["shank"]
+    assert part.inertia == pytest.approx(np.diag([along, across, across]), abs=1e-12)
+    about_end = part.inertia + part.mass * (
+        part.centre @ part.centre * np.eye(3) - np.outer(part.centre, part.centre)
+    )
+    assert about_end[1, 1] == pytest.approx(mass * (length**2 / 3 + radius**2 / 4), rel=1e-12)
+
+
+def test_roll_pitch_yaw_turn_about_fixed_axes(read) -> None:
+    """URDF: roll about x, then pitch about y, then yaw about z of the parent."""
+    roll, pitch, yaw = 0.3, -0.7, 1.1
+    pose = read(two("revolute", f'<origin xyz="1 2 3" rpy="{roll} {pitch} {yaw}"/>')).parts["foot"].pose
+    c, s = np.cos, np.sin
+    about_x = np.array([[1, 0, 0], [0, c(roll), -s(roll)], [0, s(roll), c(roll)]])
+    about_y = np.array([[c(pitch), 0, s(pitch)], [0, 1, 0], [-s(pitch), 0, c(pitch)]])
+    about_z = np.array([[c(yaw), -s(yaw), 0], [s(yaw), c(yaw), 0], [0, 0, 1]])
+    assert pose[:3, :3] == pytest.approx(about_z @ about_y @ about_x, abs=1e-12)
+    assert list(pose[:3, 3]) == [1, 2, 3]
+
+
+def test_a_revolute_joint(read) -> None:
+    more = '<axis xyz="0 -2 0"/><limit lower="-0.5" upper="0.3" effort="inf" velocity="inf"/>'
+    tree = read(two("revolute", more + '<dynamics damping="0.4" friction="0.1"/>'))
+    part, found = tree.joints()["ankle"]
+    assert (part.name, part.parent, found.kind) == ("foot", "shank", "hinge")
+    assert list(found.axis) == [0, -1, 0] and found.range == (-0.5, 0.3)
+    assert (found.damping, found.friction, found.zero) == (0.4, 0.1, 0.0)
+    assert not tree.notes
+
+
+@pytest.mark.parametrize("more", ["", "<limit/>", '<limit lower="0" upper="0" effort="0" velocity="0"/>'])
+def test_a_range_that_was_never_set_is_none_and_noted(read, more: str) -> None:
+    tree = read(two("revolute", more))
+    assert tree.joints()["ankle"][1].range is None
+    assert any("without stops: ankle" in note for note in tree.notes)
+
+
+def test_other_joints(read) -> None:
+    limited = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    assert read(two("continuous", limited)).joints()["ankle"][1].range is None
+    slide = read(two("prismatic", limited)).joints()["ankle"][1]
+    assert (slide.kind, slide.range) == ("slide", (-1.0, 1.0))
+    assert not read(two("fixed", '<origin xyz="0 0 1"/>')).parts["foot"].joints
+    assert read(two("floating")).joints()["ankle"][1].kind == "free"
+
+
+@pytest.mark.parametrize("length", ["1e300", "1e-300", "0.5"])
+def test_an_axis_of_any_length_has_length_one(read, length: str) -> None:
+    axis = read(two("continuous", f'<axis xyz="0 -{length} {length}"/>')).joints()["ankle"][1].axis
+    assert axis == pytest.approx(np.array([0, -1, 1]) / np.sqrt(2), abs=1e-12)
+
+
+def test_a_planar_joint_is_two_slides_across_its_axis(read) -> None:
+    tree = read(two("planar", '<axis xyz="0 0.6 0.8"/>'))
+    slides, turn = tree.parts["foot"].joints[:2], tree.parts["foot"].joints[2]
+    assert [one.kind for one in tree.parts["foot"].joints] == ["slide", "slide", "hinge"]
+    assert turn.axis == pytest.approx([0, 0.6, 0.8])
+    frame = np.array([one.axis for one in (*slides, turn)])
+    assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(frame) == pytest.approx(1)
+    assert any("planar" in note and "ankle" in note for note in tree.notes)
+
+
+def test_a_link_without_mass_stays_and_is_noted(read) -> None:
+    light = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+    tree = read(two("continuous", shank="", foot=light))
+    assert [part.mass for part in tree.parts.values()] == [0, 0]
+    assert any(note.endswith("without mass: shank, foot") for note in tree.notes)
+
+
+def test_a_point_mass_is_read_where_it_is_fixed(read) -> None:
+    point = BODY.replace(INERTIA, '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>')
+    assert read(two("fixed", foot=point)).parts["foot"].mass == 2
+
+
+def test_a_joint_that_follows_another_is_noted(read) -> None:
+    tree = read(two("continuous", '<mimic joint="knee" multiplier="0.5" offset="0.1"/>'))
+    assert any("ankle" in note and "0.5 × knee + 0.1" in note for note in tree.notes)
+    assert tree.beside == {"mimic joints": ("ankle",)}
+
+
+def test_parents_come_before_children_whatever_the_file_s_order(read) -> None:
+    links = "".join(f'<link name="{name}">{BODY}</link>' for name in ("toes", "foot", "shank"))
+    joints = joint("fixed", name="a", parent="foot", child="toes") + joint("continuous", name="b")
+    assert list(read(robot(links + joints)).parts) == ["shank", "foot", "toes"]
+
+
+def test_a_root_called_world_is_the_world(read) -> None:
+    links = "".join(f'<link name="{name}">{BODY}</link>' for name in ("shank", "foot"))
+    fixed = joint("fixed", '<origin xyz="0 0 1"/>', name="a", parent="world", child="shank")
+    tree = read(robot(f'<link name="world"/>{links}{fixed}{joint("continuous")}'))
+    assert list(tree.parts) == ["shank", "foot"]
+    assert tree.parts["shank"].parent is None and list(tree.parts["shank"].pose[:3, 3]) == [0, 0, 1]
+    assert tree.notes == ()
+
+
+@pytest.fixture
+def bone(tmp_path: pathlib.Path) -> pathlib.Path:
+    folder = tmp_path / "my_leg/meshes"
+    folder.mkdir(parents=True)
+    trimesh.creation.box((0.1, 0.2, 0.4)).export(folder / "bone.stl")
+    return folder.parent
+
+
+def mesh(name: str, scale: str = "") -> str:
+    return (
+        f'{BODY}<visual><origin xyz="0 0 1"/><geometry><mesh filename="{name}" {scale}/></geometry></visual>'
+    )
+
+
+@pytest.mark.parametrize("name", ["package://my_leg/meshes/bone.stl", "model://my_leg/meshes/bone.stl"])
+def test_packages_are_found_above_the_file_and_where_told(
+    read, bone: pathlib.Path, name: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = two("fixed", shank=mesh(name))
+    assert read(text).parts["shank"].shapes[0].kind == "mesh"
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    other = bone.rename(elsewhere / "my_leg")
+    assert not read(text).parts["shank"].shapes
+    for packages in ({"my_leg": other}, (elsewhere,), (str(other),), str(other), elsewhere):
+        assert len(read(text, packages=packages).parts["shank"].shapes) == 1
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"/nowhere:{elsewhere}")
+    assert len(read(text).parts["shank"].shapes) == 1
+
+
+def test_relative_absolute_and_file_names(read, bone: pathlib.Path) -> None:
+    path = bone / "meshes/bone.stl"
+    for name in ("my_leg/meshes/bone.stl", r"my_leg\meshes\bone.stl", str(path), f"file://{path}"):
+        (shape,) = read(two("fixed", shank=mesh(name))).parts["shank"].shapes
+        assert np.ptp(shape.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.4])
+        assert shape.pose[:3, 3] == pytest.approx([0, 0, 1])
+
+
+def test_a_scaled_mesh(read, bone: pathlib.Path) -> None:
+    (shape,) = (
+        read(two("fixed", shank=mesh("my_leg/meshes/bone.stl", 'scale="1 -2 3"'))).parts["shank"].shapes
+    )
+    assert np.ptp(shape.vertices, axis=0) == pytest.approx([0.1, 0.4, 1.2])
+    # mirrored, its faces still look outward: the volume stays positive
+    assert trimesh.Trimesh(shape.vertices, shape.faces).volume == pytest.approx(0.1 * 0.2 * 0.4 * 6)
+
+
+def test_millimetres_are_noted_unless_they_are_scaled(read, tmp_path: pathlib.Path) -> None:
+    trimesh.creation.box((100, 80, 400)).export(tmp_path / "bone.stl")
+    (note,) = read(two("fixed", shank=mesh("bone.stl"))).notes
+    assert "bone.stl, 400 m" in note and 'scale="0.001 0.001 0.001"' in note
+    assert not read(two("fixed", shank=mesh("bone.stl", 'scale="0.001 0.001 0.001"'))).notes
+    # of a crane, whose joints are as far apart
+    assert not read(two("fixed", '<origin xyz="0 0 -300"/>', shank=mesh("bone.stl"))).notes
+
+
+DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset>
+<unit name="inch" meter="0.0254"/><up_axis>Z_UP</up_axis></asset><library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1 0 0 0 2 0 0 0 4</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p>
+</triangles>
+</mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node>
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_a_mesh_in_inches_is_turned_into_metres(read, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "bone.dae").write_text(DAE)
+    (shape,) = read(two("fixed", shank=mesh("bone.dae"))).parts["shank"].shapes
+    assert np.ptp(shape.vertices, axis=0) == pytest.approx([0.0254, 0.0508, 0.1016])
+
+
+def test_missing_and_broken_meshes_do_not_stop_a_leg(read, tmp_path: pathlib.Path, capfd) -> None:
+    (tmp_path / "broken.stl").write_bytes(b"\1\2")
+    (tmp_path / "broken.obj").write_text("no mesh")
+    several = "".join(mesh(f"broken.{end}").removeprefix(BODY) for end in ("stl", "obj", "dae"))
+    tree = read(two("fixed", shank=mesh("package://gone/bone.stl") + several))
+    assert tree.parts["shank"].mass == 2 and not tree.parts["shank"].shapes
+    assert any("package://gone/bone.stl" in note and "broken.dae" in note for note in tree.notes)
+    assert any("broken.stl" in note and "broken.obj" in note for note in tree.notes)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_shapes(read) -> None:
+    shapes = (
+        '<visual name="a"><geometry><box size="0.2, 0.4,0.6"/></geometry></visual>'
+        '<visual><geometry><cylinder radius="0.1" length="0.6"/></geometry><material name="red"/></visual>'
+        '<visual><geometry><sphere radius="0.3"/></geometry></visual>'
+        '<visual><geometry><cone radius="0.3" length="1"/></geometry></visual>'
+    )
+    red = '<material name="red"><color rgba="1 0 0 0.5"/></material>'
+    tree = read(two("fixed", shank=BODY + shapes).replace("</robot>", f"{red}</robot>"))
+    box, cylinder, sphere = tree.parts["shank"].shapes
+    assert (box.name, list(box.size)) == ("a", [0.1, 0.2, 0.3])  # half lengths
+    assert list(cylinder.size) == [0.1, 0.3, 0] and cylinder.rgba == (1, 0, 0, 0.5)
+    assert list(sphere.size) == [0.3, 0, 0]
+    assert any("<cone>" in note and "shank" in note for note in tree.notes)
+
+
+def test_a_capsule_is_as_mujoco_reads_it(read, tmp_path: pathlib.Path) -> None:
+    shapes = (
+        '<collision><geometry><sphere radius="0.3"/></geometry></collision>'
+        '<collision><geometry><capsule radius="0.1" length="0.6"/></geometry></collision>'
+    )
+    sphere, capsule = read(two("fixed", shank=BODY + shapes)).parts["shank"].shapes
+    assert (sphere.kind, capsule.kind) == ("sphere", "capsule")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "leg.urdf"))
+    assert model.geom_type[1] == mujoco.mjtGeom.mjGEOM_CAPSULE
+    assert list(model.geom_size[1]) == list(capsule.size)
+
+
+def test_what_only_collides_is_shown(read) -> None:
+    collision = '<collision><geometry><sphere radius="0.3"/></geometry></collision>'
+    assert len(read(two("fixed", shank=BODY + collision)).parts["shank"].shapes) == 1
+
+
+def test_a_controller_s_settings_are_no_fault(read, tmp_path: pathlib.Path, monkeypatch, capfd) -> None:
+    """Nor does MuJoCo write about a mimic joint that it does not know."""
+    monkeypatch.chdir(tmp_path)
+    more = '<safety_controller soft_lower_limit=""/><calibration rising="x"/><mimic joint="knee"/>'
+    tree = read(two("floating", more))
+    second_opinion(tree)
+    assert "foot" in tree.parts and capfd.readouterr() == ("", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["leg.urdf"]
+
+
+def test_a_version_of_xml_that_is_none_is_no_fault(read) -> None:
+    assert list(read('<?xml version="0.0" ?>' + two("fixed")).parts) == ["shank", "foot"]
+
+
+def test_simulators_additions_are_no_fault(read, caplog: pytest.LogCaptureFixture, capfd) -> None:
+    more = (
+        '<drake:joint/><gazebo reference="foot"><mu1>1</mu1></gazebo><transmission name="t"/><!-- words -->'
+    )
+    with caplog.at_level(logging.DEBUG):
+        tree = read(two("continuous").replace("</robot>", f"{more}</robot>"))
+    assert tree.beside == {"transmissions": ("t",), "simulator's additions": ("gazebo foot",)}
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+    assert capfd.readouterr() == ("", "")
+
+
+# ------------------------------------------------------------------------------------- MuJoCo's own importer
+
+
+def random_robot(seed: int) -> str:
+    rng = np.random.default_rng(seed)
+
+    def some(count: int, most: float) -> str:
+        return " ".join(f"{x:.17g}" for x in rng.uniform(-most, most, count))
+
+    links, joints = "", ""
+    for link in range(6):
+        a, b, c = rng.uniform(0.05, 0.3, 3) ** 2
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        full = turn @ np.diag([b + c, a + c, a + b]) @ turn.T
+        numbers = full[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        words = " ".join(f'{name}="{value:.17g}"' for name, value in zip(names, numbers, strict=True))
+        links += (
+            f'<link name="l{link}"><inertial><origin xyz="{some(3, 0.3)}" rpy="{some(3, 3)}"/>'
+            f'<mass value="{rng.uniform(0.1, 9):.17g}"/><inertia {words}/></inertial></link>'
+        )
+        if link:
+            kind = str(rng.choice(["revolute", "continuous", "prismatic", "fixed"]))
+            more = f'<origin xyz="{some(3, 0.4)}" rpy="{some(3, 3)}"/><axis xyz="{some(3, 1)}"/>'
+            if kind != "continuous":
+                lower, upper = -rng.uniform(0.1, 1), rng.uniform(0.1, 1)
+                more += f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/>'
+            above = f"l{rng.integers(0, link)}"
+            joints += joint(kind, more, name=f"j{link}", parent=above, child=f"l{link}")
+    return robot(links + joints)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_mujoco_reads_the_same(read, seed: int) -> None:
+    assert second_opinion(read(random_robot(seed))) == ()
+
+
+def test_a_second_opinion_tells_what_differs(read) -> None:
+    tree = read(two("revolute", '<limit lower="-1" upper="1" effort="1" velocity="1"/>'))
+    foot = tree.parts["foot"]
+    other = dataclasses.replace(foot, mass=2.5, centre=foot.centre + 0.01, inertia=2 * foot.inertia)
+    found = second_opinion(dataclasses.replace(tree, parts={**tree.parts, "foot": other}))
+    assert [
+        f"link foot: {word}" in line
+        for word, line in zip(("mass", "centre", "inertia zz"), found, strict=True)
+    ] == [True] * 3
+    assert "2.5 kg here, 2 kg in MuJoCo" in found[0]
+    assert "0.08 kg·m² here, 0.04 kg·m² in MuJoCo" in found[2]
+
+
+def test_a_second_opinion_tells_of_joints_and_places(read) -> None:
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    tree = read(two("revolute", limit + '<origin xyz="0 0 1"/>'))
+    foot = tree.parts["foot"]
+    moved = foot.pose.copy()
+    moved[2, 3] = 0.5
+    turned = dataclasses.replace(foot.joints[0], axis=np.array([0.0, 1.0, 0.0]), range=(-2.0, 1.0))
+    other = dataclasses.replace(foot, pose=moved, joints=(turned,))
+    place, axis, span = second_opinion(dataclasses.replace(tree, parts={**tree.parts, "foot": other}))
+    assert "link foot" in place and "(0, 0, 0.5) m here, (0, 0, 1) m in MuJoCo" in place
+    assert "joint ankle: axis (0, 1, 0) here, (1, 0, 0) in MuJoCo" in axis
+    assert "joint ankle: range -2 to 1 here, -1 to 1 in MuJoCo" in span
+
+
+def test_a_second_opinion_that_mujoco_cannot_give(read) -> None:
+    (finding,) = second_opinion(read(two("continuous", foot="")))
+    assert finding.startswith("MuJoCo cannot read it: ") and "foot" in finding and "\n" not in finding
+
+
+def test_mass_that_mujoco_would_guess_is_told(read) -> None:
+    collision = '<collision><geometry><sphere radius="0.3"/></geometry></collision>'
+    (finding,) = second_opinion(read(two("continuous", shank=collision)))
+    assert "shank" in finding and "1000 kg/m³" in finding
