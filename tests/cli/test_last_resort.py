@@ -12,7 +12,8 @@ import pytest
 import typer
 from command import call
 
-from afo_sim import cli, doctor, last_resort
+from afo_sim import cli, doctor
+from afo_sim.cli import last_resort
 from afo_sim.common.errors import InputError
 
 
