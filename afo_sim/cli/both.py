@@ -106,14 +106,7 @@ def _check_folder(folder: pathlib.Path, pair: list[dict[str, Any]], apart: float
 
 
 def print_both(legs: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
-    """Print two legs' runs.
-
-    Parameters
-    ----------
-    legs : `simulation.both.Both`
-    folder : that it was written to
-    numbers : every number of both legs
-    """
+    """Print two legs' runs."""
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
     print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
     header = ["", "right", "left", "both"]

@@ -51,13 +51,7 @@ class Commands(TyperGroup):
 
 
 def with_options(error: InputError, command: Any) -> InputError:
-    """An error of the library with a command's options for the arguments that it names.
-
-    Parameters
-    ----------
-    error : its field may go on behind a dot: `noise.angle` is `--noise angle`
-    command : of Typer; an argument without an option stands as in its usage, in capitals
-    """
+    """An error of the library with a command's options for the arguments that it names."""
     parameters = {parameter.name: parameter for parameter in getattr(command, "params", ())}
 
     def option(argument: str) -> str | None:
@@ -89,16 +83,7 @@ def print_version(asked: bool) -> None:
 
 
 def run(app: typer.Typer) -> int:
-    """Run a command line.
-
-    Parameters
-    ----------
-    app : with all of its commands
-
-    Returns
-    -------
-    the exit code
-    """
+    """Run a command line."""
     with _terminable() as signals:
         try:
             app(prog_name="afo-sim")

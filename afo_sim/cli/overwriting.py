@@ -25,13 +25,7 @@ OTHER = "another folder with --out"
 
 
 def check_folder(folder: pathlib.Path, kind: str = "") -> None:
-    """Refuse a folder that holds another kind of output; any kind if `kind` is "".
-
-    Parameters
-    ----------
-    folder : to write to
-    kind : one of KINDS' values
-    """
+    """Refuse a folder that holds another kind of output; any kind if `kind` is ""."""
     for file, found in KINDS.items():
         if (folder / file).is_file():
             if found != kind:
@@ -41,14 +35,7 @@ def check_folder(folder: pathlib.Path, kind: str = "") -> None:
 
 
 def check_run_folder(folder: pathlib.Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
-    """Refuse a folder that holds the run of another description.
-
-    Parameters
-    ----------
-    folder : to write to
-    scenario : resolved; a run of the very same is replaced without a question
-    force : replace any run
-    """
+    """Refuse a folder that holds the run of another description."""
     from afo_sim.common.writing import settle
 
     check_folder(folder, "run")

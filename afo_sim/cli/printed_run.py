@@ -20,14 +20,7 @@ SPELLED = str.maketrans(  # for a terminal that does not know them
 
 
 def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
-    """Print a run.
-
-    Parameters
-    ----------
-    recording : the run
-    folder : that it was written to
-    numbers : every number of a walk, too
-    """
+    """Print a run."""
     told = bool(recording.verdict)
     if told:
         _print_verdict(recording)
@@ -89,15 +82,7 @@ def _print_warnings(recording: Any, judged: bool) -> None:
 
 
 def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:
-    """A text in the terminal's width, further lines indented; whole where a file or program reads it.
-
-    Parameters
-    ----------
-    text : one line
-    hang : columns that further lines are indented by
-    badge : columns at its beginning that have the colour of the mark there
-    style : of the whole
-    """
+    """A text in the terminal's width, further lines indented; whole where a file or program reads it."""
     from rich.console import Console
     from rich.text import Text
 

@@ -125,20 +125,7 @@ def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -
 
 
 def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
-    """Print what a sweep's cases say, and write its figures.
-
-    Parameters
-    ----------
-    folder : the sweep's
-    out : folder of the figures; "figures" in the sweep's if None
-    metrics : as in `show`; those that matter most if empty
-    best : how many of the best cases are listed for each metric
-
-    Raises
-    ------
-    InputError
-        The folder is no sweep, a metric is not in it, or the figures cannot be written.
-    """
+    """Print what a sweep's cases say, and write its figures."""
     with progress("reading"):
         from afo_sim.show.sweep import FIGURES, write_figures
         from afo_sim.show.sweep_tables import tables

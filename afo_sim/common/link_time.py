@@ -46,12 +46,7 @@ class CalledCodegen(JITCPUCodegen):
 
 @contextmanager
 def only_called(context: Any) -> Iterator[None]:
-    """A block in which numba compiles called functions alone; who calls them brings a library.
-
-    Parameters
-    ----------
-    context : numba's target context; functions that are compiled later can call these too
-    """
+    """A block in which numba compiles called functions alone; who calls them brings a library."""
     own = context._internal_codegen
     context._internal_codegen = CalledCodegen("called functions")
     try:

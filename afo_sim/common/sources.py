@@ -10,12 +10,7 @@ _PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 @functools.cache
 def checksum(package: pathlib.Path = _PACKAGE) -> str | None:
-    """SHA-256 of the rooms' files; None where they are not there to be read.
-
-    Parameters
-    ----------
-    package : folder of the rooms
-    """
+    """SHA-256 of the rooms' files; None where they are not there to be read."""
     found, files = hashlib.sha256(), sorted(p for room in ROOMS for p in (package / room).rglob("*.py"))
     try:
         for path in files:

@@ -44,16 +44,7 @@ _MICRO = re.compile("^[µμ]")
 
 @functools.lru_cache(maxsize=4096)
 def factor(unit: str, into: str) -> float | None:
-    """Number by which an amount in `unit` is multiplied to have it in `into`.
-
-    Parameters
-    ----------
-    unit, into : products, quotients and powers of units, such as "N*s/(m*Pa)"
-
-    Returns
-    -------
-    float; None where a unit is not in the tables, is not plainly written, or their dimensions differ
-    """
+    """Number by which an amount in `unit` is multiplied to have it in `into`."""
     source, target = _read(unit), _read(into)
     if source is None or target is None:
         return None

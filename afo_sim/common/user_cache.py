@@ -36,12 +36,7 @@ def _of_the_system() -> pathlib.Path:
 
 
 def read(kind: str, key: str) -> bytes | None:
-    """What `write` has stored; None where it is missing, unreadable or damaged.
-
-    Parameters
-    ----------
-    kind, key : of the file
-    """
+    """What `write` has stored; None where it is missing, unreadable or damaged."""
     path = _path(kind, key)
     try:
         stored = path.read_bytes() if path else b""
@@ -55,13 +50,7 @@ def read(kind: str, key: str) -> bytes | None:
 
 
 def write(kind: str, key: str, content: bytes) -> None:
-    """Store content for later processes; without a word where that is impossible.
-
-    Parameters
-    ----------
-    kind, key : of the file; a kind keeps its eight newest files
-    content : bytes
-    """
+    """Store content for later processes; without a word where that is impossible."""
     path = _path(kind, key)
     if path is None:
         return

@@ -16,11 +16,7 @@ from afo_sim.description.scenario import Scenario
 def activated(activation: float, excitation: float, dt: float, rise: float, fall: float) -> float:
     """Activation after a time with a constant excitation: a' = (u − a)/τ, solved exactly.
 
-    Parameters
-    ----------
-    activation, excitation : a and u, from 0 to 1 [-]
-    dt : time [s]
-    rise, fall : τ where u is above a, and where it is not [s]; 0 follows at once
+    Units: activation, excitation [-], dt [s], rise, fall [s].
     """
     constant = rise if excitation > activation else fall
     if constant == 0.0:
@@ -29,13 +25,7 @@ def activated(activation: float, excitation: float, dt: float, rise: float, fall
 
 
 class EmgController:
-    """A controller: a chamber by activation.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for
-    """
+    """A controller: a chamber by activation."""
 
     def __init__(self, description: Emg, scenario: Scenario):
         self.description, self.full = description, in_si(description.full)

@@ -10,10 +10,7 @@ LOST = 1.5  # durations of a stride without a heel strike, from which on the pha
 class FootSwitch:
     """An estimator of the gait phase.
 
-    Parameters
-    ----------
-    threshold : load from which on the switch is closed [N]
-    strides : number of last strides whose mean duration counts
+    Units: threshold [N].
     """
 
     def __init__(self, threshold: float, strides: int = 3):
@@ -30,10 +27,7 @@ class FootSwitch:
     def update(self, value: float, dt: float) -> bool:
         """Take a sample, and tell whether the heel has struck in it.
 
-        Parameters
-        ----------
-        value : load [N]
-        dt : time since the sample before [s]
+        Units: value [N], dt [s].
         """
         self.since += dt
         closed = value >= (OPENS * self.threshold if self.closed else self.threshold)

@@ -14,13 +14,7 @@ from afo_sim.description.scenario import Scenario
 
 
 class GaitPhaseController:
-    """A controller: valves in intervals of the estimated phase, or pressures over it.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for; tells the step by which samples are old
-    """
+    """A controller: valves in intervals of the estimated phase, or pressures over it."""
 
     def __init__(self, description: GaitPhase, scenario: Scenario):
         self.description = description

@@ -2,12 +2,5 @@
 
 
 def switched(on: bool, value: float, low: float, high: float) -> bool:
-    """Whether it is on: from `high` on, off below `low`, as it was between them.
-
-    Parameters
-    ----------
-    on : whether it was on
-    value : what is compared
-    low, high : thresholds, in the same unit
-    """
+    """Whether it is on: from `high` on, off below `low`, as it was between them."""
     return value >= high or (on and value >= low)

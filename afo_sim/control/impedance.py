@@ -15,13 +15,7 @@ FLAT = 1e-6  # moments that are the same [N·m]
 
 
 class ImpedanceController:
-    """A spring and a damper about a reference angle.
-
-    Parameters
-    ----------
-    described : stiffness, damping, reference, chambers, and what moment a pressure gives
-    scenario : that it is for
-    """
+    """A spring and a damper about a reference angle."""
 
     def __init__(self, described: Impedance, scenario: Scenario):
         self.described = described

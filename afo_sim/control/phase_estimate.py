@@ -42,9 +42,7 @@ BACK = 0.05  # phase by which it waits instead of running back [-]
 class PhaseEstimate:
     """Estimator of gait phase and stride time from samples of the shank's angle.
 
-    Parameters
-    ----------
-    lead : time by which it tells the phase ahead of the sample, as old as samples are [s]
+    Units: lead [s].
     """
 
     def __init__(self, lead: float = 0.0) -> None:
@@ -89,11 +87,7 @@ class PhaseEstimate:
     def update(self, value: float, dt: float, struck: bool = False) -> None:
         """Take in a sample.
 
-        Parameters
-        ----------
-        value : shank's angle from the vertical, knee ahead of ankle positive [rad]
-        dt : time since the sample before [s]
-        struck : whether a switch under the heel has closed since the sample before
+        Units: value [rad], dt [s].
         """
         if not (math.isfinite(value) and dt > 0.0):
             return  # a sample that was lost

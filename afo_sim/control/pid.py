@@ -21,12 +21,7 @@ class Law:
     dI/dt = e/Ti, but not while u is at its limit and e would drive it further: no wind-up
     D + Tf dD/dt = Td dy/dt, by backward differences: a step of the reference gives no kick
 
-    Parameters
-    ----------
-    band : error that alone gives output 1, in the unit of the error
-    integral_time : Ti [s], None for no integral
-    derivative_time, derivative_filter : Td and Tf [s]
-    limit : greatest output [-]
+    Units: integral_time [s], derivative_time, derivative_filter [s], limit [-].
     """
 
     def __init__(
@@ -50,11 +45,7 @@ class Law:
     def __call__(self, error: float, measured: float, period: float) -> float:
         """Output [-] of the next period.
 
-        Parameters
-        ----------
-        error : reference less measured, beyond the dead band
-        measured : in the same unit
-        period : since the last call [s]
+        Units: period [s].
         """
         change = 0.0 if self.before is None else measured - self.before
         self.before = measured
@@ -69,13 +60,7 @@ class Law:
 
 
 class PidController:
-    """PID on a column, its output given to valves directly or to drives as pressures.
-
-    Parameters
-    ----------
-    described : gains, column, chambers
-    scenario : that it is for
-    """
+    """PID on a column, its output given to valves directly or to drives as pressures."""
 
     def __init__(self, described: Pid, scenario: Scenario):
         self.described, self.loop = described, described.loop

@@ -12,10 +12,7 @@ AnyReference = Reference | MomentReference | PressureReference
 def value_at(reference: AnyReference, time: float) -> float:
     """What a reference without a column asks for at a time, in its own SI unit.
 
-    Parameters
-    ----------
-    reference : sine, chirp or table
-    time : since the start of the run [s]
+    Units: time [s].
     """
     if reference.table:
         return _in_table(reference, time)

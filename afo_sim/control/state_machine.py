@@ -63,12 +63,7 @@ class Machine:
 def advance(machine: Machine, state: int, state_time: float, values: Mapping[str, float]) -> int:
     """The state of the next control period: that of the first transition that fires, or the same.
 
-    Parameters
-    ----------
-    machine : see `Machine`
-    state : present state
-    state_time : since it was entered [s]
-    values : by column [SI], of those at least that this state's transitions compare
+    Units: state_time [s], values [SI].
     """
     for transition in machine.transitions:
         if transition.source == state and transition.holds(state_time, values):
@@ -111,13 +106,7 @@ def _command(told: str | tuple[float, float] | float) -> tuple[float, float] | f
 
 
 class StateMachineController:
-    """A controller: looks at the transitions of its state once in each control period.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for
-    """
+    """A controller: looks at the transitions of its state once in each control period."""
 
     def __init__(self, description: StateMachine, scenario: Scenario):
         self.machine = machine_of(description, scenario)

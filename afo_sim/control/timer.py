@@ -17,13 +17,7 @@ SLIGHTLY = 1e-9  # by which a tick may come early on an event [s]: rounding of t
 
 
 class TimerController:
-    """A controller: coils by the time on its clock.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for
-    """
+    """A controller: coils by the time on its clock."""
 
     def __init__(self, description: ClockTimer, scenario: Scenario):
         self.description = description

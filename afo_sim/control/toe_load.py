@@ -11,13 +11,7 @@ from afo_sim.description.scenario import Scenario
 
 
 class ToeLoadController:
-    """A controller: p = p_peak F / F_peak for push-off, up to p_peak; the lifting chamber by two thresholds.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for
-    """
+    """p = p_peak F / F_peak for push-off, to p_peak; the lifting chamber by two thresholds."""
 
     def __init__(self, description: ToeLoad, scenario: Scenario):
         self.description = description

@@ -40,18 +40,6 @@ def muscle_values(
 
     The law is the geometric one (Chou & Hannaford 1996) with its wall term; the sets of two others stand
     beside it, with an end correction and with a rubber bladder.
-
-    Parameters
-    ----------
-    given : "bore", "braid_angle" and "length" (between the ends), with unit; "end_length", which does not
-        contract (twice the bore by default), and "wall_thickness" of braid and bladder (none by default)
-    base : table of a muscle, whose frictions are taken as assumptions
-    told : kind and source of what is given
-
-    Raises
-    ------
-    InputError
-        A quantity is missing, out of range, or no braid is left between the ends.
     """
     q = _read(given)
     bore, end, total = q["bore"], q["end_length"], q["length"]

@@ -166,19 +166,7 @@ def table_at(kind: Any, path: Path) -> Any:
 def nearest_key(
     path: Path, known: Iterable[Leaf], beside: Iterable[str] = (), root: object = None
 ) -> str | None:
-    """The key that an unknown one most likely means, on whatever level.
-
-    Parameters
-    ----------
-    path : of the unknown key
-    known : what can be set
-    beside : names that stand on the level of the unknown key; of two that are alike it is theirs
-    root : what is written; of two that are alike it is the one whose table is there
-
-    Returns
-    -------
-    a name of `beside`, the dotted key of a leaf, or None
-    """
+    """The key that an unknown one most likely means, on whatever level."""
 
     def likeness(name: str) -> float:
         return difflib.SequenceMatcher(None, path[-1], name).ratio()

@@ -112,13 +112,7 @@ def told_of(described: "Described", key: str) -> str:
 
 
 def refuse_all(problems: Sequence[PydanticCustomError]) -> None:
-    """Report several refused fields at once.
-
-    Raises
-    ------
-    ValidationError
-        There is one at least; pydantic adds its entries to those of the table being read.
-    """
+    """Report several refused fields at once."""
     if problems:
         lines = [InitErrorDetails(type=problem, loc=(), input=None) for problem in problems]
         raise ValidationError.from_exception_data("refused", lines)

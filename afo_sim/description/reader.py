@@ -162,18 +162,7 @@ def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
 
 
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
-    """A copy of a description with dotted keys set, checked as a file's are.
-
-    Parameters
-    ----------
-    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
-    sets : dotted keys and their values, as `load` takes them; a value may be a description itself
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
+    """A copy of a description with dotted keys set, checked as a file's are."""
     _require_table(sets)
     kind = next(name for name, spec in SPECS.items() if spec is type(description))
     table = description.model_dump(mode="json", exclude_none=True)

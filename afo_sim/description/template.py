@@ -34,19 +34,7 @@ class Template:
     explained: set[tuple[str, str]] = field(default_factory=set)
 
     def text(self, kind: Any, values: Table, examples: Table, title: str) -> str:
-        """The whole file.
-
-        Parameters
-        ----------
-        kind : class of the description
-        values : what the file says, as TOML holds it
-        examples : likewise, for tables and keys that are only shown, as comments
-        title : first line
-
-        Returns
-        -------
-        text, with a trailing newline
-        """
+        """The whole file."""
         lines = [*_comment(title), *_comment(HEAD), ""]
         lines += self._table(kind, values, examples, ())
         text = "\n".join(lines).strip("\n") + "\n"

@@ -26,13 +26,7 @@ AXES = "xyz"
 
 
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
-    """{OpenSim's coordinate: values [deg]}, after `time` [s]: ankle_angle_r, subtalar_angle_r, mtp_angle_r.
-
-    Parameters
-    ----------
-    rows : with the ankle's angle
-    side : "right" or "left"
-    """
+    """{coordinate of OpenSim: values [deg]}: `time` [s], ankle_angle_r, subtalar_angle_r, mtp_angle_r."""
     found = {TIME: rows.columns[TIME]}
     for column, name in ((ANKLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
         if column in rows.columns:
@@ -63,14 +57,7 @@ def ground_loads(rows: Rows) -> dict[str, np.ndarray]:
 
 
 def external_loads(name: str, data: str, side: str) -> str:
-    """OpenSim's ExternalLoads as XML: the ground's force acts on the heel bone's body of a side.
-
-    Parameters
-    ----------
-    name : of the loads
-    data : name of the file with `ground_loads`, in the same folder
-    side : "right" or "left"
-    """
+    """OpenSim's ExternalLoads as XML: the ground's force acts on the heel bone's body of a side."""
     facts = {
         "applied_to_body": f"calcn_{side[0]}",
         "force_expressed_in_body": "ground",

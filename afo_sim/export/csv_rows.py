@@ -21,11 +21,7 @@ def titles(rows: Rows) -> list[str]:
 def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
     """Write rows as CSV; a number that is none stands there as nan, inf or -inf.
 
-    Parameters
-    ----------
-    rows : to write
-    path : file
-    report : called with (rows done, rows in all)
+    Units: report (rows done, rows in all).
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line
@@ -36,11 +32,7 @@ def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
 def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:
     """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits.
 
-    Parameters
-    ----------
-    write : takes rows, as `csv.writer(…).writerows` does
-    columns : (n,) each
-    report : called with (rows done, rows in all)
+    Units: columns (n,), report (rows done, rows in all).
     """
     count = len(columns[0])
     for start in range(0, count, BLOCK):

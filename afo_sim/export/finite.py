@@ -12,11 +12,6 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
 
     A run that failed ends before its first row with such a number; of one that did not, columns with such a
     number are left out.
-
-    Parameters
-    ----------
-    rows : any
-    failed : whether the run did
     """
     columns, notes = dict(rows.columns), list(rows.notes)
     whole = np.logical_and.reduce([np.isfinite(values) for values in columns.values()])

@@ -20,12 +20,6 @@ def write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
     `run.columns`, `run.names`, `run.units` and `run.signs` have the same fields: values (n × 1, double), the
     column's own name, unit and sign. `run.metrics.NAME` has `value` and `unit`; `run.strides` a column of
     values of each metric. `run.scenario`, `run.studies` and `run.versions` are JSON: jsondecode reads them.
-
-    Parameters
-    ----------
-    recording : that ran
-    rows : of it
-    path : file
     """
     from scipy.io import savemat
 

@@ -14,11 +14,6 @@ def write_metrics(recording: Recording, path: pathlib.Path) -> None:
     """Write a run's metrics, one a line: name, value in its unit, unit, and what it is called.
 
     A run with bands has three columns more: 5, 50 and 95 % of its draws, empty where a metric has no band.
-
-    Parameters
-    ----------
-    recording : with metrics
-    path : file; RFC 4180, UTF-8
     """
     drawn = recording.studies.get("uncertainty", {}).get("metrics", {})
     nothing = {"quantiles": [""] * len(QUANTILES)}

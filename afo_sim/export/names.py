@@ -11,10 +11,6 @@ def legal_names(names: Iterable[str]) -> dict[str, str]:
 
     A space splits a label in OpenSim's Storage, and a slash makes it a path to a component of a model; MATLAB
     allows neither. "muscle/dorsiflexor_1/force" is muscle_dorsiflexor_1_force.
-
-    Parameters
-    ----------
-    names : different ones
     """
     found: dict[str, str] = {}
     taken: set[str] = set()

@@ -29,16 +29,7 @@ def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[s
     Every k-th row is kept as it is: neither filtered nor interpolated, which would make numbers between
     two that never were (a phase between 0.99 and 0).
 
-    Parameters
-    ----------
-    recording : any
-    rate : rows a second [Hz], up to the run's own, which is the default
-    columns : names or patterns such as "ankle/*"; all by default, and `time` always
-
-    Raises
-    ------
-    InputError
-        There are no rows, time does not increase, the rate is more than the run's, or a pattern fits nothing.
+    Units: rate [Hz].
     """
     time = recording[TIME]
     if not len(time):

@@ -12,11 +12,6 @@ def side_of(recording: Recording) -> tuple[str, str]:
     """("right" or "left", a note): the simulated side where it was told, else the recorded walker's.
 
     It was told by the scenario's `side`, or by a leg that is a left one. Where nobody walks, it is the leg's.
-
-    Raises
-    ------
-    InputError
-        What ran is no leg.
     """
     leg = recording.scenario["leg"]
     if leg.get("directions", ANKLE) != ANKLE:

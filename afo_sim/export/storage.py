@@ -26,18 +26,7 @@ def write_storage(
     `version=1` is what Storage writes, and what GUI and tools of OpenSim 2.4 to 4.6 read; DataType is what
     the table adapters of 4.x look for. A line OpenSimVersion would say that OpenSim wrote the file.
 
-    Parameters
-    ----------
-    path : file
-    name : of the table in OpenSim, kept to a line that is no `key=value`
-    columns : by label, without spaces, `time` [s] first and increasing; finite
-    degrees : of rotations, or radians
-    report : called with (rows done, rows in all)
-
-    Raises
-    ------
-    InputError
-        A number is not finite: OpenSim's Storage stops at the first one and loses every row from there.
+    Units: columns [s], report (rows done, rows in all).
     """
     labels = list(columns)
     assert labels[0] == TIME and not any(re.search(r"\s", label) for label in labels)

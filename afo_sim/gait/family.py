@@ -69,17 +69,7 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
 
 
 def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
-    """Name and stride of each member of a file's family, by rising speed.
-
-    Parameters
-    ----------
-    file : gait CSV of one member; the others stand beside it
-
-    Raises
-    ------
-    InputError
-        The file belongs to no family, or a member cannot be read or has other rows.
-    """
+    """Name and stride of each member of a file's family, by rising speed."""
     folder = pathlib.Path(file).resolve().parent
     stamp = _stamp(folder)
     family = _families(folder, stamp).get(pathlib.Path(file).name)

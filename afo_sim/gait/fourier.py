@@ -43,12 +43,7 @@ class FourierSeries:
         A signal that should return, but whose last sample differs from its first, has the difference
         taken out as a straight line about mid-cycle: its mean stays.
 
-        Parameters
-        ----------
-        phase : 0…1, increasing, first 0 and last 1 [-] (n,)
-        values : (n,), n > 2 `harmonics` + 1
-        harmonics : highest multiple of the cycle's frequency
-        progressing : the difference between last and first is true travel, and stays
+        Units: phase [-] (n,), values (n,).
         """
         closing = float(values[-1] - values[0])
         level = values - closing * (phase - (0.0 if progressing else 0.5))
@@ -68,14 +63,7 @@ class FourierSeries:
     def __call__(self, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
         """The signal, or its first, second, … derivative with respect to phase.
 
-        Parameters
-        ----------
-        phase : any real number of cycles [-], of any shape
-        derivative : its order
-
-        Returns
-        -------
-        array of `phase`'s shape
+        Units: phase [-].
         """
         wave = Wave.at(phase)
         order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)

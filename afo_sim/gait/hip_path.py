@@ -69,18 +69,7 @@ def ankle_path(
 ) -> AnklePath:
     """The ankle's path over one stride of a walker whose legs do alike.
 
-    Parameters
-    ----------
-    phase : 0…1 from heel strike, increasing [-] (n,)
-    angles : shank, knee, ankle [rad], each (n,), with the signs of `GaitCycle`
-    load : ground's upward force on the foot [body weights] (n,)
-    stride_length : [m]
-    foot : its shape
-    chain : the leg's lengths
-
-    Returns
-    -------
-    AnklePath, smooth: a series of the harmonics that `GaitCycle` walks by
+    Units: phase [-] (n,), angles [rad] (n,), load [body weights] (n,), stride_length [m].
     """
     shank, knee, ankle = angles
     start = float(phase[np.argmax(load > LOADED)])

@@ -24,14 +24,7 @@ def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, 
     does, so that the stride repeats; periodic cubic splines run through the points. Forces and moment are
     monotone between their points (PCHIP), so that nothing overshoots at heel strike and toe-off.
 
-    Parameters
-    ----------
-    phase : 0…1 [-] (n,)
-    curves : by the names of ANGLES and FORCES, in the units and signs of `GaitCycle`, each (n,)
-
-    Returns
-    -------
-    {"phase" and each name: (ROWS,)}
+    Units: phase [-] (n,), curves (n,).
     """
     fine = np.linspace(0.0, 1.0, ROWS)
     columns = {"phase": fine}
@@ -47,15 +40,7 @@ def centre_of_pressure(
 ) -> np.ndarray:
     """Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,).
 
-    Parameters
-    ----------
-    moment : internal, dorsiflexion positive [N·m/kg] (n,)
-    force_x, force_z : ground on foot, forward and up [body weights] (n,)
-    height : of the ankle above the floor [m] (n,)
-
-    Returns
-    -------
-    array (n,), NaN where the upward force is `checks.COP_FORCE` or less: there the quotient means nothing
+    Units: moment [N·m/kg] (n,), force_x, force_z [body weights] (n,), height [m] (n,).
     """
     pressing = force_z > COP_FORCE
     ahead = -moment / GRAVITY - height * force_x
@@ -63,13 +48,7 @@ def centre_of_pressure(
 
 
 def with_derived_path(cycle: GaitCycle, foot: FootShape, chain: Chain) -> GaitCycle:
-    """The same stride with its ankle's path and centre of pressure derived from its other columns.
-
-    Parameters
-    ----------
-    cycle : its `ankle_x`, `ankle_z` and `cop_x` are not looked at
-    foot, chain : shape of the foot and lengths of the leg
-    """
+    """The same stride with its ankle's path and centre of pressure derived from its other columns."""
     length = cycle.walking_speed * cycle.stride_time
     angles = cycle.shank_angle, cycle.knee_angle, cycle.ankle_angle
     path = ankle_path(cycle.phase, angles, cycle.grf_z, length, foot, chain)

@@ -44,14 +44,7 @@ class Norm:
     def at(self, name: str, phase: np.ndarray | float) -> np.ndarray:
         """A column at any phase.
 
-        Parameters
-        ----------
-        name : "ankle_angle", "ankle_low", "ankle_high", "knee_angle", "moment_low" or "moment_high"
-        phase : [-], of any shape
-
-        Returns
-        -------
-        array of `phase`'s shape [rad] or [N·m/kg], linear between the published points
+        Units: phase [-], returns [rad].
         """
         return np.interp(np.asarray(phase) % 1.0, self.phase, getattr(self, name))
 

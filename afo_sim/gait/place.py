@@ -70,10 +70,7 @@ def fit_to_leg(
 def standing_height(outsole: Iterable[tuple[float, float]], pitch: np.ndarray) -> np.ndarray:
     """Height of the ankle at which the lowest point of an outsole is on the floor [m] (n,).
 
-    Parameters
-    ----------
-    outsole : points (x, z) from the ankle, in the axes of the flat foot [m]
-    pitch : of the foot, toe up [rad] (n,)
+    Units: outsole [m], pitch [rad] (n,).
     """
     heights = [-x * np.sin(pitch) - z * np.cos(pitch) for x, z in outsole]
     return np.asarray(np.max(heights, axis=0))

@@ -29,12 +29,7 @@ class FootShape:
     def of_height(cls, body_height: float, ankle_height: float, behind: float = 0.0) -> "FootShape":
         """An adult's foot, scaled by body height.
 
-        Parameters
-        ----------
-        body_height : [m]
-        ankle_height : of the ankle point above the floor, as it was recorded [m]
-        behind : how far that point lies behind the joint's centre; a marker on the lateral malleolus does by
-            some 10 mm [m]
+        Units: body_height [m], ankle_height [m], behind [m].
         """
         size = body_height / ADULT
         return cls(ankle_height, size * HEEL - behind, size * HINGE + behind, size * HINGE_HEIGHT)
@@ -46,18 +41,11 @@ def rocking(pitch: np.ndarray, foot: FootShape) -> tuple[np.ndarray, np.ndarray]
     Toe up, the foot turns about the heel's contact. Toe down, it turns about the hinge of the toes, which lie
     flat on the floor.
 
-    Parameters
-    ----------
-    pitch : of the sole, toe up positive [rad] (n,)
-    foot : its shape
-
-    Returns
-    -------
-    (forward, from where the ankle is with the foot flat [m] (n,), above the floor [m] (n,))
-
     Source
     ------
     Perry & Burnfield 2010, Gait Analysis, chapter 3 (heel, ankle and forefoot rocker), as rigid parts.
+
+    Units: pitch [rad] (n,), returns [m].
     """
     sine, cosine = np.sin(np.abs(pitch)), np.cos(pitch)
     above = foot.ankle_height - foot.hinge_height  # of the ankle above the hinge

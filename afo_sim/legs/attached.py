@@ -96,15 +96,7 @@ class Attached:
     def reset(self, data: mujoco.MjData, qpos: np.ndarray | None = None) -> None:
         """Set a state at rest: chambers at ambient pressure, valves shut, the supply at its pressure.
 
-        Parameters
-        ----------
-        data : of `model`
-        qpos : posture (nq,); the model's own by default. Who moves `qpos` otherwise calls `fill` after it.
-
-        Raises
-        ------
-        InputError
-            The posture has another length, or a number in it is not finite.
+        Units: qpos (nq,).
         """
         mujoco.mj_resetData(self.model, data)
         if qpos is not None:
@@ -120,11 +112,7 @@ class Attached:
     def fill(self, data: mujoco.MjData, pressures: Mapping[str, str | float] | None = None) -> None:
         """Set this orthosis' chambers to gauge pressures at ambient temperature, muscles at rest with them.
 
-        Parameters
-        ----------
-        data : in any posture; its velocity, the valves and a supply that was set stay as they are
-        pressures : by chamber, text with a unit or [Pa]; the others at ambient pressure. Other orthoses then
-            keep their last pressures; without `pressures` they are at ambient pressure too
+        Units: pressures [Pa].
         """
         gauge = {} if pressures is None else self._pressures_of_others(data)
         for name, value in (pressures or {}).items():
@@ -150,13 +138,7 @@ class Attached:
     def set_valves(
         self, data: mujoco.MjData, commands: Mapping[str, Command] | None = None, /, **more: Command
     ) -> None:
-        """Put current on valves: `set_valves(data, dorsiflexor="inlet", plantarflexor="outlet")`.
-
-        Parameters
-        ----------
-        data : of `model`
-        commands, more : by chamber "inlet", "outlet", or None for both shut; other chambers stay as they are
-        """
+        """Put current on valves: `set_valves(data, dorsiflexor="inlet", plantarflexor="outlet")`."""
         for name, command in {**(commands or {}), **more}.items():
             if name not in self.chambers:
                 raise unknown(name, self.chambers, field="set_valves", problem="is no chamber")

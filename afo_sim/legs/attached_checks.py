@@ -44,14 +44,7 @@ ELEMENTS = (
 def check_spec(
     spec: mujoco.MjSpec, file: pathlib.Path | None, orthosis: Orthosis, prefix: str, before: Attached | None
 ) -> None:
-    """Refuse a model or an orthosis that do not go together, before anything is added.
-
-    Raises
-    ------
-    InputError
-        The prefix is no name or begins the model's own; the orthosis has no muscle, or one over a pulley; the
-        model asks for callbacks of another program, or switches actuators off.
-    """
+    """Refuse a model or an orthosis that do not go together, before anything is added."""
     if not (isinstance(prefix, str) and prefix.isidentifier()):
         allowed = "letters, digits and _, a letter first, as afo_left_"
         raise InputError("begins no name", field="prefix", value=prefix, allowed=allowed)
@@ -103,13 +96,7 @@ def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
 
 
 def check_added(attached: Attached, bare: mujoco.MjModel) -> None:
-    """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated.
-
-    Raises
-    ------
-    InputError
-        As by `settotalmass`, `boundmass` or `inertiagrouprange` in the model's <compiler>.
-    """
+    """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
     plain = mujoco.MjSpec()
     places: dict[Segment, Place] = {}
     for segment, _ in KINDS:

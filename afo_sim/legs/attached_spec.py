@@ -123,13 +123,7 @@ def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
 
 
 def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
-    """Name meshes and pictures by their whole path, so that they are found from anywhere.
-
-    Parameters
-    ----------
-    spec : whose files are named whole already, but for those from this folder
-    folder : of the model file that names them
-    """
+    """Name meshes and pictures by their whole path, so that they are found from anywhere."""
     for element, named, below in files_of(spec):
         if named not in spec.assets:
             element.file = _whole(folder, below, pathlib.Path(named).name if spec.strippath else named)

@@ -137,17 +137,7 @@ def attach(
 
 
 def completed(legs: Sequence[Attached]) -> list[Attached]:
-    """Orthoses on one compiled model, which know each other, with all parameters, and shown to pull.
-
-    Parameters
-    ----------
-    legs : of one model, in the order of their actuators
-
-    Raises
-    ------
-    CallbackError
-        A muscle is limp or carries another force than its law's.
-    """
+    """Orthoses on one compiled model, which know each other, with all parameters, and shown to pull."""
     by_prefix: dict[str, Attached] = {}
     for leg in legs:
         by_prefix[leg.prefix] = dataclasses.replace(leg, legs=by_prefix)

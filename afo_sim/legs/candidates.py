@@ -24,13 +24,7 @@ class Candidate:
 
 
 def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | None) -> list[Candidate]:
-    """All legs that names and structure allow; what is given is taken.
-
-    Raises
-    ------
-    InputError
-        What is given does not exist, is no hinge, or does not hang together.
-    """
+    """All legs that names and structure allow; what is given is taken."""
     for field, name in (("shank", shank), ("foot", foot)):
         if name is not None and name not in tree.parts:
             raise no_such("body", field, name, list(tree.parts), tree.file)

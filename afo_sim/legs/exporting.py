@@ -69,13 +69,7 @@ def export_leg(
 
 
 def leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
-    """Shank and all that hangs on it, of the compiled model of a scenario.
-
-    Parameters
-    ----------
-    scenario : whose leg
-    worn : with the orthosis
-    """
+    """Shank and all that hangs on it, of the compiled model of a scenario."""
     model = build(scenario).full_model if worn else leg_spec(scenario, Size.of(scenario)).compile()
     whole, shank = tree_of(model), scenario.leg.shank
     parts = {part.name: _twice_damped(part) for part in whole.below(shank)}

@@ -59,13 +59,7 @@ def outline(tree: Tree, parts: Iterable[Part], *, points: bool = True) -> np.nda
 def lower_edge(ahead: np.ndarray, above: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The lower convex hull of points, from behind to ahead [m].
 
-    Parameters
-    ----------
-    ahead, above : places of the points [m] (n,)
-
-    Returns
-    -------
-    places of its corners (k,), (k,), k ≥ 2
+    Units: ahead, above [m] (n,).
     """
     hull: list[tuple[float, float]] = []
     for x, z in sorted(zip(ahead.tolist(), above.tolist(), strict=True)):

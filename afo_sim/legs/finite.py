@@ -12,13 +12,7 @@ OF_A_JOINT = ("axis", "position", "damping", "friction", "armature", "stiffness"
 
 
 def check_finite(tree: Tree) -> None:
-    """Refuse a tree with a number that is not finite.
-
-    Raises
-    ------
-    InputError
-        It names the part or joint, and the number; `others` holds the other ones.
-    """
+    """Refuse a tree with a number that is not finite."""
     found = [
         InputError("is not finite", file=tree.file, field=field)
         for part in tree.parts.values()

@@ -28,21 +28,7 @@ class Place:
 def hang(
     spec: mujoco.MjSpec, orthosis: Orthosis, places: Mapping[Segment, Place], prefix: str, mirrored: bool
 ) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
-    """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up.
-
-    Parameters
-    ----------
-    spec : it grows
-    orthosis : whose cuff and plate they are
-    places : on the two bodies, as `places_of` finds them
-    prefix : of all names
-    mirrored : whether they are worn on the other leg than the orthosis is described for
-
-    Returns
-    -------
-    ({segment: the body, at the ankle, that carries its ends of the muscles}, MuJoCo's own default class,
-    which the model's defaults do not reach)
-    """
+    """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
     anchors: dict[str, mujoco.MjsBody] = {}
     for segment, kind in KINDS:
         place = places[segment]

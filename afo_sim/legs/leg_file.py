@@ -21,19 +21,7 @@ NO_CONTROL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd]")  # what XML can hol
 
 
 def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = "") -> list[pathlib.Path]:
-    """Write a tree as MJCF, with its meshes in a folder beside it.
-
-    Parameters
-    ----------
-    tree : of one root or more
-    path : of the file; what is there is replaced
-    model : name of the model
-    comment : at the head of the file
-
-    Returns
-    -------
-    all files that were written
-    """
+    """Write a tree as MJCF, with its meshes in a folder beside it."""
     names = mesh_files(tree)
     files = [path]
     for file, shape in dict(names.values()).items():

@@ -20,18 +20,7 @@ def table(
     left: dict[str, tuple[str, ...]],
     opinion: tuple[str, ...] | None,
 ) -> list[Row]:
-    """Rows of what, how much, and how it was found.
-
-    Parameters
-    ----------
-    leg : as `cut` gives it
-    found : where it was in the file
-    numbers : of the leg
-    sole : where the sole's points come from
-    toes : the file's hinge that was kept
-    left : {kind: names} of what was left behind
-    opinion : differences to MuJoCo's own reading of a URDF; None of other files
-    """
+    """Rows of what, how much, and how it was found."""
     how = found.how
     rows = [
         ("shank", found.shank, how["shank"]),

@@ -25,13 +25,7 @@ def leg_toml(
 ) -> str:
     """A leg's description as TOML, each number with its source.
 
-    Parameters
-    ----------
-    name : of the leg
-    leg : as `cut` gives it
-    found : where it was in the file
-    source : the file's name
-    body_mass, body_height : of the person [kg], [m]; None is assumed
+    Units: body_mass, body_height [kg].
     """
     ankle = leg.joints()[ANKLE][1]
     table: dict[str, Any] = {
@@ -161,13 +155,7 @@ def tissue_notes(leg: Tree) -> list[str]:
 def leg_readme(
     name: str, rows: list[tuple[str, str, str]], notes: tuple[str, ...], source: str, picture: bool
 ) -> str:
-    """README of an imported leg: where it is from, its table, what is to be known.
-
-    Parameters
-    ----------
-    rows : what, how much, how it was found
-    picture : whether leg.png lies beside
-    """
+    """README of an imported leg: where it is from, its table, what is to be known."""
     lines = [f"# {name}", "", f"Cut out of `{source}` by `afo-sim leg import`.", ""]
     if picture:
         lines += ["![The leg from the side and from ahead](leg.png)", ""]

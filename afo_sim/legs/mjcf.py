@@ -48,23 +48,7 @@ MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
 
 
 def read_mjcf(file: str | pathlib.Path) -> Tree:
-    """Read a MuJoCo model file (MJCF).
-
-    Parameters
-    ----------
-    file : `.xml`, with what it includes and its meshes beside it
-
-    Returns
-    -------
-    Tree
-        in the posture of `qpos0`, as `tree_of` gives it
-
-    Raises
-    ------
-    InputError
-        There is no such file, or MuJoCo cannot read it; MuJoCo's own reason is told in one line. A number
-        is not finite.
-    """
+    """Read a MuJoCo model file (MJCF)."""
     file = pathlib.Path(file)
     model, warned = compiled(file)
     found = tree_of(model)
@@ -74,13 +58,7 @@ def read_mjcf(file: str | pathlib.Path) -> Tree:
 
 
 def compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or MuJoCo cannot read it.
-    """
+    """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings."""
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
     if nan := NAN.search(file.read_bytes()):  # MuJoCo takes it for a number that is left out

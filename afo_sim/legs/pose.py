@@ -7,10 +7,7 @@ import numpy as np
 def pose_of(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
     """A pose (4, 4).
 
-    Parameters
-    ----------
-    position : [m] (3,)
-    quaternion : w, x, y, z (4,)
+    Units: position [m] (3,), quaternion (4,).
     """
     found = np.eye(4)
     found[:3, :3] = turn_of(quaternion)

@@ -18,10 +18,6 @@ def with_sole(leg: Tree) -> tuple[Tree, str]:
 
     The file's own points are kept where heel and ball, and pulp and tip or toe, are there. Otherwise they lie
     on the lower convex hull of the foot's shapes in the plane of walking, in the middle of its width.
-
-    Parameters
-    ----------
-    leg : as `cut` gives it
     """
     own = _own(leg)
     if all(name in own or (OLD in own and name in POINTS[2:]) for name in POINTS):

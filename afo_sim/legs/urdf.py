@@ -33,22 +33,6 @@ def read_urdf(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
     A link is a part, its frame the part's axes. A fixed joint is a part without joints. A link without
     <inertial>, or of 0 kg, is a massless part; notes tell of it, of meshes that are not found, of joints that
     follow others, and of revolute joints without a range.
-
-    Parameters
-    ----------
-    file : `.urdf`, expanded from xacro
-    packages : {package: its folder}, or folders where `package://` and `model://` meshes are sought; beside
-        the file, above it and in ROS_PACKAGE_PATH they are sought as well
-
-    Returns
-    -------
-    Tree
-        in the posture where every joint is at 0; SI
-
-    Raises
-    ------
-    InputError
-        The file is no URDF, or describes no possible body. `others` holds what else is wrong with it.
     """
     file = pathlib.Path(file)
     root = robot_element(file)

@@ -38,12 +38,6 @@ def find_mesh(name: str, file: pathlib.Path, packages: Packages) -> pathlib.Path
     `package://NAME/REST` and `model://NAME/REST` are sought in the folder given for that name, in the given
     folders, beside the file and above it, and in ROS_PACKAGE_PATH: as FOLDER/NAME/REST, as FOLDER/REST where
     the folder has that name, and last as FOLDER/REST. Other names are paths, relative to the file.
-
-    Parameters
-    ----------
-    name : as it stands in <mesh filename>
-    file : of the robot
-    packages : {package: its folder}, or a folder or folders to search
     """
     for candidate in _candidates(name.strip(), file, packages):
         with contextlib.suppress(OSError):  # a name too long for the system
@@ -79,11 +73,6 @@ def load_mesh(path: pathlib.Path, scale: float | np.ndarray | None) -> tuple[np.
     """Vertices (n, 3) [m] and faces (m, 3) of a mesh file, through trimesh.
 
     A file that tells its unit, as COLLADA does, is turned into metres, as ROS does. STL and OBJ tell none.
-
-    Raises
-    ------
-    ValueError
-        trimesh cannot read it, or it holds no surface.
     """
     import trimesh
 

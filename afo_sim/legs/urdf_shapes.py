@@ -34,10 +34,7 @@ class Shapes:
     def of(self, part: Part, frame: np.ndarray) -> tuple[list[Any], list[Any]]:
         """Visuals and collisions of a part, the same shapes twice.
 
-        Parameters
-        ----------
-        part : whose shapes these are
-        frame : pose of the part's axes in its link (4, 4)
+        Units: frame (4, 4).
         """
         from yourdfpy import Collision, Material, Visual
 

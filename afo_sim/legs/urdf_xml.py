@@ -44,13 +44,7 @@ XACRO = (
 
 
 def robot_element(file: pathlib.Path) -> Any:
-    """The <robot> of a file, as lxml's element without comments.
-
-    Raises
-    ------
-    InputError
-        There is no such file; it is empty, no XML, cut off, or holds something else than a robot.
-    """
+    """The <robot> of a file, as lxml's element without comments."""
     root = root_element(file)
     if root.tag != "robot":
         raise InputError(
@@ -68,11 +62,6 @@ def root_element(file: pathlib.Path) -> Any:
     """The root of an XML file, as lxml's element without comments.
 
     A prefix that is not declared, as simulators' additions have it, is no fault, nor is -- in a comment.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or it is empty, no XML, or cut off.
     """
     root, faults = _parsed(file)
     if root is not None and not faults:
@@ -84,13 +73,7 @@ def root_element(file: pathlib.Path) -> Any:
 
 
 def root_tag(file: pathlib.Path) -> str:
-    """Name of the root element, also of a file that is faulty further on.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or it is empty or no XML.
-    """
+    """Name of the root element, also of a file that is faulty further on."""
     root, _ = _parsed(file)
     return str(root.tag) if root is not None else str(root_element(file).tag)
 
@@ -115,13 +98,7 @@ def _looks_like_xml(content: bytes) -> bool:
 
 
 def content_of(file: pathlib.Path) -> bytes:
-    """The bytes of a file.
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is empty, or may not be read.
-    """
+    """The bytes of a file."""
     try:
         content = file.read_bytes()
     except IsADirectoryError:
@@ -140,13 +117,7 @@ def _unexpanded(root: Any) -> bool:
 
 
 def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:
-    """What yourdfpy would stumble over or silently fill in: names, references, and numbers.
-
-    Parameters
-    ----------
-    root : of a URDF file
-    file : that the errors name
-    """
+    """What yourdfpy would stumble over or silently fill in: names, references, and numbers."""
     for kind in ("link", "joint"):
         names: set[str] = set()
         for element in root.findall(kind):

@@ -112,10 +112,7 @@ def _at(stride: Stride, column: str, phase: float) -> float:
 def event(stride: Stride, column: str) -> float | None:
     """Phase of a height's lowest local minimum while the foot passes fast [-]; None where there is none.
 
-    Parameters
-    ----------
-    stride : of walking
-    column : height of a point [m]
+    Units: column [m].
     """
     row = lowest_minimum(stride[column], stride.fast & stride.passing)
     return None if row is None else float(stride.phase[row])
@@ -124,15 +121,7 @@ def event(stride: Stride, column: str) -> float | None:
 def lowest_minimum(height: np.ndarray, among: np.ndarray) -> int | None:
     """Row of the lowest local minimum of a stride's height; None where there is none.
 
-    Parameters
-    ----------
-    height : (n,)
-    among : mask of the rows that are looked at (n,)
-
-    Returns
-    -------
-    a row lower than the one before it, and the lowest of the 2 % of the stride around it, so that ripple on
-    a slope is no minimum
+    Units: height (n,), among (n,).
     """
     near = max(1, round(NEAR * len(height)))
     inner = height[1:-1]

@@ -31,10 +31,7 @@ def inversion(stride: Stride) -> Found:
 def inversion_peaks(rows: Rows, timestep: float) -> Found:
     """Greatest moments to the inside and to the outside, positive numbers; none without such a column.
 
-    Parameters
-    ----------
-    rows : of a recording at the full step rate, SI
-    timestep : [s]
+    Units: timestep [s].
     """
     try:
         moment = rows[COLUMN]

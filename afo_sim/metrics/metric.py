@@ -166,10 +166,7 @@ Tells = TypeVar("Tells", bound=Callable[..., Any])
 def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
     """Register what the decorated function tells.
 
-    Parameters
-    ----------
-    group : heading that the metrics stand under
-    rows : (name, unit, label) or (name, unit, label, meaning), one for each metric
+    Units: rows (name, unit, label).
     """
 
     def register(function: Tells) -> Tells:
@@ -184,13 +181,7 @@ def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
 
 
 def telling(functions: Sequence[Tells], wanted: Collection[str] | None) -> list[Tells]:
-    """Those of some functions that tell what is wanted; all, where none of them registers one of it.
-
-    Parameters
-    ----------
-    functions : that tell metrics
-    wanted : names; None for all
-    """
+    """Those of some functions that tell what is wanted; all, where none of them registers one of it."""
     if wanted is None:
         return list(functions)
     found = {name: [f for f in functions if any(row.fill(name) for row in TOLD[f])] for name in wanted}

@@ -13,15 +13,7 @@ MEANING = "largest mean over 10 ms"
 def largest_mean(values: np.ndarray, timestep: float, window: float = WINDOW) -> float:
     """Largest mean of a signal over a window that begins or ends at a row, straight between its rows.
 
-    Parameters
-    ----------
-    values : at even instants (n,), n ≥ 1
-    timestep : between two rows [s]
-    window : [s]
-
-    Returns
-    -------
-    float; of a signal that is shorter than the window its mean
+    Units: values (n,), timestep [s], window [s].
     """
     if len(values) == 1:
         return float(values[0])

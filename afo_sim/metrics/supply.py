@@ -57,15 +57,7 @@ def flow_metrics(
 ) -> Found:
     """Flow and exergy of what is taken from the supply.
 
-    Parameters
-    ----------
-    rows : of a stride or run, as of `rows_of`
-    chambers : names
-    grams : that all the rows take [g]
-    timestep : between two rows [s]
-    seconds : that the rows last [s]
-    cycles : in them
-    free_density : of the gas at ANR [kg/m³]
+    Units: grams [g], timestep [s], seconds [s], free_density [kg/m³].
     """
     litres = grams / free_density  # 1 g/l = 1 kg/m³
     yield "air_per_hour", 3600.0 * grams / seconds

@@ -47,10 +47,7 @@ def switching(stride: Stride) -> Found:
 def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) -> Found:
     """Switchings of each valve in a run, by the minute.
 
-    Parameters
-    ----------
-    columns : of a recording at the full step rate
-    timestep : [s]
+    Units: timestep [s].
     """
     minutes = len(columns["time"]) * timestep / 60.0
     for valve in valves(columns):

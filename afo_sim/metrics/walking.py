@@ -185,17 +185,7 @@ def _each(name: str) -> str:
 
 
 def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dict[str, Metric]:
-    """Metrics of one stride, by name; NaN where one is undefined.
-
-    Parameters
-    ----------
-    stride : at the full step rate
-    wanted : names of metrics that are computed, with those that come along; all by default
-
-    Returns
-    -------
-    dict of Metric
-    """
+    """Metrics of one stride, by name; NaN where one is undefined."""
     parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
     if has_orthosis(stride.columns):
         parts += [against_push_off, _torque, inversion, _work, _air, flow_of, switching]

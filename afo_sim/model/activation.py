@@ -26,12 +26,7 @@ SAMPLES = 4096  # of a stride in which the change of sides is looked for
 def one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Resting | None) -> Walk:
     """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants.
 
-    Parameters
-    ----------
-    cycle : fitted to the leg
-    stride_time : its duration [s]
-    offset : added to the recorded ankle angle [rad]
-    resting : of the toes; None of a rigid foot
+    Units: stride_time [s], offset [rad].
     """
     phase = (np.arange(SAMPLES + 2) - 1.0) / SAMPLES
     wave = Wave.at(phase)
@@ -45,13 +40,7 @@ def one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Res
 def crossings(moment: np.ndarray) -> np.ndarray:
     """Gait phases at which a periodic moment changes its sign.
 
-    Parameters
-    ----------
-    moment : at n phases 0, 1/n, … of a cycle (n,)
-
-    Returns
-    -------
-    (m,) rising, from 0 to 1; each is where a straight line between two samples is zero
+    Units: moment (n,).
     """
     following = np.roll(moment, -1)
     before = np.flatnonzero((moment > 0.0) != (following > 0.0))
@@ -62,14 +51,7 @@ def crossings(moment: np.ndarray) -> np.ndarray:
 def switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
     """Instants of a walk at which the active side changes, and the side that it starts with.
 
-    Parameters
-    ----------
-    walk : recorded walking over the steps of a run
-    moment : that a healthy ankle gives actively, at n phases 0, 1/n, … of a cycle [N·m] (n,)
-
-    Returns
-    -------
-    (instants [s] (m,), whether the dorsiflexors are active at time 0)
+    Units: moment [N·m] (n,), returns [s].
     """
     edges = crossings(moment)
     start, end = walk.phase[1], walk.phase[-1]
@@ -84,15 +66,7 @@ def switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
 def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.ndarray:
     """Activation of a muscle: the excitation after two equal first-order lags in series.
 
-    Parameters
-    ----------
-    time : rising from 0 [s] (n,)
-    switches : instants at which the excitation changes, rising and not below 0 [s] (m,)
-    levels : excitation before the first switch, and after each one (m + 1,)
-
-    Returns
-    -------
-    (n,), at rest at time 0; rises with `RISE`, falls with `FALL`
+    Units: time [s] (n,), switches [s] (m,), levels (m + 1,).
     """
     if np.ptp(levels) == 0.0:
         return np.full(len(time), levels[0])

@@ -18,12 +18,7 @@ SHORTEST_STEP = 1e-5  # that is worth telling [s]
 
 
 def check_air_path(scenario: Scenario) -> list[str]:
-    """Warnings of the air path of a scenario: what air is lost by, what never opens, what has too much.
-
-    Returns
-    -------
-    warnings, each with the component's name and what would mend it
-    """
+    """Warnings of the air path of a scenario: what air is lost by, what never opens, what has too much."""
     orthosis = scenario.orthosis
     if not orthosis.chamber:
         return []
@@ -146,11 +141,7 @@ def _pulses(scenario: Scenario) -> Iterator[str]:
 def too_short(name: str, valve: Valve, seconds: float, step: float = 0.0) -> str:
     """What comes of a pulse of a coil that is too short for its valve; "" where it is long enough.
 
-    Parameters
-    ----------
-    name, valve : of whose coil
-    seconds : for which it has current [s]
-    step : of the integration [s]; a pulse that is longer than delay and step by another one is cut exactly
+    Units: seconds [s], step [s].
     """
     pulse, delay = f"valve {name}: a pulse of {_ms(seconds)}", valve.opening_delay
     if seconds < delay * ALIKE:

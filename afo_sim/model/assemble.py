@@ -18,15 +18,7 @@ PASSIVE = "passive_ankle"
 
 
 def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, size: Size) -> mujoco.MjSpec:
-    """The orthosis on the leg, its circuit, and walking: everything that is compiled.
-
-    Parameters
-    ----------
-    spec : of the leg, as `leg_spec` gives it; it grows
-    scenario : frozen description
-    circuit : of its orthosis
-    size : of the person
-    """
+    """The orthosis on the leg, its circuit, and walking: everything that is compiled."""
     anchors = attach_parts(spec, scenario)
     add_tendons(spec, anchors, scenario.orthosis)
     if orthosis_mirrored(scenario):
@@ -47,13 +39,7 @@ def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, s
 
 
 def compiled(spec: mujoco.MjSpec, scenario: Scenario) -> mujoco.MjModel:
-    """A spec's model, without parameters, which looks for contacts only where geoms may touch.
-
-    Raises
-    ------
-    InputError
-        MuJoCo cannot compile it.
-    """
+    """A spec's model, without parameters, which looks for contacts only where geoms may touch."""
     try:
         model = spec.compile()
     except ValueError as error:

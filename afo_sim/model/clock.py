@@ -23,16 +23,7 @@ class Clock:
         return cls(np.divmod(time, period), np.divmod(time + step, period), step)
 
     def share(self, intervals: Intervals) -> np.ndarray:
-        """The share of each step for which a valve is switched on.
-
-        Parameters
-        ----------
-        intervals : [from, to) within the period
-
-        Returns
-        -------
-        (n,) from 0 to 1: between them where an event falls within a step
-        """
+        """The share of each step for which a valve is switched on."""
         merged = _merged(intervals)
         if not merged:
             return np.zeros(len(self.start[0]))

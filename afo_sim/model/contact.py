@@ -96,11 +96,7 @@ class Lost:
     def of(cls, force: np.ndarray, phase: np.ndarray, fastest: float) -> "Lost":
         """What is lost at each step.
 
-        Parameters
-        ----------
-        force : lost, in body weights [-] (n,)
-        phase : [-] (n,)
-        fastest : rise of a loaded pad, in a person of the leg's size [m/s]
+        Units: force [-] (n,), phase [-] (n,), fastest [m/s].
         """
         worst = int(np.argmax(force))
         enough = (1.0 - FASTEST) / max(fastest, 1e-3)
@@ -143,11 +139,6 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
 
     The foot has to take several steps for a rebound. Its toes are so light that they rebound faster; the
     integrator, which takes a pad's spring over the mean of two steps, does not follow that but is stable.
-
-    Raises
-    ------
-    InputError
-        Its points are not in order, or the pads are too stiff for the time step.
     """
     heel, ball, toe = (foot.points[name][0] for name in BEARING)
     if not heel < 0.0 < ball < toe:
@@ -177,13 +168,7 @@ def register(
 ) -> Contact:
     """Lay the floor so that the recorded motion carries the recorded force.
 
-    Parameters
-    ----------
-    walk : recorded walking
-    foot : with all that hangs on it
-    model : compiled, with the joint that lets the leg sink
-    scenario : with ground
-    body_mass : that the recorded ground force is scaled with [kg]
+    Units: body_mass [kg].
     """
     size = Size.of(scenario)
     ground = ground_of(scenario, size)
@@ -233,11 +218,7 @@ def register(
 def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn.
 
-    Parameters
-    ----------
-    foot : with its outsole
-    pitch : of the foot, toe up [rad] (n,)
-    ahead : of the pads, ahead of the ankle [m] (n, n_pad)
+    Units: pitch [rad] (n,), ahead [m] (n, n_pad).
     """
     lever = np.zeros_like(ahead)
     if foot.toes is not None:
@@ -253,13 +234,7 @@ def hinge_moment(
 
     I ψ̈ + m (x (z̈ + g) − z ẍ) of a hinge that is carried to (ẍ, z̈), with the joint's armature.
 
-    Parameters
-    ----------
-    walk : recorded walking
-    pitch : of the foot, toe up [rad] (n + 2,)
-    foot : with toes
-    model : compiled
-    scenario : whose leg has toes
+    Units: pitch [rad] (n + 2,).
     """
     toes, described = foot.toes, scenario.leg.toes
     assert walk.toe is not None and toes is not None and described is not None
@@ -279,16 +254,7 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
     Of the two, one that is higher than the other and than the floor bears less: where the heel rolls, the
     centre of pressure moves ahead of it long before the ball is down.
 
-    Parameters
-    ----------
-    place : of the force, ahead of the ankle [m] (n,)
-    ahead, height : of the pads, ahead of the ankle and above the floor [m] (n, n_pad); those beyond BEARING
-        bear nothing
-    taller : factor on the heights from which on a pad bears less [-]
-
-    Returns
-    -------
-    (n, n_pad) from 0 to 1, sum 1
+    Units: place [m] (n,), ahead, height [m] (n, n_pad), taller [-].
     """
     share = np.zeros_like(ahead)
     before = place < ahead[:, 1]
@@ -307,10 +273,7 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
 def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
     """1 where a pad is loaded, smoothly to 0 within a ramp before and after.
 
-    Parameters
-    ----------
-    loaded : mask (n, n_pad)
-    ramp : [samples]
+    Units: loaded (n, n_pad), ramp [samples].
     """
     found = np.zeros(loaded.shape)
     sample = np.arange(len(loaded))

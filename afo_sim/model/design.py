@@ -136,15 +136,7 @@ def _described_in(folder: pathlib.Path) -> pathlib.Path:
 def around(
     value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, Any] = {}, home: str = SITTING
 ) -> Scenario:
-    """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8.
-
-    Parameters
-    ----------
-    value : what the scenario's key is set to: a name, a path, or the orthosis itself
-    orthosis : that it is
-    sets : further keys
-    home : the scenario
-    """
+    """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8."""
     timer = {"period": "8 s"} | {name: {"inlet": [["0 s", "4 s"]]} for name in orthosis.chamber}
     return load("scenario", home, {"orthosis": value, "timer": timer, **sets})
 

@@ -31,15 +31,6 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
 
     The rate is what full current does to the pressure over `full_at`. It is taken where it is highest: of
     choked flow from the supply's pressure, into the chamber's least volume.
-
-    Returns
-    -------
-    ({"drive": number}, nothing without drives; warnings)
-
-    Raises
-    ------
-    InputError
-        A period is shorter than the time step.
     """
     numbers, warnings = [], []
     for name, drive in scenario.drive.items():
@@ -67,10 +58,7 @@ def fastest_rise(orthosis: Orthosis, chamber: str, supply: float) -> float:
 
     ṗ = γ R T ṁ/V with choked ṁ = C ρ0 p, at ambient temperature.
 
-    Parameters
-    ----------
-    orthosis, chamber : whose chamber, and its name
-    supply : gauge pressure before the inlet, and the highest in the chamber [Pa]
+    Units: supply [Pa].
     """
     described = orthosis.chamber[chamber]
     conductance = max(described.inlet.conductance, described.vent.conductance)

@@ -37,10 +37,7 @@ class ToeSegment:
 
         Of each motion, the foot's and the toes', every point p has the acceleration α k × p − ω² p.
 
-        Parameters
-        ----------
-        ankle : its acceleration, x and z [m/s²] (n, 2)
-        motions : of the foot, then of the toes: turn, rate ω [rad/s] and its derivative α [rad/s²] (n,)
+        Units: ankle [m/s²] (n, 2), motions [rad/s] (n,).
         """
         x, z, along, upward = (np.zeros(len(ankle)) for _ in range(4))
         for point, (turn, rate, change) in zip((self.hinge, self.centre), motions, strict=True):

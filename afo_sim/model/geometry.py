@@ -123,19 +123,7 @@ class _Seen:
 
 
 def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geometry:
-    """The compiled model of a scenario, shared where it was compiled before.
-
-    Parameters
-    ----------
-    scenario : frozen description
-    circuit : of its orthosis
-    size : of the leg; of its mass only where that is not written later
-
-    Raises
-    ------
-    InputError
-        As `build`.
-    """
+    """The compiled model of a scenario, shared where it was compiled before."""
     leg, orthosis = scenario.leg, scenario.orthosis
     times = [times_of_change(file) for file in (leg.file, orthosis.cuff, orthosis.plate) if file is not None]
     own = times[0] is not None and weighed_later(leg.file, times[0])

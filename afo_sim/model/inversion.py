@@ -45,15 +45,7 @@ class SideArms:
     def of(
         cls, spec: mujoco.MjSpec, scenario: Scenario, muscles: dict[str, int], taller: float
     ) -> Self | None:
-        """Of what is put together; None where no muscle can have such a moment.
-
-        Parameters
-        ----------
-        spec : of leg and orthosis, complete; it changes
-        scenario : frozen description
-        muscles : actuators by name
-        taller : factor on the leg's lengths
-        """
+        """Of what is put together; None where no muscle can have such a moment."""
         if not has_side_moment(scenario):
             return None
         foot, ankle = spec.body(scenario.leg.foot), spec.joint(ANKLE)

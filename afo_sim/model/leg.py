@@ -94,12 +94,7 @@ def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
 
 
 def attach_parts(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody]:
-    """Cuff and plate, if there are any, each a spec of its own with its own prefix, on shank and foot.
-
-    Returns
-    -------
-    {segment: the body, at the ankle, that carries its ends of the muscles}
-    """
+    """Cuff and plate, if there are any, each a spec of its own with its own prefix, on shank and foot."""
     leg, orthosis = scenario.leg, scenario.orthosis
     shank, foot, ankle = spec.body(leg.shank), spec.body(leg.foot), spec.joint(ANKLE)
     joint_in_foot = np.array(ankle.pos)

@@ -39,10 +39,7 @@ class LimbShapes:
     def depths(self, geom: int, points: np.ndarray) -> np.ndarray:
         """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away.
 
-        Parameters
-        ----------
-        geom : one of `geoms`
-        points : world axes [m] (n, 3)
+        Units: points [m] (n, 3).
         """
         found = np.full(len(points), -REACH)
         offset = np.linalg.norm(points - self.data.geom_xpos[geom], axis=1)

@@ -33,18 +33,7 @@ def orthosis_mirrored(scenario: Scenario) -> bool:
 
 
 def mirror(spec: mujoco.MjSpec) -> None:
-    """Mirror all of a spec at its x–z plane.
-
-    Parameters
-    ----------
-    spec : of a leg, a cuff or a plate; it changes
-
-    Raises
-    ------
-    InputError
-        It holds a height field, a skin or a flexible part, a free or ball joint, or a constraint between
-        bodies, of which no mirror image is made.
-    """
+    """Mirror all of a spec at its x–z plane."""
     others = [("a height field", spec.hfields), ("a skin", spec.skins), ("a flexible part", spec.flexes)]
     others.append(("a constraint between bodies", [e for e in spec.equalities if e.type in _BETWEEN_BODIES]))
     others.append(("a free or ball joint", [joint for joint in spec.joints if joint.type in _MANY_AXES]))

@@ -57,14 +57,7 @@ def valve_names(orthosis: Orthosis) -> list[str]:
 
 
 def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
-    """Refuse a leg that is put together otherwise than everything here assumes.
-
-    Raises
-    ------
-    InputError
-        The foot does not hang on the shank by the ankle alone, its axis is not to the right (so that
-        dorsiflexion is positive), segment axes are turned, or the ankle has no stops.
-    """
+    """Refuse a leg that is put together otherwise than everything here assumes."""
     leg = scenario.leg
     joint, toes = model.joint(ANKLE), leg.toes
     hinges = [model.joint(toes.joint).id] if toes is not None and scenario.walking else []
@@ -95,14 +88,7 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
 
 
 def check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
-    """Refuse a leg that has joints beside the ankle and the toes' hinge.
-
-    Parameters
-    ----------
-    names : of the leg's joints, the ankle called "ankle"; "" of one without a name
-    leg : whose file it is
-    subtalar : whether its hinge has been added
-    """
+    """Refuse a leg that has joints beside the ankle and the toes' hinge."""
     own = (
         {ANKLE} | ({SUBTALAR} if subtalar else set()) | ({leg.toes.joint} if leg.toes is not None else set())
     )

@@ -21,11 +21,6 @@ def prefill_network(built: Built, data: mujoco.MjData) -> None:
 
     The inlets of chambers with a `fill_time` end it together, at the start; chambers with a pressure have it
     all the while. Other valves are shut, and a store is full when the walk begins.
-
-    Parameters
-    ----------
-    built : compiled scenario of walking
-    data : at the first posture; its air is written over. The callbacks must be installed.
     """
     model, index, scenario = built.model, built.index, built.scenario
     told = scenario.start.chambers if scenario.start is not None else {}

@@ -37,11 +37,7 @@ def outsole_points(
 
     The outsole is flat from heel to ball. From there it rises to its tip, as the square of the distance.
 
-    Parameters
-    ----------
-    bare : points of the bare foot, by the names of POINTS
-    outsole : what is worn, or None
-    taller : factor on the outsole's lengths [-]
+    Units: taller [-].
     """
     if outsole is None:
         return dict(bare)
@@ -71,14 +67,7 @@ def places_of(
 ) -> dict[str, tuple[mujoco.MjsBody, np.ndarray]]:
     """Of each of the outsole's points the body that carries it, and its place there [m] (3,).
 
-    Parameters
-    ----------
-    spec : of the leg, of the patient's size, with its ankle named
-    taller : factor on the outsole's lengths [-]
-
-    Returns
-    -------
-    by the names of POINTS; empty where the foot lacks the site of one
+    Units: taller [-].
     """
     foot = spec.body(scenario.leg.foot)
     sites = {site.name: site for site in spec.sites if site.name}

@@ -37,13 +37,7 @@ class Pace:
     def walked(self, time: np.ndarray) -> np.ndarray:
         """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor.
 
-        Parameters
-        ----------
-        time : of the run; below 0 the first factor goes on [s] (n,)
-
-        Returns
-        -------
-        [s] (n,), 0 at time 0; exactly constant where the walker stands
+        Units: time [s] (n,), returns [s].
         """
         walked = self.factors[0] * np.minimum(time, self.times[0] if self.times else np.inf)
         for k, (old, new) in enumerate(pairwise(self.factors)):

@@ -119,15 +119,7 @@ def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
 
     The air is that of one chamber at a time; the others are at ambient pressure, as in a torque map.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    pressure : gauge [Pa]; the supply's by default
-
-    Raises
-    ------
-    InputError
-        The orthosis has no muscle, or the pressure is not above 0 and at most 20 bar.
+    Units: pressure [Pa].
     """
     scenario, index = built.scenario, built.index
     if not index.muscles:

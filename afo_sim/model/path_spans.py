@@ -12,15 +12,7 @@ TOLERANCE = 1e-9  # of an angle [rad]
 def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], float]) -> tuple[Span, ...]:
     """Ranges of angles in which a function is positive.
 
-    Parameters
-    ----------
-    angles : rising [rad] (n,)
-    values : of the function there (n,)
-    of : the function itself, to find each end of a range
-
-    Returns
-    -------
-    rising ranges; one that is open at the first or last angle ends there
+    Units: angles [rad] (n,), values (n,).
     """
     above = np.r_[False, values > 0.0, False]
     found = []

@@ -46,15 +46,7 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
 
     I ψ̈ + m (c_x a_z − c_z a_x) − weight − ground, with ψ = θ − φ the sole's pitch.
 
-    Parameters
-    ----------
-    walk : recorded walking
-    foot : without orthosis
-    body_mass : that the recorded ground force is scaled with [kg]
-
-    Returns
-    -------
-    (n_step,) dorsiflexion positive [N·m]
+    Units: body_mass [kg], returns [N·m].
     """
     a = walk.acceleration
     inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
@@ -74,14 +66,7 @@ def bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
     bent as they rest, less the same of straight ones. The spring gives way by a third of a degree in swing,
     which is left out.
 
-    Parameters
-    ----------
-    walk : recorded walking, with the toes' rest extension
-    toes : of the foot
-
-    Returns
-    -------
-    (n_step,) dorsiflexion positive [N·m]
+    Units: returns [N·m].
     """
     assert walk.toe is not None
     pitch = walk.ankle - walk.pose[:, 2]
@@ -114,11 +99,7 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     stride of mean duration, which it follows as `activated`: a foot far from the recorded angle is not seized
     at once.
 
-    Parameters
-    ----------
-    walk, foot : as in `needed_moment`
-    scenario : with a patient
-    body_mass : [kg]
+    Units: body_mass [kg].
     """
     patient, size = scenario.patient, Size.of(scenario)
     assert patient is not None

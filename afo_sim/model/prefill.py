@@ -92,13 +92,7 @@ def prefill(built: Built, data: mujoco.MjData) -> None:
 def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: float = STEP) -> Held:
     """The air of a chamber whose inlet valve's coil has had current for a time, from ambient air.
 
-    Parameters
-    ----------
-    chamber : its valves and wall
-    supply : gauge pressure before the inlet valve [Pa]
-    time : since the coil was switched on; the valve opens after its delay [s]
-    volume : of the chamber at rest at an absolute pressure
-    step : of the integration at first [s]
+    Units: supply [Pa], time [s], step [s].
     """
     inlet, source = chamber.inlet, supply + AMBIENT_PRESSURE
     empty = volume(AMBIENT_PRESSURE)

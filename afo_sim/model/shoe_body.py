@@ -26,13 +26,7 @@ Places = Mapping[str, tuple[mujoco.MjsBody, np.ndarray]]
 
 
 def add_shoe(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
-    """Put the worn shoe on the foot; of an orthosis with an outsole of its own only the toe is drawn.
-
-    Parameters
-    ----------
-    spec : of the leg, of the patient's size, with its ankle named
-    taller : factor on the shoe's lengths; it weighs what it does on a person as heavy as the leg's
-    """
+    """Put the worn shoe on the foot; of an orthosis with an outsole of its own only the toe is drawn."""
     outsole, shoe = worn(scenario), worn(scenario) is scenario.shoe
     if outsole is None:
         return

@@ -41,10 +41,6 @@ def check_stability(
     which takes as many stages as it needs. Where laminar flow through open valves, or heat to the wall, is
     much faster than the step, a warning says what that costs. Friction must be slow against the step where it
     falls with speed, and so must what pressure drives ask for.
-
-    Returns
-    -------
-    ({"air", "friction", with drives "drive": number}, warnings)
     """
     friction = _friction_number(model, index, scenario)
     check_friction(friction, scenario.timestep)

@@ -41,13 +41,7 @@ def free(scenario: Scenario) -> bool:
 
 
 def check_subtalar(scenario: Scenario) -> None:
-    """Refuse a subtalar hinge where there is no ankle above it, or muscles that have no place beside it.
-
-    Raises
-    ------
-    InputError
-        The joint is no ankle, or a muscle runs over a pulley, whose moment about another axis is unknown.
-    """
+    """Refuse a subtalar hinge where there is no ankle above it, or muscles that have no place beside it."""
     leg, field = scenario.leg, "leg.subtalar"
     if leg.subtalar is None:
         return
@@ -62,13 +56,7 @@ def check_subtalar(scenario: Scenario) -> None:
 
 
 def add_subtalar(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> mujoco.MjsJoint | None:
-    """Give the foot its subtalar hinge, if the leg has one, whether it is free or not.
-
-    Parameters
-    ----------
-    spec : of the leg, with its ankle named
-    taller : factor on the distance below the ankle
-    """
+    """Give the foot its subtalar hinge, if the leg has one, whether it is free or not."""
     leg, subtalar = scenario.leg, scenario.leg.subtalar
     if subtalar is None:
         return None
@@ -113,12 +101,6 @@ def find_rest(model: mujoco.MjModel, data: mujoco.MjData, forward: Callable[[], 
     """Turn the foot about its free subtalar hinge to where it rests, or to the stop that it rests on.
 
     Where nothing turns it from zero it stays there exactly.
-
-    Parameters
-    ----------
-    model : whose subtalar hinge is free
-    data : at an ankle angle, at rest
-    forward : computes the moments at the angles that `data` has
     """
     joint = model.joint(SUBTALAR)
     place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])

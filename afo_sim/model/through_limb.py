@@ -63,15 +63,6 @@ def through_limb(built: Built, shapes: LimbShapes | None = None) -> list[Through
 
     The paths are those of anchors that have not given way. Muscles over a pulley have no path in space. A
     mesh is taken as it is, not as its hull.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    shapes : of its limb; made by default
-
-    Returns
-    -------
-    of each muscle at most one entry per part, deeper than DEEP, and one for bone
     """
     shapes = limb_shapes(built) if shapes is None else shapes
     groups = muscle_names(built.scenario.orthosis)

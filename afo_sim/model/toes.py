@@ -58,18 +58,7 @@ class Resting:
 
 
 def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
-    """Give the toes' hinge its damper; weld it where nobody walks.
-
-    Parameters
-    ----------
-    spec : of the leg, of this size
-    size : on which the damper's goes
-
-    Raises
-    ------
-    InputError
-        The leg has no such body or joint.
-    """
+    """Give the toes' hinge its damper; weld it where nobody walks."""
     toes, file = scenario.leg.toes, scenario.leg.file
     if toes is None:
         return
@@ -134,12 +123,7 @@ def rest_moment(
 ) -> np.ndarray:
     """Input of the rest's actuator: K ρ + c ρ̇ [N·m] (n,).
 
-    Parameters
-    ----------
-    model : compiled
-    scenario : whose leg has toes
-    resting : ρ at every step, and one before and after [rad] (n + 2,)
-    timestep : [s]
+    Units: resting [rad] (n + 2,), timestep [s].
     """
     assert scenario.leg.toes is not None
     joint = model.joint(scenario.leg.toes.joint)

@@ -98,18 +98,7 @@ class Walk:
 
 
 def lay_out(scenario: Scenario, foot: Foot) -> Walk:
-    """Read the scenario's gait cycle, fit it to the leg, and sample it at every step.
-
-    Parameters
-    ----------
-    scenario : with a gait
-    foot : with its outsole; a drop from heel to ball turns it, and with it the ankle's zero
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read.
-    """
+    """Read the scenario's gait cycle, fit it to the leg, and sample it at every step."""
     assert scenario.gait is not None
     gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
     resting = None if scenario.leg.toes is None else Resting.of(scenario)

@@ -145,14 +145,7 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
 
 
 def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
-    """Make a leg as long as another body, all lengths alike, with the same masses.
-
-    Parameters
-    ----------
-    spec : of a leg
-    taller : factor on lengths; inertias go with length², moments at the same angles with length, and the
-        damping about a joint with length^1.5
-    """
+    """Make a leg as long as another body, all lengths alike, with the same masses."""
     springy, damped = taller, taller * math.sqrt(taller)
     for mesh in spec.meshes:
         mesh.scale = np.array(mesh.scale) * taller
@@ -174,13 +167,7 @@ def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
 
 
 def weigh(spec: mujoco.MjSpec, heavier: float) -> None:
-    """Make a leg as heavy as another body; moments at the same angles and times go with mass.
-
-    Parameters
-    ----------
-    spec : of a leg, as long as that body
-    heavier : factor on masses
-    """
+    """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
     for body in spec.bodies:
         body.mass = body.mass * heavier
         body.inertia = np.array(body.inertia) * heavier

@@ -221,13 +221,7 @@ def take_slopes(m: Any, j: int, s: Any, edges: int) -> None:
 def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: float, gamma: float) -> None:
     """Pressures, flows and rates of a network in the state that the block holds, at a share of the step.
 
-    Parameters
-    ----------
-    s : block
-    nodes, edges : number of nodes, end of the edges' blocks
-    share : of the step that has passed: volumes go on as they moved in the last step [-]
-    given : whether pressure of chambers stands in the block, as it does at the start of a step
-    gas, gamma : R [J/(kg·K)], ratio of heat capacities
+    Units: share [-], gas, gamma [J/(kg·K)].
     """
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number

@@ -234,11 +234,6 @@ def air_networks(circuit: HasAir) -> list[AirNetwork]:
     """What hangs together by its air, each led by its first chamber.
 
     The ambient air joins nothing, nor does a supply that never sags.
-
-    Raises
-    ------
-    ValueError
-        A node that is not there, two nodes of one name, a volume without a chamber, too many nodes.
     """
     names = [each.name for kind in (circuit.chambers, circuit.volumes, circuit.stores) for each in kind]
     if len(set(names) | {AMBIENT_NAME, SUPPLY_NAME}) < len(names) + 2:

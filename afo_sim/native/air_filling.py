@@ -109,14 +109,7 @@ def _edges(ids: CircuitIds, network: AirNetwork) -> dict[str, EdgeSlots]:
 def fill_air_path(
     model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds, slots: AirPlaces, data: int
 ) -> None:
-    """Write the rows of volumes, stores and restrictions.
-
-    Parameters
-    ----------
-    model, circuit, ids : as of `fill_circuit`
-    slots : of the circuit
-    data : first place in `userdata` that is theirs
-    """
+    """Write the rows of volumes, stores and restrictions."""
     user = model.actuator_user[:, :N_USER]
     for volume in circuit.volumes:
         user[ids.volumes[volume.name]] = volume_row(
@@ -162,10 +155,7 @@ def fill_air_path(
 def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[int, float]) -> None:
     """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes.
 
-    Parameters
-    ----------
-    model, data : with this project's actuators
-    gauge : pressures of the chambers' actuators [Pa]
+    Units: gauge [Pa].
     """
     rows = model.actuator_user
     if rows.shape[1] < N_USER:  # none of this project's

@@ -186,13 +186,7 @@ class Circuit:
         return tuple(chamber for chamber in self.chambers if chamber.drive is not None)
 
     def networks(self) -> list["Network"]:
-        """Chambers that are solved together, since their muscles pull on the same anchors.
-
-        Raises
-        ------
-        ValueError
-            Muscles of one network pull on different anchors.
-        """
+        """Chambers that are solved together, since their muscles pull on the same anchors."""
         found: dict[tuple[str, ...] | str, list[str]] = {}
         for chamber in self.chambers:
             pulled = {muscle.anchors for muscle in self.muscles_of(chamber.name)}
@@ -253,16 +247,7 @@ def add_circuit(
     userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """Add the actuators of a circuit to a model whose tendons are named like the muscles.
-
-    Parameters
-    ----------
-    spec : it grows
-    circuit : by its own names
-    prefix : of the names of tendons and actuators in the model
-    userdata : first place in `userdata` that is the circuit's; what stands before is somebody else's
-    default : class of the actuators; the spec's own by default
-    """
+    """Add the actuators of a circuit to a model whose tendons are named like the muscles."""
     add_muscles(spec, circuit, prefix=prefix, default=default)
     add_chambers(spec, circuit, prefix=prefix, userdata=userdata, default=default)
 

@@ -105,11 +105,7 @@ def still_open(m: Any, d: Any, valve: int, asked: float, last: float) -> bool:
     At the edge of the dead band a regulator asks for an opening in every other step. The valve does not
     follow that, and to count it would count steps.
 
-    Parameters
-    ----------
-    valve : its actuator
-    asked : opening that is asked for [-]
-    last : 1 where it was open in the step before
+    Units: asked [-].
     """
     return asked > 0.0 or (last > 0.5 and d.act[m.actuator_actadr[valve] + OPENING] > SHUT)
 
@@ -120,12 +116,7 @@ def driven(
 ) -> tuple[float, float, float, float, float]:
     """Coils of inlet and outlet [-], and integral, given side or pulse, and clock after the step.
 
-    Parameters
-    ----------
-    u, j : rows, and first place of the drive's
-    integral, given, clock : before the step
-    error, rate : target less reading [Pa], and the reading's rate [Pa/s]
-    step : [s]
+    Units: error, rate [Pa], step [s].
     """
     kind, least_on, least_off = u[j + DRIVE_KIND], u[j + DRIVE_LEAST_ON], u[j + DRIVE_LEAST_OFF]
     if kind == BANG_BANG:

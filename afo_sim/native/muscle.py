@@ -134,9 +134,7 @@ def imbalance(
     that of the mean pressure of the step. Its slope by the pressure is left out, so that the force always
     falls as κ rises.
 
-    Returns
-    -------
-    (force [N], −slope by κ but that of the tension [N], slope by the pressure [N/Pa], θ [-])
+    Units: returns [N].
     """
     u, act = m.actuator_user, d.act
     state, pressure = int(u[k + MUSCLE_STATE]), absolute - AMBIENT_PRESSURE

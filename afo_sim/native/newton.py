@@ -73,9 +73,7 @@ def linearise(
     Writes dκ = WORK_STEP + WORK_BY_PULL dP for every leader, from −D dκ + q dp + w dP = −r and
     dp = −B Σ n V' dκ: r is what is left, D and q its slopes by κ and p, w that by the pull.
 
-    Returns
-    -------
-    (Σ n T [N], its change by the leaders' steps [N], −its slope by the pull [-])
+    Units: returns [N].
     """
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     absolute, by_volume = pressure_of(m, d, chamber, volume_of(m, d, q), rest)

@@ -18,13 +18,7 @@ Kernel = Callable[[Any, Any, int], float]
 
 
 def marked_only(kernel: Kernel, fail: Callable[[int, int], None]) -> Kernel:
-    """A callback that refuses an actuator without this project's mark, and is the kernel for all others.
-
-    Parameters
-    ----------
-    kernel : callback for marked actuators, which numba can compile
-    fail : as of `callbacks.define`
-    """
+    """A callback that refuses an actuator without this project's mark, and is the kernel for all others."""
     known = register_jitable(kernel)
 
     def callback(m: Any, d: Any, i: int) -> float:

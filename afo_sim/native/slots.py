@@ -150,29 +150,8 @@ def muscle_row(
 ) -> np.ndarray:
     """`actuator_user` of a muscle, but for MUSCLE_INVERSE_MASS, which the compiled model tells.
 
-    Parameters
-    ----------
-    law, coefficients : name of a force law, and its kernel's coefficients
-    lowest_pressure : gauge, of the law's range [Pa]
-    braid : geometry
-    damping : Hill damping over absolute pressure, R in F_d = R p κ̇ [N·s/Pa]
-    braid_stiffness : [N] per unit of stretch
-    dead_volume : [m³]
-    series_length : all of the tendon that is neither muscle nor stretch [m]
-    leader : actuator id of the first of its parallel muscles, whose own contraction is solved for all
-    chamber, next_muscle : actuator ids; −1 for no next leader of the chamber
-    count : parallel muscles of a leader
-    state, userdata : a leader's first place in `act` and in `userdata`
-    return_stiffness : [N] per unit of contraction, without air
-    cable_stiffness : of the cable or bracket in series [N/m]
-    damper : coefficients of a three-element damper
-    friction, friction_coefficients : native id of a friction, 0 for none, and its kernel's coefficients
-    friction_states : actuator id of the states of friction; −1 for none
-    wrap_friction : coefficient of friction at the path's guides [-]
-
-    Returns
-    -------
-    (N_USER,)
+    Units: lowest_pressure [Pa], damping [N·s/Pa], braid_stiffness [N], dead_volume [m³], series_length [m],
+    return_stiffness [N], cable_stiffness [N/m], wrap_friction [-].
     """
     row = _row(
         KIND_MUSCLE,
@@ -220,15 +199,7 @@ def chamber_row(
 ) -> np.ndarray:
     """`actuator_user` of a chamber.
 
-    Parameters
-    ----------
-    first_muscle : actuator id of the first leader of its muscles; −1 for none
-    inlet, outlet : actuator ids
-    tube_volume : [m³]
-    wall_conductance : heat to the wall [W/K]
-    userdata : first place of its block in `userdata`
-    next_chamber : actuator id of the next chamber of the network; −1 for none
-    air : its place among what hangs together by its air
+    Units: tube_volume [m³], wall_conductance [W/K].
     """
     return _row(
         KIND_CHAMBER,
@@ -274,12 +245,7 @@ def volume_row(
 ) -> np.ndarray:
     """`actuator_user` of a rigid volume.
 
-    Parameters
-    ----------
-    volume, wall_conductance : [m³], heat to the wall [W/K]
-    userdata : place of its pressure there
-    start, start_as : gauge pressure to begin with [Pa], or the chamber whose pressure it is; −1 for none
-    air : its place among what hangs together
+    Units: volume, wall_conductance [m³], start, start_as [Pa].
     """
     gamma = air.heat_capacity_ratio
     powers = (volume**-gamma, volume ** (gamma - 1.0))
@@ -291,11 +257,7 @@ def network_row(
 ) -> np.ndarray:
     """`actuator_user` of a network: chambers and anchors that are solved together.
 
-    Parameters
-    ----------
-    first_chamber : actuator id
-    state, userdata : first place of its anchors' blocks in `act` and in `userdata`
-    anchors : (stiffness [N/m], or 0; a [N] and x0 [m] of F = a (e^(x/x0) − 1); damping [N·s/m]) of each
+    Units: anchors [N/m].
     """
     if len(anchors) > MAX_ANCHORS:
         raise ValueError(f"a network has {len(anchors)} anchors; there is room for {MAX_ANCHORS}")
@@ -315,13 +277,7 @@ def store_row(
 ) -> np.ndarray:
     """`actuator_user` of a finite source, whose states are mass [kg] and temperature [K].
 
-    Parameters
-    ----------
-    volume, content : [m³], gas and liquid that it begins with [kg]
-    shell, wall_conductance : heat capacity of the shell [J/K], heat to the surroundings [W/K]
-    gas : `Gas.row`
-    userdata : place of its pressure there
-    air : its place among what hangs together
+    Units: volume, content [m³], shell, wall_conductance [J/K].
     """
     none = (0.0,) * (CHAMBER_TUBE_VOLUME - CHAMBER_INLET)
     return _row(KIND_STORE, content, shell, *none, volume, wall_conductance, userdata, *air, *gas)
@@ -340,13 +296,7 @@ def valve_row(
 ) -> np.ndarray:
     """`actuator_user` of a valve: C [m³/(s·Pa)], b [-], dead times [s].
 
-    Parameters
-    ----------
-    bandwidth : of a proportional valve, whose input is its opening [Hz]; 0 for a solenoid valve
-    coil : place in `userdata` of the coil that a drive gives it; −1 for its own input. The slot holds one
-        more, so that a row without the slot is one without a drive.
-    dead_band : share of a proportional valve's input that does not open it [-]
-    edge : what it lies between
+    Units: bandwidth [Hz], dead_band [-].
     """
     return _row(
         KIND_VALVE,
@@ -411,12 +361,7 @@ def drive_row(
 ) -> np.ndarray:
     """`actuator_user` of a pressure drive.
 
-    Parameters
-    ----------
-    kind : BANG_BANG, PWM or REGULATOR
-    chamber : actuator id
-    userdata : first place of its coils there
-    others : as the kernels of `physics.driving` take them [Pa], [s], [1/s]
+    Units: others [Pa].
     """
     return _row(
         KIND_DRIVE,
@@ -438,12 +383,7 @@ def drive_row(
 def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
     """`actuator_user` of the passive ankle.
 
-    Parameters
-    ----------
-    scale, offset : [-], [rad]
-    load : against positive angles [N·m]
-    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
-        MuJoCo's, which takes it at the end
+    Units: scale, offset [-], load [N·m], damping [N·m·s/rad].
     """
     return _row(KIND_PASSIVE, scale, offset, load, damping)
 
@@ -466,10 +406,7 @@ def spastic_row(*, gain: float) -> np.ndarray:
 def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
     """`actuator_user` of a pad under the sole.
 
-    Parameters
-    ----------
-    stiffness, damping : [N/m], [s/m]
-    floor : id of the actuator whose input is the floor's height [m]
+    Units: stiffness, damping [N/m], floor [m].
     """
     return _row(KIND_PAD, stiffness, damping, floor)
 

@@ -88,17 +88,7 @@ LAYOUT = tuple(f"{name}:{layout_hash(name)}" for name in ("mjModel", "mjData")) 
 
 @functools.cache
 def verify() -> int:
-    """Compare every field of a probe model with the bindings' own view of it.
-
-    Returns
-    -------
-    int : number of fields compared
-
-    Raises
-    ------
-    CallbackError
-        The installed MuJoCo lays its structs out differently from what it declares.
-    """
+    """Compare every field of a probe model with the bindings' own view of it."""
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

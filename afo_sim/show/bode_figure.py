@@ -29,14 +29,7 @@ def draw_bode(found: FrequencyResponse, path: pathlib.Path) -> None:
 
 
 def draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = "") -> None:
-    """Draw curves of one or several frequency responses over each other.
-
-    Parameters
-    ----------
-    curves : by the name that the legend shows
-    path : file to write; its suffix, png, pdf or svg, is the format
-    title : one line above the figure
-    """
+    """Draw curves of one or several frequency responses over each other."""
 
     def fill(figure: Any) -> None:
         bode_panels(figure, curves)
@@ -47,13 +40,7 @@ def draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = ""
 
 
 def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
-    """Gain above phase, in a Matplotlib figure or a part of one.
-
-    Parameters
-    ----------
-    figure : empty
-    curves : by the name that the legend shows
-    """
+    """Gain above phase, in a Matplotlib figure or a part of one."""
     gain, phase = figure.subplots(2, 1, sharex=True)
     for k, (name, curve) in enumerate(curves.items()):
         look = {

@@ -21,18 +21,7 @@ UNUSED = 1e-3  # gauge pressure below which a chamber is not drawn [bar]
 
 
 def draw_both(legs: "Both", path: pathlib.Path) -> None:
-    """Draw two legs over one cycle of the right one.
-
-    Parameters
-    ----------
-    legs : that ran to their ends
-    path : file to write, whole or not at all; its suffix is the format
-
-    Raises
-    ------
-    InputError
-        The suffix is no format.
-    """
+    """Draw two legs over one cycle of the right one."""
     write_figure(path, SIZE, functools.partial(_page, legs=legs))
 
 

@@ -24,11 +24,7 @@ class Carriage:
     def beside(cls, time: np.ndarray, walked: np.ndarray, x: np.ndarray) -> Self:
         """The carriage that stays nearest to an ankle.
 
-        Parameters
-        ----------
-        time : of the samples [s] (n,)
-        walked : strides since the first heel strike [-] (n,)
-        x : of the ankle, forward [m] (n,)
+        Units: time [s] (n,), walked [-] (n,), x [m] (n,).
         """
         basis = np.column_stack([np.ones_like(walked), walked])
         (start, length), *_ = np.linalg.lstsq(basis, x, rcond=None)

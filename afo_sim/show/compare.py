@@ -67,13 +67,7 @@ def _laws_before(folder: pathlib.Path) -> list[str]:
 
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
-    """Draw angles, their differences, pressures and forces of all runs over time.
-
-    Parameters
-    ----------
-    runs : {name: recording}, none of them without rows; the first is what the others are compared with
-    path : file to write; its suffix is the format
-    """
+    """Draw angles, their differences, pressures and forces of all runs over time."""
     write_figure(path, SIZE, functools.partial(_page, runs=runs))
 
 

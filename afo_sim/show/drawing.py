@@ -54,13 +54,7 @@ def _axis(figure: Any, box: Box) -> Any:
 
 
 def suffix_of(path: pathlib.Path, view: str = DESIGN) -> str:
-    """The format that a file's name asks for.
-
-    Raises
-    ------
-    InputError
-        The suffix is none of the view's.
-    """
+    """The format that a file's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in VIEWS[view]:
         allowed = ", ".join(f".{each}" for each in VIEWS[view])

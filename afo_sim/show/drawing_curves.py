@@ -19,12 +19,7 @@ SMALL = 7.0  # size of words in panels
 
 
 def draw_curves(axes: list[Any], design: Design) -> None:
-    """Fill four panels, one under another.
-
-    Parameters
-    ----------
-    axes : of contraction, lengths, moment arm, torque
-    """
+    """Fill four panels, one under another."""
     named = colours(design)
     for axis, draw in zip(axes, (_contraction, _lengths, _arm, _torque), strict=True):
         _ground(axis, design.facts[0])

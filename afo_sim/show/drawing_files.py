@@ -14,11 +14,7 @@ SHADES = 96  # colours of a PNG
 def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
     """Draw a page and write it, whole or not at all; a PNG in few colours.
 
-    Parameters
-    ----------
-    path : file to write; its suffix, one of `style.FORMATS`, is the format
-    size : width, height [inch]
-    fill : called with an empty Matplotlib figure
+    Units: size [inch].
     """
     if path.suffix.lower() == ".png":
         _write_png(path, size, fill)

@@ -114,12 +114,7 @@ def draw_muscle(
     millimetre: float,
     opacity: float = 1.0,
 ) -> None:
-    """A muscle without air: fittings, braid as thick as its bore, and the cable beyond, dashed if it hangs.
-
-    Parameters
-    ----------
-    millimetre : of the model on the page [points]
-    """
+    """A muscle without air: ends, braid as thick as its bore, and the cable beyond, dashed if it hangs."""
     points, group = pose.path(muscle), facts.group
     way = float(along(points)[-1])
     ends = parts(facts.group, float(facts.muscle_length[facts.at(0.0), 0]), way)
@@ -144,10 +139,7 @@ def draw_muscle(
 def parts(group: MuscleGroup, own: float, way: float) -> list[tuple[str, float, float]]:
     """Cable, fittings and braid along a path: (kind, from, to) [m] from the origin.
 
-    Parameters
-    ----------
-    own : length of the muscle between the ends of its fittings [m]
-    way : length of the path [m]
+    Units: own [m], way [m].
     """
     fitting, own = 0.5 * group.type.end_length, min(own, way)
     edges = [("fitting", 0.0, fitting), ("braid", fitting, own - fitting), ("fitting", own - fitting, own)]

@@ -196,14 +196,7 @@ def _column(
 
 
 def stacked(tops: list[float], heights: list[float], highest: float, lowest: float) -> list[float]:
-    """Upper edges of labels, from above, moved so that none overlaps the next and all are within bounds.
-
-    Parameters
-    ----------
-    tops : wanted, falling
-    heights : of the labels
-    highest, lowest : of the column
-    """
+    """Upper edges of labels, from above, moved so that none overlaps the next and all are within bounds."""
     found: list[float] = []
     for top, height in zip(tops, heights, strict=True):
         below = found[-1] - heights[len(found) - 1] if found else highest

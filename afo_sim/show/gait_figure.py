@@ -129,12 +129,7 @@ def _foot(
 ) -> np.ndarray:
     """Outline of a foot with bent toes: ankle, heel, hinge, tip and back to hinge and ankle [m] (6, 2).
 
-    Parameters
-    ----------
-    ankle : place [m]
-    pitch, extension : of the foot, toe up; of the toes against it [rad]
-    height : of the ankle above the sole [m]
-    ends : heel and tip from the ankle along the sole [m]
+    Units: ankle [m], pitch, extension [rad], height [m], ends [m].
     """
     along = np.array([np.cos(pitch), np.sin(pitch)])
     toes = np.array([np.cos(pitch + extension), np.sin(pitch + extension)])

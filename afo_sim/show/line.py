@@ -18,14 +18,7 @@ def mean_and_spread(
 ) -> None:
     """Mean of the strides as a line, lowest to highest as a band; one row is a line.
 
-    Parameters
-    ----------
-    axis : to draw on
-    values : (strides, n)
-    colour, label : of the line; the label as a figure can show it
-    x : abscissa (n,)
-    style : of the line
-    marker : at a few places along it, so that its colour alone does not tell it from others
+    Units: x (n,).
     """
     if len(values) > 1:
         low, high = values.min(axis=0), values.max(axis=0)

@@ -11,14 +11,7 @@ PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor 
 
 
 class Mountings:
-    """The cuff and the plate of a model, as far as a recording tells what they give.
-
-    Parameters
-    ----------
-    model : of the run, as compiled; `place` moves its bodies
-    groups : {muscle: its group}
-    columns : names of the recording's columns
-    """
+    """The cuff and the plate of a model, as far as a recording tells what they give."""
 
     def __init__(
         self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]

@@ -104,12 +104,7 @@ def side_of(scenario: Mapping[str, Any]) -> str:
 
 
 def of_leg(scenario: Mapping[str, Any]) -> list[str]:
-    """What is mirrored onto the simulated leg, and what of it does not move.
-
-    Parameters
-    ----------
-    scenario : resolved, as a recording holds it
-    """
+    """What is mirrored onto the simulated leg, and what of it does not move."""
     side, found = side_of(scenario), []
     worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
     parts = {"leg": "leg file"} | worn

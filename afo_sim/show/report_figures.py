@@ -47,17 +47,7 @@ def svgs(
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
     """Draw panels as SVG elements that need nothing outside themselves, and their common legend.
 
-    Parameters
-    ----------
-    name : of the figure; all ids within begin with it, so that several figures may stand in one page
-    count : of panels
-    height : of a panel [inch]
-    title : of the figure, for those who do not see it; each panel's curves are told after it
-    fill : called with a Matplotlib figure for each panel
-
-    Returns
-    -------
-    panels, and (sample, name) of the legend
+    Units: height [inch].
     """
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global

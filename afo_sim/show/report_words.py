@@ -12,10 +12,6 @@ def headed(text: str) -> tuple[str, str]:
     Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
     Of a clause that is longer than LONGEST letters, what stands before its first bracket is the head; where
     that is too long, too, there is none.
-
-    Parameters
-    ----------
-    text : one note
     """
     depth, cut = 0, len(text)
     for place, letter in enumerate(text):

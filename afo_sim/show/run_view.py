@@ -191,13 +191,7 @@ class RunView:
         return np.array([stride.at(column, PHASE) for stride in self.strides])
 
     def path_contraction(self, group: str, muscle: str, over: Over) -> np.ndarray:
-        """Contraction that a muscle would have on rigid cable, cuff and plate (curves, n).
-
-        Parameters
-        ----------
-        group, muscle : a group's name, and that of one of its muscles
-        over : the abscissa, as in `curves`
-        """
+        """Contraction that a muscle would have on rigid cable, cuff and plate (curves, n)."""
         mounted = self._orthosis.muscle[group]
         length = mounted.type.nominal_length
         _, path = self.curves(f"muscle/{muscle}/path_length", over)

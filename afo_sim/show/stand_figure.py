@@ -32,12 +32,6 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
     (Takosoglu et al. 2016, fig. 7-9): up solid, down dashed, the formula thin and grey, measured points as
     circles. Step: pressure and response over time, time constant and response over pressure (S0, fig.
     4.4-4.6). Release: contraction and speed over time.
-
-    Parameters
-    ----------
-    trials : at least one, of one kind
-    compared : per trial, or none
-    path : file to write; its suffix is the format
     """
     tall = {"step": 3, "release": 2}.get(trials[0].plan.kind, 1)
     across = min(len(trials), COLUMNS)

@@ -47,10 +47,7 @@ def foot_ends(imported: Imported, usual: tuple[float, float]) -> tuple[float, fl
 
     A toe point is on the metatarsals, as a rule, so that toes are drawn ahead of it.
 
-    Parameters
-    ----------
-    imported : with the leg
-    usual : where nothing tells them [m]
+    Units: usual [m].
     """
     leg = imported.legs[imported.cycle.side]
     if {"heel", "toe"} <= set(leg.outline):
@@ -143,14 +140,7 @@ def _on_floor(cycle: GaitCycle) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> None:
-    """All strides of both sides, thin, behind the taken one, with the band of its side and one legend.
-
-    Parameters
-    ----------
-    figure : that holds the axes
-    axes : by name: shank, knee, ankle, moment, force
-    imported : with the strides' cycles
-    """
+    """All strides of both sides, thin, behind the taken one, with the band of its side and one legend."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

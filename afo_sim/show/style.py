@@ -68,13 +68,7 @@ LINE = 95  # letters of a line above a whole page
 
 
 def plain(text: str, longest: int | None = LONGEST) -> str:
-    """A user's text as a figure can show it: no mathematics, no character that the font lacks.
-
-    Parameters
-    ----------
-    text : one line: a name, a title, a label
-    longest : letters that are kept; None keeps all
-    """
+    """A user's text as a figure can show it: no mathematics, no character that the font lacks."""
     shown = "".join(c if c.isprintable() and _has_glyph(c) else "?" for c in text)
     if longest is not None and len(shown) > longest:
         shown = shown[: longest - 1] + "…"
@@ -100,13 +94,7 @@ def _font() -> Any:
 
 
 def format_of(path: pathlib.Path) -> str:
-    """The format that a figure's name asks for.
-
-    Raises
-    ------
-    InputError
-        The suffix is none of FORMATS.
-    """
+    """The format that a figure's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
         raise InputError("is no format of a figure", file=path, allowed=", ".join(FORMATS))
@@ -116,16 +104,7 @@ def format_of(path: pathlib.Path) -> str:
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
     """Draw a figure and write it, whole or not at all.
 
-    Parameters
-    ----------
-    path : file to write; its suffix, one of FORMATS, is the format
-    size : width, height [inch]
-    fill : called with an empty Matplotlib figure
-
-    Raises
-    ------
-    InputError
-        The suffix is no format.
+    Units: size [inch].
     """
     suffix = format_of(path)
     import matplotlib

@@ -46,14 +46,7 @@ def _bins(count: int) -> int:
 
 
 def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
-    """One row for each metric, one panel for each parameter: all cases, and the mean along the parameter.
-
-    Parameters
-    ----------
-    figure : of Matplotlib
-    results : of the sweep
-    effects : {metric: {parameter: effect}}
-    """
+    """One row for each metric, one panel for each parameter: all cases, and the mean along the parameter."""
     parameters = most_influential(effects, MOST_PARAMETERS)
     axes = figure.subplots(len(effects), len(parameters), sharex="col", sharey="row", squeeze=False)
     rows = _some(len(results))

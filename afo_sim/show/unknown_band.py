@@ -12,16 +12,7 @@ DASHES = (0, (1.5, 1.5))
 
 
 def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colour: str | None = None) -> None:
-    """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn.
-
-    Parameters
-    ----------
-    axis : over the gait cycle
-    run : with its studies
-    column : of the recording
-    scale : from SI to the axis' unit
-    colour : of the run by default
-    """
+    """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn."""
     study = run.recording.studies.get(STUDY) or {}
     curves = study.get("curves", {}).get(column)
     if curves is None:

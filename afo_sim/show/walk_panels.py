@@ -25,12 +25,7 @@ WORK = ("orthosis_positive_work", "orthosis_negative_work")
 def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0) -> None:
     """An axis over the gait cycle.
 
-    Parameters
-    ----------
-    axis : to set up
-    toe_off : marked where told, gait phase [-]
-    label : of the ordinate
-    start : first gait phase shown [-]
+    Units: toe_off [-], start [-].
     """
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     if toe_off is not None:

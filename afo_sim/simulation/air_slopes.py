@@ -56,13 +56,7 @@ class Pressed(Protocol):
 
 
 def giving(rows: Pressed, before: Pressed | None, known: np.ndarray | float = GIVING) -> np.ndarray:
-    """d ln V/d ln p of each row (c, n).
-
-    Parameters
-    ----------
-    rows, before : of a stride, and of the one before, whose air was another
-    known : where the two do not tell it
-    """
+    """d ln V/d ln p of each row (c, n)."""
     found = np.broadcast_to(known, rows.volume.shape)
     if before is None:
         return found
@@ -73,17 +67,7 @@ def giving(rows: Pressed, before: Pressed | None, known: np.ndarray | float = GI
 
 
 def air_slopes(rows: AirRows, giving: np.ndarray) -> np.ndarray:
-    """∂(ln m, ln σ) at the end of a stride by (ln m, ln σ) at its start, of each chamber.
-
-    Parameters
-    ----------
-    rows : of the stride
-    giving : d ln V/d ln p (c, n)
-
-    Returns
-    -------
-    (c, 2, 2)
-    """
+    """∂(ln m, ln σ) at the end of a stride by (ln m, ln σ) at its start, of each chamber."""
     rates = _rates(rows, giving)
     half = 0.5 * rows.step * rates
     one = np.eye(2)

@@ -256,13 +256,7 @@ def _named(legs: Mapping[Side, Recording]) -> list[str]:
 
 
 def _period(scenario: Scenario) -> float:
-    """The stride time, or that of the timer or of what a controller follows [s].
-
-    Raises
-    ------
-    InputError
-        There is none of them.
-    """
+    """The stride time, or that of the timer or of what a controller follows [s]."""
     period = stride_time_of(scenario) if scenario.walking else described_cycle(scenario)
     if period is None:
         problem = "has no strides, and its valves follow nothing that repeats: two legs share no cycle of air"

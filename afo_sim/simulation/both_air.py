@@ -45,13 +45,7 @@ class Cycle:
 
 
 def cycle_of(recording: Recording) -> Cycle:
-    """The cycle of a recording that stands for all.
-
-    Raises
-    ------
-    InputError
-        The recording is shorter than one.
-    """
+    """The cycle of a recording that stands for all."""
     return _stride_of(recording) if recording.scenario.get("gait") else _period_of(recording)
 
 
@@ -109,11 +103,7 @@ def numbers_of(
 ) -> dict[str, Metric]:
     """Air and flow of either leg and of both, and how far both come on one bottle.
 
-    Parameters
-    ----------
-    legs, cycles : by side
-    phase : at which the flow is told (n,)
-    flow : by "right", "left" and "both" [kg/s] (n,)
+    Units: phase (n,), flow [kg/s] (n,).
     """
     walks = cycles["right"].length is not None
     air_name = "air_per_stride" if walks else "air_per_cycle"

@@ -42,13 +42,7 @@ def on_source(
 ) -> dict[str, Metric]:
     """What either leg and both ask of the source.
 
-    Parameters
-    ----------
-    legs : by side
-    air : per stride by "right", "left" and "both" [g]; empty of seated persons
-    means : flow of each [kg/s]
-    flows : mean and peak flow of each by their names
-    length : way of a stride [m]; None where nobody walks
+    Units: air [g], means [kg/s], length [m].
     """
     supply = supply_of(legs)
     found: dict[str, Metric] = {}

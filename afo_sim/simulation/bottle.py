@@ -50,13 +50,6 @@ def bottle_metrics(
 ) -> dict[str, Metric]:
     """Metrics of a run's air against the scenario's source; against the bottle of its limits without one.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    totals : of the walk or of seated cycles; without air there are none
-    columns : of every step, which tell what the source began with and when it is empty
-    solved : they are of settled strides, whose source is held as full as it is
-
     Notes
     -----
     A named source gives the run's mean flow and cools. Where it is empty within a run that is walked, its
@@ -79,14 +72,7 @@ def bottle_metrics(
 
 
 def emptied(scenario: Scenario, totals: Mapping[str, Metric], strides: int) -> dict[str, Metric]:
-    """When bottle or cartridge is empty in a walk whose settled strides are solved for, with a fuller one.
-
-    Parameters
-    ----------
-    scenario : of the walk
-    totals : metrics of its settled stride
-    strides : that are walked in all
-    """
+    """When bottle or cartridge is empty in a walk whose settled strides are solved for, with a fuller one."""
     lasts = totals.get("strides_per_bottle")
     if scenario.supply.source is None or lasts is None or lasts.value >= strides:
         return {}
@@ -181,20 +167,12 @@ def _of_compressor(source: Source, pressure: float, totals: Mapping[str, Metric]
 def air_given(volume: float, pressure: float, supply: float) -> float:
     """Air that a full bottle gives until it is down to the supply's pressure [kg].
 
-    Parameters
-    ----------
-    volume : of the bottle [m³]
-    pressure : gauge, of the full bottle [Pa]; up to 1000 bar
-    supply : gauge, before the valves [Pa]
-
-    Returns
-    -------
-    0 where the bottle is not above the supply
-
     Notes
     -----
     m = V/(R T) · (p₁/Z(p₁) − p₂/Z(p₂)), absolute pressures, at 20 °C: it is emptied slowly enough to stay
     warm.
+
+    Units: volume [m³], pressure [Pa], supply [Pa].
     """
     full, left = (p / compressibility(p) for p in (pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE))
     return max(0.0, volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE) * (full - left))
@@ -203,8 +181,6 @@ def air_given(volume: float, pressure: float, supply: float) -> float:
 def compressibility(pressure: float) -> float:
     """Z = p V/(m R T) of dry air at 20 °C [-], within 0.2 %.
 
-    Parameters
-    ----------
-    pressure : absolute [Pa], 0 to 1100 bar
+    Units: pressure [Pa].
     """
     return float(np.interp(1e-5 * pressure, list(COMPRESSIBILITY), list(COMPRESSIBILITY.values())))

@@ -119,13 +119,7 @@ class Expectation:
         return dataclasses.replace(self, checks=tuple(sorted(checks, key=lambda check: check.words)))
 
     def check(self) -> Result:
-        """Look, and say what was found.
-
-        Raises
-        ------
-        InputError
-            No check was asked for, or a window holds no sample.
-        """
+        """Look, and say what was found."""
         name = ("rate of " if self.is_rate else "") + " + ".join(self.columns)
         if not self.checks:
             raise InputError("nothing is expected of it", field=name, allowed=", ".join(CHECKS))
@@ -221,13 +215,7 @@ def expect(run: Recording, column: str | Sequence[str]) -> Expectation:
 
 
 def check_metric(run: Recording, metric: str, low: object, high: object) -> Result:
-    """Check that a metric of a run, such as "range_of_motion", is within `low` to `high`.
-
-    Raises
-    ------
-    InputError
-        There is no such metric, or a limit is not in its unit.
-    """
+    """Check that a metric of a run, such as "range_of_motion", is within `low` to `high`."""
     return metric_result(run, metric, "between", [low, high])
 
 

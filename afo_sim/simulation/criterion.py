@@ -85,14 +85,7 @@ class Signal:
 
 
 def judge(criterion: Criterion, signals: list[Signal], window: str) -> Result:
-    """The worst result of one criterion over the cycles, and how many fail.
-
-    Parameters
-    ----------
-    criterion : limits and the number that they hold for
-    signals : one for each cycle
-    window : the window of the samples in words, "" for all
-    """
+    """The worst result of one criterion over the cycles, and how many fail."""
     found = [_judge_one(criterion, signal, f"({criterion.words}{window})") for signal in signals]
     _, worst = max(found, key=lambda pair: pair[0])
     failures = sum(not result.ok for _, result in found)

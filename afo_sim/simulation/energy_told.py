@@ -20,12 +20,6 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
     """Rows of a run for its balance: (columns, signed static force of each leading muscle [N]).
 
     The state after a step holds what the law gave in it beyond the tension. So the last row is left out.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    rollout : aligned rows of every step
-    columns : of the same rows
     """
     rows = {name: values[:-1] for name, values in columns.items()}
     found, inverts = {}, free(built.scenario)
@@ -48,12 +42,7 @@ def told_energy(
 ) -> dict[str, Metric]:
     """Metrics of a run's balance; none where it does not walk a stride that counts, or is not finite.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    columns, static : as of `with_static_forces`
-    whole : balance of all these rows
-    period : of a fixed shank's cycle [s]
+    Units: period [s].
     """
     part, number = whole, 1
     if built.walk is not None:

@@ -26,11 +26,7 @@ def dataset(
 ) -> "xarray.Dataset":
     """The columns as an xarray Dataset over the coordinate `time`.
 
-    Parameters
-    ----------
-    columns : one of them `time`
-    describe : gives unit and sign of a column, which become `attrs["units"]` and `attrs["sign"]`
-    facts : the Dataset's own attrs
+    Units: describe ["units"].
     """
     import xarray
 

@@ -39,18 +39,7 @@ class Run(Protocol):
 
 
 def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pathlib.Path:
-    """Write the files of a run; they appear together, and an older run stays whole until then.
-
-    Parameters
-    ----------
-    recording : what to write
-    folder : made if need be
-    picture : writes recording.rrd; without it another run's is removed
-
-    Returns
-    -------
-    the folder
-    """
+    """Write the files of a run; they appear together, and an older run stays whole until then."""
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
         write_parquet(recording, scratch / PARQUET)

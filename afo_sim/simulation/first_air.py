@@ -23,11 +23,7 @@ PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
 def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> Mapping[int, float]:
     """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator.
 
-    Parameters
-    ----------
-    built : compiled scenario of walking
-    data : at the stride's first posture; its air is written over. The callbacks must be installed.
-    control : inputs of one stride (n, nu)
+    Units: control (n, nu).
     """
     index = built.index
     set_to = built.scenario.supply.pressure  # a line before a regulator has more

@@ -27,16 +27,7 @@ def held_metrics(
     *,
     solved: bool = False,
 ) -> dict[str, Metric]:
-    """Air by the bottle, the supply's sag, efficiency, safety margins and the valves' life.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
-    totals : metrics of the walk or test, its energy balance among them
-    wanted : names; None for all
-    solved : the last whole stride is the settled one, and counts alone
-    """
+    """Air by the bottle, the supply's sag, efficiency, safety margins and the valves' life."""
     names = NAMES if wanted is None else NAMES & frozenset(wanted)
     if not names:
         return {}

@@ -72,13 +72,7 @@ def unpacked(text: str) -> bytes:
 
 
 def model_of(run: Kept) -> mujoco.MjModel:
-    """The model that ran: as it was kept, or built anew from the scenario if only this gives the same.
-
-    Raises
-    ------
-    InputError
-        The kept model does not fit the installed MuJoCo or this package, and no other is the same.
-    """
+    """The model that ran: as it was kept, or built anew from the scenario if only this gives the same."""
     if run.model_binary[:_HEADER] == _own_header():
         model = mujoco.MjModel.from_binary_path(_NAME, {_NAME: run.model_binary})
         _check_rows(model, run)

@@ -24,11 +24,7 @@ def limit_warnings(
 ) -> Iterator[str]:
     """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
-    static : static force of each leading muscle in these rows [N]; its tension by default
+    Units: static [N].
     """
     yield from _target_warnings(built, columns)
     time = columns["time"]

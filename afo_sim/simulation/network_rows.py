@@ -12,13 +12,7 @@ from afo_sim.simulation.policy import Rows
 def network_rows(built: Built, nodes: list[int], rows: Rows, inputs: np.ndarray, step: float) -> NetworkRows:
     """The air of nodes in some rows of a stride.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    nodes : actuators of all chambers, then of all volumes
-    rows : `act` and `userdata` (n, …)
-    inputs : of these rows (n, nu)
-    step : between them [s]
+    Units: rows (n, …), inputs (n, nu), step [s].
     """
     model, index = built.model, built.index
     act, userdata = rows["act"], rows["userdata"]

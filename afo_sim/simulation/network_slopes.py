@@ -90,14 +90,7 @@ class NetworkRows:
 def network_slopes(rows: NetworkRows, giving: np.ndarray) -> np.ndarray:
     """∂(ln m, ln σ) of all nodes at the end of a stride by those at its start.
 
-    Parameters
-    ----------
-    rows : of the stride
-    giving : d ln V/d ln p (k, n)
-
-    Returns
-    -------
-    (2k, 2k), with ln m and ln σ of each node in turn
+    Units: giving (k, n).
     """
     z = rows.step * _rates(rows, giving)
     one = np.eye(z.shape[-1])

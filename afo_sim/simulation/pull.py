@@ -23,15 +23,7 @@ def pull_on(orthosis: Orthosis, columns: Mapping[str, np.ndarray], segment: Segm
     the straight piece between the segments, and F its tension, which friction at guides changes.
     Cuff and plate have no mass here: what the muscles do to them, they do to the skin.
 
-    Parameters
-    ----------
-    orthosis : with its anchors
-    columns : with ankle/angle [rad] and muscle/*/force [N] (n,)
-    segment : "shank" or "foot"
-
-    Returns
-    -------
-    Force forward, left and up [N] (n, 3); zero where all muscles run over pulleys.
+    Units: columns [rad] (n,), returns [N].
     """
     angle = columns["ankle/angle"]
     total = np.zeros((3, len(angle)))

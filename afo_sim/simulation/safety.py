@@ -31,19 +31,7 @@ def safety_metrics(
     solved: bool = False,
     wanted: Collection[str] | None = None,
 ) -> dict[str, Metric]:
-    """Safety margins, as metrics: of the strides that count, of a run without a gait over all of it.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
-    solved : the last whole stride is the settled one, and counts alone
-    wanted : names; None for all
-
-    Returns
-    -------
-    dict of Metric by name. Without muscles there is none, and without `orthosis.interface` none of the skin.
-    """
+    """Safety margins, as metrics: of the strides that count, of a run without a gait over all of it."""
     scenario = built.scenario
     asked = NEEDED if wanted is None else NEEDED.keys() & set(wanted)
     if not scenario.orthosis.muscle or not asked:
@@ -110,11 +98,6 @@ def skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[s
     """Warnings of a cuff or strap that presses beyond discomfort, at any time of these rows.
 
     Blood flow is no warning: nearly every cuff that holds by friction hinders it while it is drawn tight.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
     """
     limits, found = built.scenario.limits, skin_metrics(built, columns)
     for segment, interface in built.scenario.orthosis.interface.items():

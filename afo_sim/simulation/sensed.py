@@ -28,16 +28,6 @@ class SensorBank:
     Readings do not depend on how a run is cut into stretches. A reading at a row is what the electronics have
     by then. A stretch from the run's first row on begins anew: the row of the start may be looked at before
     the first step.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    seed : added to the seeds of all sensors
-
-    Raises
-    ------
-    InputError
-        A sensor's column is none of this scenario, or a field of it does not fit the column's unit.
     """
 
     def __init__(self, built: Built, seed: int = 0):
@@ -179,11 +169,7 @@ def _fill(row: np.ndarray, name: str, sensor: Sensor, timestep: float) -> None:
 def sensor_columns(built: Built, columns: Mapping[str, np.ndarray], seed: int = 0) -> dict[str, np.ndarray]:
     """Columns "sensor/<name>", and "sensor/<name>/output" [V] of calibrated ones, of all rows of a run.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step of the run (n,)
-    seed : of the noise, added to the sensors' own
+    Units: columns (n,).
     """
     if not built.scenario.sensor:
         return {}

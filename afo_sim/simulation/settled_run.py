@@ -70,17 +70,7 @@ def run_settled(
 ) -> Recording:
     """Walk from the start, and solve for the settled stride.
 
-    Parameters
-    ----------
-    scenario : whose strides repeat (`periodic.why_walked` says nothing)
-    progress : called with (steps done, steps in all)
-    watch : sees the run grow
-
-    Returns
-    -------
-    Recording as long as the scenario, in whole strides: at least one from the start, then two settled ones.
-    `metrics` are of the settled stride, and of those after a stop by their
-    names; `strides` of each. The step is a whole part of a stride.
+    Units: progress (steps done, steps in all).
     """
     first, second = build(start_up(scenario)), build(two_strides(scenario))
     check_sensors(first)  # before anything is walked

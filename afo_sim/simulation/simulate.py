@@ -133,12 +133,7 @@ def case_of(
 ) -> Case | Rollout:
     """The case to roll out, or an empty Rollout where a kernel refuses the start.
 
-    Parameters
-    ----------
-    built, policy : scenario and inputs
-    first : inputs at the first step (nu,)
-    state : mjSTATE_INTEGRATION row to start from; at rest, or in walking, by default
-    air : that walking starts with, as `walking_start` takes it
+    Units: first (nu,).
     """
     try:
         native.assert_rows(built.model)

@@ -27,18 +27,7 @@ class Stepper(Protocol):
     """Simulations that can be advanced by a block of steps."""
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
-        """Step, and record every step.
-
-        Parameters
-        ----------
-        alive : numbers of the simulations to step
-        inputs : theirs (len(alive), n_step, n_input)
-        out : C-contiguous arrays to record into, by field of MjData (len(alive), n_step, width)
-
-        Returns
-        -------
-        {simulation: why it stopped}. What fails in one does not touch the others.
-        """
+        """Step, and record every step."""
         ...
 
     def restart(self, k: int, state: np.ndarray) -> None:

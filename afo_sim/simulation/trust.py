@@ -21,12 +21,7 @@ FINER = 4.0  # times as many steps, where nothing says how many would do
 def trust_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[str]:
     """Warnings of what no muscle does, with the time and a smaller step.
 
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
-    static : static force of each leading muscle in these rows [N]
-    energy : balance of these rows
+    Units: static [N].
     """
     step = built.scenario.timestep
     yield from _air(built, columns)

@@ -14,13 +14,7 @@ NEEDED: dict[str, frozenset[str]] = {"hours_until_valve_life": frozenset({"strid
 
 
 def life_metrics(built: Built, columns: Mapping[str, np.ndarray]) -> dict[str, Metric]:
-    """Hours until a valve's rated switchings; of walking, by the strides that count.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step
-    """
+    """Hours until a valve's rated switchings; of walking, by the strides that count."""
     rated = {
         f"{name}_{side}": valve.rated_switches
         for name, chamber in built.scenario.orthosis.chamber.items()

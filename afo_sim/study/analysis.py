@@ -105,20 +105,6 @@ def effect(
 ) -> Effect:
     """Main effect of a parameter on a metric: the mean in bins of equally many cases, or at each value.
 
-    Parameters
-    ----------
-    parameter : numbers or text (n,)
-    metric : (n,); cases where it is NaN are left out
-    bins : how many; by the number of cases if not given. A parameter of few values has a bin for each.
-    blocks : cases of one block are not independent of one another, as in a Saltelli design (n,); each case
-        is its own block if not given
-    grid : the cases are a full grid: each value has its bin, and the other parameters are the same in all of
-        them, so that no chance is to be taken off the explained share
-
-    Returns
-    -------
-    Effect
-
     Notes
     -----
     The share is (Σ n_k (ȳ_k − ȳ)² − Σ n_k (1 − n_k/n) e_k²) / Σ (y − ȳ)², with e_k the standard error of the
@@ -126,6 +112,8 @@ def effect(
     is ε² (Kelley 1935, doi 10.1073/pnas.21.9.554). A slope within a bin counts as unexplained: of a linear
     effect in k bins 1/k². Errors are those of cluster-robust regression on the bins (Liang & Zeger 1986,
     doi 10.1093/biomet/73.1.13), with m/(m − 1) for m blocks.
+
+    Units: parameter (n,), metric (n,), blocks (n,).
     """
     known = np.isfinite(metric)
     parameter, metric = parameter[known], metric[known]

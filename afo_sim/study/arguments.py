@@ -30,26 +30,7 @@ def plan_of(
 ) -> Plan:
     """A sweep without a file.
 
-    Parameters
-    ----------
-    scenario : a Scenario, one as plain data, a shipped name or a path
-    parameters : {dotted key: values, `span(lower, upper, n)` or a table as [parameters.NAME] has it}; the
-        column is called by the end of the key. A table that has a key of its own is {column: table}
-    design : as in a sweep's file; by default "grid", and "sobol" where the number of `cases` is told
-    metrics : that are kept; all by default
-    constraints : on the parameters, by the names of their columns
-    sets : fixed overrides by dotted key
-    seed, chunk : as in a sweep's file
-    spreads : of the design "uncertainty", which has no parameters
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    InputError
-        As `read`.
+    Units: parameters [parameters.NAME].
     """
     for name, listed in (("metrics", metrics), ("constraints", constraints)):
         if isinstance(listed, str):

@@ -14,19 +14,7 @@ EXAMPLE = "pressure [bar],patient"
 def values_of(
     sweep: pathlib.Path, name: str, parameters: Mapping[str, ParameterTable]
 ) -> dict[str, tuple[Any, ...]]:
-    """Every parameter's values, as [parameters.NAME] would tell them.
-
-    Parameters
-    ----------
-    sweep : the sweep's file, beside which the CSV lies
-    name : path of the CSV
-    parameters : each is a column, but for those that are told otherwise (`from_seed`)
-
-    Raises
-    ------
-    InputError
-        The CSV cannot be read, lacks a column, has an unknown one, or has no rows.
-    """
+    """Every parameter's values, as [parameters.NAME] would tell them."""
     beside = sweep.parent / name
     file = beside if beside.is_file() else pathlib.Path(name)
     table = read_table(file, EXAMPLE)

@@ -26,20 +26,6 @@ def chunks(
 
     A worker that dies takes no row with it and doubles none: its chunk is computed again by another, and
     rows are written here alone.
-
-    Parameters
-    ----------
-    scenario : what all cases begin with
-    jobs : the cases
-    pending : chunks to compute
-    scheduler : address of a running cluster
-    asked : metrics and warnings of each case
-
-    Raises
-    ------
-    InputError
-        Dask is not installed, the scheduler cannot be reached or is lost, a worker has other code, or a
-        chunk kills worker after worker.
     """
     distributed = library()
     try:
@@ -98,18 +84,7 @@ def compute(
     wanted: Mapping[str, Any] | None = None,
     asked: Asked = EVERYTHING,
 ) -> list[Outcome]:
-    """A chunk's outcomes in order, on whatever machine this is called.
-
-    Parameters
-    ----------
-    scenario, cases, asked : as `engine.outcomes` takes them
-    wanted : the code that must run here, as `folder.program` tells it
-
-    Raises
-    ------
-    InputError
-        Other code runs here.
-    """
+    """A chunk's outcomes in order, on whatever machine this is called."""
     here = program()
     if wanted is not None and here != wanted:
         each = [f"{name} {here['versions'].get(name)}, not {v}" for name, v in wanted["versions"].items()

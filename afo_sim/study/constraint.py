@@ -52,13 +52,7 @@ class Constraint:
     def holds(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the cases that fulfil it (n,).
 
-        Parameters
-        ----------
-        values : every parameter's values (n,) [SI], or words
-
-        Returns
-        -------
-        (n,) of bool
+        Units: values [SI] (n,).
         """
         with np.errstate(all="ignore"):  # what is no number compares as false
             found = _Evaluation(self, values).truth(_parse(self.text))
@@ -70,13 +64,7 @@ class Constraint:
         A comparison's excess is what it is off by, as a share of the larger side; the excesses of parts
         joined by `and` add up, of those joined by `or` the least counts.
 
-        Parameters
-        ----------
-        values : every parameter's values (n,) [SI]; no words
-
-        Returns
-        -------
-        (n,)
+        Units: values [SI] (n,).
         """
         with np.errstate(all="ignore"):
             found = np.nan_to_num(_Evaluation(self, values).excess(_parse(self.text)), nan=np.inf)
@@ -84,19 +72,7 @@ class Constraint:
 
 
 def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
-    """Read a constraint, and see that it makes sense.
-
-    Parameters
-    ----------
-    text : as "fill_start < fill_end - 0.05"
-    parameters : of the sweep
-
-    Raises
-    ------
-    InputError
-        It is not of the language, names an unknown parameter or word, or compares or adds what is of
-        different dimensions; with the place in the text.
-    """
+    """Read a constraint, and see that it makes sense."""
     varied = [p for p in parameters if not isinstance(p.spread, OwnSeed)]
     words = {p.name: p.spread.values for p in varied if isinstance(p.spread, Choice) and p.words}
     units = {p.name: p.unit for p in varied if not p.words}

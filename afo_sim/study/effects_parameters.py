@@ -69,18 +69,7 @@ class _Amount:
 
 
 def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Step]:
-    """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing.
-
-    Parameters
-    ----------
-    scenario : with an orthosis that has muscles
-    hanging : muscle groups that never pull in this walk; where no air enters their chamber either, only
-        their length and number are tried
-
-    Returns
-    -------
-    list of Step, in the order of the description; the two of a parameter stand together
-    """
+    """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing."""
     return [
         *_supply(scenario),
         *(step for name in scenario.orthosis.muscle for step in _group(scenario, name, name in hanging)),

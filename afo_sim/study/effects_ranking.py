@@ -52,14 +52,6 @@ def aim_of(statuses: Mapping[str, Status]) -> Aim:
 
     What is bad goes before what is doubtful; among alike ones a toe that trips before a foot that does not
     land on its heel, that before a hindered push-off, and that before air.
-
-    Parameters
-    ----------
-    statuses : of the verdict's answers, by their names
-
-    Returns
-    -------
-    Aim; "spare" where nothing is bad or doubtful
     """
     for status in ("bad", "doubtful"):
         for aim in ORDER:
@@ -83,16 +75,7 @@ def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, a
     of the muscles, or that makes cuff or strap hurt, where the walk as it is does not. What helps stands
     first, then what was run and is noticed, then what makes no noticed difference, then what was not run.
 
-    Parameters
-    ----------
-    effects : of every step
-    base : metrics of the walk as it is, by name [metric's unit]
-    wanted : of the scenario's limits
-    aim : what is to be bettered
-
-    Returns
-    -------
-    list of Effect
+    Units: base [metric's unit].
     """
     marked = [_marked(effect, _gain(effect, base, wanted, aim), base, wanted, aim) for effect in effects]
     marked.sort(key=lambda pair: (_class(pair[0]), tuple(-part for part in pair[1])))  # stable

@@ -33,13 +33,7 @@ class FolderKind:
     parts: Mapping[str, type]
 
     def read(self, folder: pathlib.Path) -> dict[str, Any]:
-        """The manifest of a folder.
-
-        Raises
-        ------
-        InputError
-            The folder holds no such study, or says nothing that can be read.
-        """
+        """The manifest of a folder."""
         path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
@@ -63,22 +57,7 @@ class FolderKind:
         changed: Changed,
         first: Callable[[], Mapping[str, Any]],
     ) -> dict[str, Any]:
-        """The manifest of the folder once it is this study's: a new one, or one that goes on.
-
-        Parameters
-        ----------
-        folder : made if need be
-        known : what the manifest says that needs no case: the fingerprint, the scenario, …
-        changed : what to do where the folder holds another study or results of other code: "refuse";
-            "restart", which throws them away; "continue", which lets results of other code stand beside new
-            ones (the study must still be the same). Where nothing has changed, the study goes on.
-        first : tries cases of a new study, and returns what the manifest says besides
-
-        Raises
-        ------
-        InputError
-            The folder holds another study or something else, or cannot be written to.
-        """
+        """The manifest of the folder once it is this study's: a new one, or one that goes on."""
         check_writable(folder)
         settle(folder)
         now = known["fingerprint"]
@@ -152,14 +131,7 @@ def holds_nothing(folder: pathlib.Path) -> bool:
 
 
 def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dict[str, Any]:
-    """Everything that decides the results: the study's description, this program's code, its libraries.
-
-    Parameters
-    ----------
-    kind : "sweep" or "search"
-    canonical : the description as JSON-able data
-    libraries : that decide, too
-    """
+    """Everything that decides the results: the study's description, this program's code, its libraries."""
     text = json.dumps(canonical, sort_keys=True)
     found = {kind: hashlib.sha256(text.encode()).hexdigest(), **program()}
     return found | {"versions": found["versions"] | {name: _version(name) for name in libraries}}

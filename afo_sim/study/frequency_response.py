@@ -305,10 +305,7 @@ def _analysed(excitation: Excitation, frequency: float, count: int) -> dict[str,
 def settled_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> tuple[Harmonic, float]:
     """First harmonic of a signal's second half, and the share by which it changes within that half.
 
-    Parameters
-    ----------
-    time, signal : over a multiple of four whole periods (n,)
-    frequency : [Hz]
+    Units: time, signal (n,), frequency [Hz].
     """
     n = len(time)
     parts = (slice(n // 2, 3 * n // 4), slice(3 * n // 4, n))

@@ -27,11 +27,7 @@ class Harmonic:
 def first_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> Harmonic:
     """The first harmonic by least squares; over whole periods it is Fourier's.
 
-    Parameters
-    ----------
-    time : [s] (n,)
-    signal : (n,)
-    frequency : [Hz]
+    Units: time [s] (n,), signal (n,), frequency [Hz].
     """
     turn = 2.0 * math.pi * frequency * time
     basis = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
@@ -67,11 +63,7 @@ class Crossing:
 def falls_to(frequencies: np.ndarray, curve: np.ndarray, level: float) -> Crossing:
     """Where a curve first falls to a level, on straight lines over the logarithm of the frequency.
 
-    Parameters
-    ----------
-    frequencies : rising [Hz] (n,)
-    curve : such as a gain [dB] or a phase [rad] (n,)
-    level : in the curve's unit
+    Units: frequencies [Hz] (n,), curve [dB] (n,).
     """
     under = np.flatnonzero(curve <= level)
     if not len(under):

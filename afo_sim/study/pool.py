@@ -31,21 +31,7 @@ class Pool:
         evaluate: Evaluate = engine.outcomes,
         asked: Asked = EVERYTHING,
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
-        """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes.
-
-        Parameters
-        ----------
-        scenario : what all cases begin with
-        jobs : the cases
-        due : chunks to compute
-        evaluate : what computes cases in this process
-        asked : metrics and warnings of each
-
-        Raises
-        ------
-        InputError
-            The cluster cannot be reached, or its workers die over and over.
-        """
+        """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
             yield from cluster.chunks(scenario, jobs, due, self.scheduler, asked)
             return

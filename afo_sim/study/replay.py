@@ -72,13 +72,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
 
 
 def row_of(results: Results, case: int) -> dict[str, Any]:
-    """The row of a case.
-
-    Raises
-    ------
-    InputError
-        The sweep has no such case, or it is not computed yet.
-    """
+    """The row of a case."""
     where = (results["case"] == case).nonzero()[0]
     if not len(where):
         late = results.unfinished and 0 <= case < results.planned

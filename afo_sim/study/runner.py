@@ -107,24 +107,7 @@ def sweep(
     scheduler: str = "",
     report: Callable[[SweepProgress], None] | None = None,
 ) -> Results:
-    """Compute a whole sweep, or what is left of it.
-
-    Parameters
-    ----------
-    plan : from `sweep_file.read` or `arguments.plan_of`
-    folder, changed : as `open_store` takes them
-    threads : as many as processors if 0
-    workers, scheduler, report : as `run` takes them
-
-    Returns
-    -------
-    Results
-
-    Raises
-    ------
-    InputError
-        As `cases_of`, `open_store` and `run`.
-    """
+    """Compute a whole sweep, or what is left of it."""
     store = open_store(plan, cases_of(plan), folder, changed)
     run(store, threads=threads, workers=workers, scheduler=scheduler, report=report)
     return read(folder)
@@ -277,14 +260,7 @@ def _tried(
 def comparisons(
     scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], units: Mapping[str, str]
 ) -> dict[str, str]:
-    """Metrics that compare with the scenario's reference, with their units: only if asked for.
-
-    Parameters
-    ----------
-    scenario : what all cases begin with
-    sets : overrides of cases
-    units : of the metrics that cases have
-    """
+    """Metrics that compare with the scenario's reference, with their units: only if asked for."""
     compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
     if not compares or COMPARED not in units:
         return {}
@@ -297,20 +273,7 @@ def probe(
     file: pathlib.Path,
     evaluate: Evaluate = engine.outcomes,
 ) -> tuple[dict[str, str], float]:
-    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s].
-
-    Parameters
-    ----------
-    scenario : what all cases begin with
-    sets : overrides of each case
-    file : of the study
-    evaluate : what computes cases
-
-    Raises
-    ------
-    InputError
-        None of them runs.
-    """
+    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
     next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
     begun = time.perf_counter()
     found = [

@@ -59,20 +59,6 @@ def block_size(results: Results) -> int:
 def indices(results: Results, metric: str) -> Indices:
     """First-order, second-order and total Sobol' indices of a metric, by SALib.
 
-    Parameters
-    ----------
-    results : of a finished sweep of the design "saltelli"
-    metric : its name
-
-    Returns
-    -------
-    Indices; base samples of which a case has no such metric are left out whole
-
-    Raises
-    ------
-    InputError
-        Another design, an unfinished sweep, too many failed cases, a metric that does not vary, or no SALib.
-
     References
     ----------
     Saltelli et al. 2010, doi 10.1016/j.cpc.2009.09.018; second order: Saltelli 2002,

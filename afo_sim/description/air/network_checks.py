@@ -18,13 +18,7 @@ ONE_WAY = ("check_valve", "quick_exhaust", "regulator")
 
 
 def check_network(orthosis: HasAir) -> None:
-    """Refuse nodes that are not there, or that air cannot come into or leave, and sources that conflict.
-
-    Raises
-    ------
-    PydanticCustomError
-        Named after the component, with what would mend it.
-    """
+    """Refuse nodes that are not there, or that air cannot come into or leave, and sources that conflict."""
     names = _names(orthosis)
     for key, node in _ends(orthosis):
         if node not in names:

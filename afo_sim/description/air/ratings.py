@@ -11,15 +11,6 @@ def make_room(table: dict[str, Any], key: str) -> bool:
 
     A conductance replaces the rating that it followed from. Another rating, or another critical ratio
     beside a rating, replaces the conductance.
-
-    Parameters
-    ----------
-    table : as a file writes it, or as a description is written out
-    key : set in it, itself or below it
-
-    Returns
-    -------
-    bool : whether something went
     """
     rated = [name for name in RATINGS if table.get(name) is not None]
     gone: list[str] = []

@@ -18,20 +18,7 @@ def check_room(
     shared: bool = False,
     under: str = "",
 ) -> None:
-    """Refuse a network that is larger than compiled code has room for.
-
-    Parameters
-    ----------
-    orthosis : described
-    extra_nodes, extra_restrictions : of the supply
-    shared : whether the supply can sag, so that all that it feeds is one network
-    under : key that the orthosis stands under
-
-    Raises
-    ------
-    PydanticCustomError
-        Named after the largest table.
-    """
+    """Refuse a network that is larger than compiled code has room for."""
     group = {node: {node} for node in (*orthosis.chamber, *orthosis.volume)}
     parts = list(_parts(orthosis))
     for origin, end, _ in parts:

@@ -14,13 +14,7 @@ NO_COIL = "has no coil: a 3/2 valve vents while its coil has no current"
 
 
 def check_supplied(orthosis: HasAir, supply: Supply) -> None:
-    """Refuse regulators that are set above what comes to them, and a network that is too large.
-
-    Raises
-    ------
-    PydanticCustomError
-        Named after the component, with what would mend it.
-    """
+    """Refuse regulators that are set above what comes to them, and a network that is too large."""
     highest = highest_pressures(orthosis, supply.pressure)
     for name, each in orthosis.restriction.items():
         if each.regulator is None or each.pressure is None:
@@ -58,19 +52,7 @@ def _check_room(orthosis: HasAir, supply: Supply) -> None:
 
 
 def check_three_way(orthosis: HasAir, drives: Collection[str], controller: Any = None) -> None:
-    """Refuse drives and commands that a 3/2 valve cannot follow: it has one coil, and is never shut.
-
-    Parameters
-    ----------
-    orthosis : described
-    drives : chambers that have a pressure drive
-    controller : described; none by default
-
-    Raises
-    ------
-    PydanticCustomError
-        Named after the drive or the controller's key.
-    """
+    """Refuse drives and commands that a 3/2 valve cannot follow: it has one coil, and is never shut."""
     three_way = [name for name, chamber in orthosis.chamber.items() if chamber.three_way]
     for name in three_way:
         if name in drives:

@@ -17,13 +17,7 @@ class Switched(Protocol):
 
 
 def check_switched(orthosis: Switched, named: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
-    """Refuse times of a valve that is not there.
-
-    Parameters
-    ----------
-    orthosis : described
-    named : tables of times by name, each with the key that it stands under
-    """
+    """Refuse times of a valve that is not there."""
     for key, tables in named:
         if key == "start":
             continue

@@ -218,20 +218,7 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
 
     In a step of share s that begins at t a coil goes on at t + (1 − s) h, or off at t + s h.
 
-    Parameters
-    ----------
-    shares : of each step (n,)
-    timestep : h [s]
-    name : of the valve, for the error
-
-    Returns
-    -------
-    list of (time [s] to a nanosecond, whether it is on from there), the first at time 0
-
-    Raises
-    ------
-    InputError
-        It is switched more than once within a step, so that the share does not tell when.
+    Units: shares (n,), timestep [s], returns [s].
     """
     found: list[tuple[float, bool]] = []
     on = False

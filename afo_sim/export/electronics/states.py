@@ -14,16 +14,7 @@ FIELD = "controller.state_machine"
 def states_of(machine: Machine, period: float, chambers: Sequence[str]) -> States:
     """The machine's tables.
 
-    Parameters
-    ----------
-    machine : see `Machine`
-    period : from one command to the next [s]
-    chambers : of the orthosis
-
-    Raises
-    ------
-    InputError
-        A state asks for a pressure or for a share of a coil's current, or its name is none in C.
+    Units: period [s].
     """
     names = check_names(machine.states, "state", MOST_NAMES)
     masks = [

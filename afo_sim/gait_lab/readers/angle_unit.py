@@ -15,23 +15,7 @@ LEAST_RANGE = 0.35  # of a knee that walks, stiff or not [rad], 20 deg; 0.35 deg
 def angle_unit(
     table: OpenSimTable, knee_columns: Sequence[str], told: bool | None
 ) -> tuple[bool, tuple[str, ...]]:
-    """Whether the table's rotations are in degrees, whatever its header says.
-
-    Parameters
-    ----------
-    table : of joint angles
-    knee_columns : names of its knee flexion, of either side or both
-    told : what the person says; it goes first. None if nothing
-
-    Returns
-    -------
-    (in degrees, warnings with the knee's range)
-
-    Raises
-    ------
-    InputError
-        Nobody says it and the knee does not tell, or what the person says is impossible.
-    """
+    """Whether the table's rotations are in degrees, whatever its header says."""
     name, size, span = _knee(table, knee_columns)
     looks: bool | None = None
     if size > HALF_TURN:

@@ -17,23 +17,7 @@ RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
-    """Read markers and force plates from a C3D file.
-
-    Parameters
-    ----------
-    path : with POINT data, analog channels with FORCE_PLATFORM of types 1 to 4, or both
-
-    Returns
-    -------
-    (markers, possibly none; plates named "1", "2", … in the file's order), both in the laboratory's axes;
-    a force is the file's own, by C3D's convention the foot's on the plate, which `ground_force` finds out
-    and turns round. Remarks and warnings on plates that were left out stand with the markers.
-
-    Raises
-    ------
-    InputError
-        ezc3d is not installed, or cannot read the file; the file is cut; a frame rate of 0.
-    """
+    """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
     rate = _rate(path, file)
     names, points, remarks = _markers(file)

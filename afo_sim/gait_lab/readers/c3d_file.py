@@ -57,17 +57,7 @@ class C3dFile:
 
 
 def read_c3d_file(path: pathlib.Path) -> C3dFile:
-    """Read a C3D file.
-
-    Parameters
-    ----------
-    path : of integers or floating numbers, of any processor
-
-    Raises
-    ------
-    InputError
-        ezc3d is not installed; the file is no C3D file, is cut short, or ezc3d cannot read it.
-    """
+    """Read a C3D file."""
     try:
         import ezc3d  # noqa: F401 - the process below needs it
     except ImportError:

@@ -27,16 +27,7 @@ def plates_of_c3d(
 ) -> tuple[list[Plate], list[str]]:
     """All plates that can be read, and warnings for those that cannot.
 
-    Parameters
-    ----------
-    path : for messages
-    file : with FORCE_PLATFORM, if it has plates
-    time : of the analog samples [s] (n,)
-    metre : metres in the file's unit of length
-
-    Returns
-    -------
-    (plates named "1", "2", … by their place in the file; forces with the file's sign, warnings)
+    Units: time [s] (n,).
     """
     used = file.numbers("FORCE_PLATFORM", "USED")
     plates, warnings = [], []

@@ -18,14 +18,7 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     repeat. Where all of them are a rounding away from even steps, the even steps are meant. A clock that is
     uneven otherwise is left alone.
 
-    Parameters
-    ----------
-    time : as in the file [s] (n,)
-    rate : as the file states it [Hz]; None where it does not
-
-    Returns
-    -------
-    (time [s] (n,), remarks, warnings)
+    Units: time [s] (n,), rate [Hz], returns [s].
     """
     if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
         return time, [], []
@@ -76,10 +69,7 @@ def _grain(time: np.ndarray) -> float:
 def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) -> None:
     """Refuse a clock whose steps are too long for seconds.
 
-    Parameters
-    ----------
-    path, field, allowed : for the message
-    time : as read [s] (n,)
+    Units: time [s] (n,).
     """
     step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
     if step > LONGEST_STEP:

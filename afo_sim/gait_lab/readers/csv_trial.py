@@ -63,21 +63,7 @@ class _Column:
 def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     """Read a CSV file of a walking trial.
 
-    Parameters
-    ----------
-    path : titles with units, one of them `time [s]`; a marker's three columns end in x, y, z, a plate's in
-        fx, fy, fz and px, py, pz (or OpenSim's vx … pz); between commas, semicolons or tabs, with a point
-        or a comma for decimals; lines of `#` above the titles are skipped
-
-    Returns
-    -------
-    CsvTrial
-
-    Raises
-    ------
-    InputError
-        No titles with a time, columns without a unit (all are named), a row that is not numbers, or a gait
-        cycle of this program's own.
+    Units: path [s].
     """
     lines, ended = read_lines(path)
     place, separator, titles = _titles(path, lines)

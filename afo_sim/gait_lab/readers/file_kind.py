@@ -10,17 +10,7 @@ READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv
 
 
 def kind_of(file: pathlib.Path) -> str:
-    """What a file is, by its first lines, and by its name if they do not tell.
-
-    Returns
-    -------
-    "table", "trc", "c3d", "csv", "model", or "setup" for OpenSim's other XML
-
-    Raises
-    ------
-    InputError
-        A folder, or neither its lines nor its name are of a kind that can be imported.
-    """
+    """What a file is, by its first lines, and by its name if they do not tell."""
     if file.is_dir():
         raise InputError("is a folder", file=file, allowed=f"the files of one trial: {SUFFIXES}")
     by_name = READ_AS.get(file.suffix.lower(), "")

@@ -23,9 +23,7 @@ def length_name(text: str) -> str:
 def extent(points: np.ndarray) -> float:
     """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen.
 
-    Parameters
-    ----------
-    points : (n, markers, 3), NaN where not seen
+    Units: points (n, markers, 3).
     """
     seen = np.isfinite(points).all(axis=2)
     frames = np.flatnonzero(seen.sum(axis=1) >= 2)
@@ -40,15 +38,7 @@ def extent(points: np.ndarray) -> float:
 def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[str]]:
     """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size.
 
-    Parameters
-    ----------
-    points : coordinates as in the file (n, markers, 3), NaN where not seen
-    stated : metres in the stated unit; None where none is stated
-    unit : the stated one's name, for the warning
-
-    Returns
-    -------
-    (factor to metres; None if no unit is stated and none fits, warnings)
+    Units: points (n, markers, 3).
     """
     size = extent(points)
     fits = [(name, factor) for name, factor in UNITS.items() if PERSON[0] <= size * factor <= PERSON[1]]

@@ -29,9 +29,7 @@ class Markers:
 def lost_as_nan(points: np.ndarray) -> np.ndarray:
     """Coordinates in which a lost marker is NaN, however the file says it.
 
-    Parameters
-    ----------
-    points : in the file's unit (n, markers, 3); lost is 0 0 0, NaN in one of three, 9999999, -9999 thrice
+    Units: points (n, markers, 3).
     """
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
@@ -50,12 +48,7 @@ def marker_set(
 ) -> Markers:
     """Markers by name: none twice, and none that is never seen.
 
-    Parameters
-    ----------
-    file, time : [s] (n,)
-    names : as in the file; an empty one is called "unnamed 3" by its place
-    points : [m] (n, markers, 3)
-    remarks, warnings : so far
+    Units: file, time [s] (n,), points [m] (n, markers, 3).
     """
     titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]
     titles, doubles = unique_names(titles, "marker")

@@ -16,11 +16,6 @@ def read_function(element: Element) -> Function:
     """Read a function from its XML element.
 
     A kind that is not known is refused when it is evaluated, so that a shoulder does not stop a leg.
-
-    Raises
-    ------
-    InputError
-        Its numbers are not numbers, or do not belong together; the file is the caller's to name.
     """
     kind = element.tag
     if kind == "Constant":

@@ -69,14 +69,7 @@ class Joint:
     def pose(self, values: Mapping[str, np.ndarray]) -> Pose:
         """The child body in the parent body.
 
-        Parameters
-        ----------
-        values : coordinate: its values over time [rad] or [m] (n,); the default where one is missing
-
-        Raises
-        ------
-        InputError
-            A kind of joint or of function that is not read here.
+        Units: values [rad] (n,).
         """
         if self.refused:
             raise InputError(self.refused, field=f"joint {self.name}", value=self.kind)

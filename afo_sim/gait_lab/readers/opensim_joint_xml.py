@@ -37,15 +37,7 @@ class Frames:
     def base(
         self, element: Element, socket: str, old: str, own: dict[str, Element] | None = None
     ) -> tuple[str, Pose]:
-        """The body that an element hangs on, and where the frame that it names stands on the body.
-
-        Parameters
-        ----------
-        element : a marker, a joint, a frame
-        socket : its socket, as version 4 calls it
-        old : the tag under which earlier versions name the body
-        own : frames of the joint that the element belongs to; their names need be unique there only
-        """
+        """The body that an element hangs on, and where the frame that it names stands on the body."""
         name = (_socket(element, socket) or element.findtext(old) or "").strip().split("/")[-1]
         found = FIXED
         for _ in range(20):  # frames on frames; more than 20 would be a ring

@@ -42,13 +42,7 @@ class OpenSimModel:
         return float(sum(self.bodies.values()))
 
     def path(self, start: str, end: str) -> list[tuple[Joint, bool]]:
-        """The joints from one body to another, each with whether it is passed from parent to child.
-
-        Raises
-        ------
-        InputError
-            No joints connect the two.
-        """
+        """The joints from one body to another, each with whether it is passed from parent to child."""
         ways: dict[str, list[tuple[Joint, bool]]] = {start: []}
         open_ends = [start]
         while open_ends and end not in ways:
@@ -78,22 +72,7 @@ class OpenSimModel:
 
 
 def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
-    """Read a model.
-
-    Parameters
-    ----------
-    path : .osim of document version 10901 to 4xxxx; lengths in metres
-
-    Returns
-    -------
-    OpenSimModel; a joint of a kind that is not read here is refused only when its kinematics are asked for
-
-    Raises
-    ------
-    InputError
-        The file is no XML, declares a DOCTYPE, holds no model with bodies and joints, or its lengths are
-        not in metres.
-    """
+    """Read a model."""
     root = _root(path)
     model = root.find("Model")
     if root.tag != "OpenSimDocument" or model is None:

@@ -35,22 +35,7 @@ class OpenSimTable:
 
 
 def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
-    """Read a .mot or .sto file.
-
-    Parameters
-    ----------
-    path : as OpenSim writes it (version 1 to 3), or SIMM's .mot, or what a spreadsheet made of one
-
-    Returns
-    -------
-    OpenSimTable; "/jointset/ankle_r/ankle_angle_r/value" is called "ankle_angle_r"; a cell without a number
-    is NaN. A header that miscounts rows or columns is a warning, as is a last row that was cut.
-
-    Raises
-    ------
-    InputError
-        No header, a row that is not whole, cells that hold vectors, a clock that stands still.
-    """
+    """Read a .mot or .sto file."""
     lines, ended = read_lines(path)
     end = next((k for k, line in enumerate(lines) if _word(line) == "endheader"), None)
     if end is None:

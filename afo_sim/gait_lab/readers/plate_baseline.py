@@ -14,14 +14,7 @@ WORTH = (2.0, 1.0)  # [N], [N·m]
 def unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
     """Samples in which nothing presses, if they are clear.
 
-    Parameters
-    ----------
-    time : [s] (n,)
-    load : force across the plate, of either sign, with its constant [N] (n,)
-
-    Returns
-    -------
-    bool (n,); None where the plate has no stretch of an even, small force
+    Units: time [s] (n,), load [N] (n,).
     """
     if len(load) < 8 or not np.isfinite(load).all():
         return None
@@ -54,14 +47,7 @@ def unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
 def constant(time: np.ndarray, load: np.ndarray, signals: np.ndarray) -> np.ndarray:
     """What the plate's signals read without load; zeros where that is little, or not clear.
 
-    Parameters
-    ----------
-    time, load : as `unloaded` (n,)
-    signals : forces [N], and moments [N·m] after them (n, 3 or 6)
-
-    Returns
-    -------
-    (3 or 6,) of the same units
+    Units: time, load (n,), signals [N] (n, 3 or 6).
     """
     rest = unloaded(time, load)
     nothing = np.zeros(signals.shape[1])
@@ -75,16 +61,7 @@ def constant(time: np.ndarray, load: np.ndarray, signals: np.ndarray) -> np.ndar
 def place_of(force: np.ndarray, moment: np.ndarray, up: np.ndarray, height: float) -> np.ndarray:
     """Where a force presses on a level plane.
 
-    Parameters
-    ----------
-    force : [N] (n, 3)
-    moment : about the origin; what turns about `up` does not count [N·m] (n, 3)
-    up : unit vector across the plane (3,)
-    height : of the plane along it [m]
-
-    Returns
-    -------
-    centre of pressure [m] (n, 3), NaN where less than 1 N crosses the plane
+    Units: force [N] (n, 3), moment [N·m] (n, 3), up (3,), height [m], returns [m].
     """
     across = force @ up
     with np.errstate(divide="ignore", invalid="ignore"):

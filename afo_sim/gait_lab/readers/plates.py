@@ -35,17 +35,7 @@ def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, pl
 
     Many programs write none, or zeros, below 20 to 50 N: as a place, the origin has a lever of metres.
 
-    Parameters
-    ----------
-    file, name : of the plate, for messages
-    time : [s] (n,)
-    force : ground on foot, in the laboratory's axes [N] (n, 3)
-    place : centre of pressure [m] (n, 3)
-
-    Raises
-    ------
-    InputError
-        A force, or the place of a force, is not a finite number.
+    Units: time [s] (n,), force [N] (n, 3), place [m] (n, 3).
     """
     for what, bad in (
         ("force", ~np.isfinite(force).all(axis=1)),

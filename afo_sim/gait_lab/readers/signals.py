@@ -14,15 +14,7 @@ TWO_PASSES = 0.802
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
     """Refuse a trial's clock that stands still, runs backward, leaps or holds what is no number.
 
-    Parameters
-    ----------
-    file, field : for the message
-    time : [s] (n,)
-
-    Raises
-    ------
-    InputError
-        The first row at fault.
+    Units: time [s] (n,).
     """
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
@@ -44,14 +36,7 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Interpolate missing samples (NaN), and say where too many were missing.
 
-    Parameters
-    ----------
-    time : [s] (n,)
-    values : (n,)
-
-    Returns
-    -------
-    (values without NaN (n,), stretches [s] longer than 0.2 s, or at an end, that are only invented)
+    Units: time [s] (n,), values (n,), returns [s].
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -74,10 +59,7 @@ def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tu
 def evenly(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The signal in even steps of time, its own steps if they are even already.
 
-    Parameters
-    ----------
-    time : increasing [s] (n,)
-    values : (n, …)
+    Units: time [s] (n,), values (n, …).
     """
     steps = np.diff(time)
     step = float(np.median(steps))
@@ -92,11 +74,7 @@ def evenly(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     """Second-order Butterworth low-pass, forward and backward, so that nothing is delayed.
 
-    Parameters
-    ----------
-    time : even steps [s] (n,)
-    values : without NaN (n, …)
-    cutoff : -3 dB of both passes together [Hz]; 0, or above the data's own bandwidth, leaves them as they are
+    Units: time [s] (n,), values (n, …), cutoff [Hz].
     """
     from scipy.signal import butter, sosfiltfilt
 

@@ -15,21 +15,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d{1,4})?$", re.ASCII)
 
 
 def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
-    """Lines of a text file in UTF-8, UTF-16 with its mark, or Latin-1.
-
-    Parameters
-    ----------
-    path : the file
-
-    Returns
-    -------
-    (lines without their ends, whether the last one has an end: if not, the file may be cut in it)
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or is no text.
-    """
+    """Lines of a text file in UTF-8, UTF-16 with its mark, or Latin-1."""
     try:
         raw = path.read_bytes()
     except OSError as error:
@@ -50,11 +36,6 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
 
 def parse_number(cell: str) -> float:
     """A cell as a number; NaN for all the ways in which programs write that there is none.
-
-    Raises
-    ------
-    ValueError
-        The cell is neither.
 
     Examples
     --------
@@ -103,13 +84,7 @@ def without_empty_end(cells: list[str]) -> list[str]:
 
 
 def unique_names(names: list[str], what: str) -> tuple[list[str], list[str]]:
-    """Names of which none comes twice, and a warning if one did: the second NAME becomes NAME.2.
-
-    Parameters
-    ----------
-    names : as they are in the file
-    what : "marker" or "column", for the warning
-    """
+    """Names of which none comes twice, and a warning if one did: the second NAME becomes NAME.2."""
     taken: set[str] = set()
     found, renamed = [], []
     for name in names:

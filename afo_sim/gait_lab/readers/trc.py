@@ -32,20 +32,7 @@ class _Header:
 def read_trc(path: pathlib.Path) -> Markers:
     """Read a .trc file.
 
-    Parameters
-    ----------
-    path : a line with `DataRate` and `Units` above its values, a line `Frame# Time names…`, then numbers
-        separated by tabs, or by blanks where no cell is empty. A lost marker is an empty cell, 0 0 0, NaN
-        or 9999999
-
-    Returns
-    -------
-    Markers [m]; wrong counts, rates and units in the header are warnings, and what the numbers say is taken
-
-    Raises
-    ------
-    InputError
-        Another layout, an unknown unit, a row that is not numbers, a clock that stands still.
+    Units: returns [m].
     """
     lines, ended = read_lines(path)
     header = _header(path, lines)

@@ -34,12 +34,7 @@ def standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: floa
     Markers of feet on a floor creep forward meanwhile, by 1 to 2 % of walking speed in four recorded walks,
     so that a belt is found as much too slow.
 
-    Parameters
-    ----------
-    leg : with heel and toe
-    up : unit vector (3,)
-    level : columns of the two level axes
-    period : of the stride, if known; what comes more than a stride before or after a swing is no walk [s]
+    Units: up (3,), period [s].
     """
     nothing = StandingFoot(np.zeros(2), np.zeros(0))
     time, ends = seen(leg.time, np.hstack([leg.points["heel"].path, leg.points["toe"].path]))
@@ -75,16 +70,7 @@ def belt_speed_of(
 ) -> tuple[float, list[str]]:
     """Speed of the belt under the chosen foot as given, or else as found [m/s], and warnings.
 
-    Parameters
-    ----------
-    feet : by side
-    found : speed under the standing feet, 0 overground [m/s]
-    choices : `belt_speed` and `side`
-
-    Raises
-    ------
-    InputError
-        A belt's speed is given, but the feet stand still.
+    Units: found [m/s].
     """
     warnings = []
     speeds = {side: float(np.linalg.norm(foot.velocity)) for side, foot in feet.items() if len(foot.speeds)}

@@ -47,17 +47,7 @@ def find_mass(
     Over a stride the ground's impulse is the weight's: m = (J_right / T_right + J_left / T_left) / g, each
     the mean over that side's strides on plates; from one side alone m = 2 J / (g T).
 
-    Parameters
-    ----------
-    grounds : by side
-    strides : of both sides; those on plates count
-    given : by the person [kg]
-    of_model : sum of the model's bodies [kg]
-
-    Raises
-    ------
-    InputError
-        None of the three is there, or the estimate is no body's mass.
+    Units: given [kg], of_model [kg].
     """
     found, remarks, warnings = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1

@@ -34,10 +34,7 @@ def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, tupl
 def require_height(height: float, choices: Choices) -> None:
     """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it.
 
-    Parameters
-    ----------
-    height : of the ankle above the laboratory's zero with the foot flat, as found [m]
-    choices : of the person; a typed ankle height goes before what is found
+    Units: height [m].
     """
     low, high = RANGES["ankle_height_m"]
     stated = choices.ankle_height

@@ -33,12 +33,6 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
     """The best way to each point that is seen in nearly as many frames as any.
 
     A joint's gaps are bridged by the markers of its segment.
-
-    Parameters
-    ----------
-    ways : point of the leg → ways, the best first
-    side : of the leg
-    clusters : markers by side and segment
     """
     points, ranks, remarks = {}, {}, []
     for role, each in ways.items():
@@ -58,15 +52,7 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
 
 
 def carry_centres(chosen: Chosen, side: str, still: Landmarks, clusters: Clusters) -> Chosen:
-    """Joint centres of a standing posture in the walk, where the posture tells them in a better way.
-
-    Parameters
-    ----------
-    chosen : points of the walk alone
-    side : of the leg
-    still : landmarks of the posture, of one frame
-    clusters : markers by side and segment, with their places in the posture
-    """
+    """Joint centres of a standing posture in the walk, where the posture tells them in a better way."""
     points, ranks = dict(chosen.points), dict(chosen.ranks)
     remarks, warnings = list(chosen.remarks), list(chosen.warnings)
     upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture

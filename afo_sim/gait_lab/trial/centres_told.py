@@ -12,12 +12,7 @@ CARRIED = ", carried by "  # what follows names the markers that carry a centre
 
 
 def centres_told(points: Mapping[str, LegPoint]) -> str:
-    """Each point with its error and its way; those of one way stand together.
-
-    Parameters
-    ----------
-    points : by role
-    """
+    """Each point with its error and its way; those of one way stand together."""
     groups: dict[str, list[tuple[str, str]]] = {}
     for role, point in points.items():
         how = point.how.partition(CARRIED)[0].removesuffix(" of the model")
@@ -40,12 +35,7 @@ def _together(way: str, members: Sequence[tuple[str, str]]) -> str:
 
 
 def bridged_told(leg: LegPoints, strides: Sequence[RecordedStride]) -> list[str]:
-    """Points that were not seen in a part of the strides, where their segment's markers stand in for them.
-
-    Parameters
-    ----------
-    strides : that were taken; those of another leg do not count
-    """
+    """Points that were not seen in a part of the strides, where their segment's markers stand in for them."""
     inside = np.zeros(len(leg.time), dtype=bool)
     for stride in strides:
         if stride.side == leg.side:

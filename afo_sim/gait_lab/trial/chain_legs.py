@@ -27,18 +27,6 @@ def legs_from_chain(
     Signs are OpenSim's: pelvis tilt backward positive, hip flexion and dorsiflexion positive; the knee's is
     found from its swing. The leg stands in the vertical plane in which the pelvis travels: its rotation out
     of that plane is left out.
-
-    Parameters
-    ----------
-    table : with pelvis_tilt, hip_flexion_r, knee_angle_r, ankle_angle_r (or _l); y is up
-    choices : side, unit, lengths
-    bodies : body positions from OpenSim's analysis (talus_r_X, talus_r_Y), for the ankle's centre
-    seen : legs from markers, for the ankle's centre
-
-    Raises
-    ------
-    InputError
-        A coordinate of the asked side is missing, or the ankle's place cannot be had.
     """
     found = {}
     for side in ("right", "left"):

@@ -14,23 +14,7 @@ from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 def take_stride(
     strides: Sequence[RecordedStride], cycles: Sequence[GaitCycle], source: str, choices: Choices
 ) -> tuple[tuple[int, ...], GaitCycle]:
-    """The strides to take and their cycle: the asked one, the mean, or the first that contradicts nothing.
-
-    Parameters
-    ----------
-    strides, cycles : of all that were found, in the same order
-    source : where they come from, if the person does not say it
-    choices : side, stride, mean
-
-    Returns
-    -------
-    (indices into `strides`, their cycle)
-
-    Raises
-    ------
-    InputError
-        There is no such stride, none with the force of a whole stance, or each contradicts itself.
-    """
+    """The strides to take and their cycle: the asked one, the mean, or the first that contradicts nothing."""
     loaded = require_loaded(strides, choices)
     if choices.mean or choices.both:
         groups = [loaded]

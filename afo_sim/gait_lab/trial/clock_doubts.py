@@ -17,11 +17,6 @@ def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[s
     """A warning if the plates tell heel strikes and toe-offs later or earlier than the motion does.
 
     A force that comes 20 ms late moves the centre of pressure under the foot by 7 mm, 50 ms by 17 mm.
-
-    Parameters
-    ----------
-    motion : of a leg
-    strides : of the same leg; those whose whole stance was on plates count
     """
     events = find_events(motion)
     loaded = [stride for stride in strides if stride.loaded and stride.closed is None]

@@ -23,15 +23,7 @@ SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 def closed_stride(
     motion: LegMotion, ground: GroundForce | None, contacts: Sequence[PlateContact], missing: str = ""
 ) -> RecordedStride | str:
-    """Close the longest part of the motion that was seen to a stride, or say why not.
-
-    Parameters
-    ----------
-    motion : of the leg
-    ground : of its foot, if there is any
-    contacts : of its foot, those of one step as one
-    missing : why other contacts are not counted, in words
-    """
+    """Close the longest part of the motion that was seen to a stride, or say why not."""
     seen = _longest_seen(motion)
     length = float(seen.time[-1] - seen.time[0])
     around = [*contacts, *(steps_without_motion(ground, contacts) if ground else ())]

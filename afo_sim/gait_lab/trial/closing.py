@@ -29,24 +29,7 @@ def sample(
     A moment must be about a point that walks along, as the ankle: one about the laboratory's origin does
     not come back.
 
-    Parameters
-    ----------
-    time : of the signals [s] (n,)
-    values : (n, k); a column with a NaN gives NaN
-    stride : whole or closed
-    phase : 0 and 1 are the heel strikes [-] (m,)
-    travels : of each signal: it gains the stride's length in a period, as the ankle's x does (k)
-    outside : what the signals are more than a sample outside their times, 0 for a foot's forces after its
-        last contact
-
-    Returns
-    -------
-    array (m, k)
-
-    Raises
-    ------
-    InputError
-        The signals do not hold a closed stride's window, or its gap is above 5 % of the period.
+    Units: time [s] (n,), values (n, k), phase [-] (m,).
     """
     from scipy.interpolate import CubicSpline
 
@@ -91,18 +74,7 @@ def repeated(
 ) -> np.ndarray:
     """Signals of a window, repeated every period, at any time.
 
-    Parameters
-    ----------
-    time : of the signals [s] (n,)
-    values : (n, k), without NaN
-    window : part of the recording that is repeated, at most a period [s]
-    period : [s]
-    travel : what each signal gains in a period (k,)
-    at : when [s] (m,)
-
-    Returns
-    -------
-    array (m, k)
+    Units: time [s] (n,), values (n, k), window [s], period [s], travel (k,), at [s] (m,).
     """
     from scipy.interpolate import CubicSpline
 

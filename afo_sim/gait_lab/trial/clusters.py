@@ -65,14 +65,7 @@ class Cluster:
     def bridge(self, path: np.ndarray) -> tuple[np.ndarray, float]:
         """Fill the gaps of a point's path by its mean place among the markers.
 
-        Parameters
-        ----------
-        path : NaN where the point was not seen [m] (n, 3)
-
-        Returns
-        -------
-        (the path without the gaps in which the markers are seen [m] (n, 3), how far the point strays from its
-        mean place, root of the mean square [m])
+        Units: path [m] (n, 3), returns [m].
         """
         shape = mean_shape(self.paths)
         if shape is None:
@@ -95,12 +88,7 @@ def find_clusters(
     A landmark's marker belongs to its segment by name; any other to the nearest bone of the posture. Those
     whose distances to the rest of the segment vary in the walk are left out.
 
-    Parameters
-    ----------
-    markers : of the walk
-    pose : the markers' places in one posture, of the same walk or of a standing trial
-    points : side → hip, knee, ankle, heel, toe in that posture [m] (3,), as far as they are known
-    names : side → landmark → markers
+    Units: points [m] (3,).
     """
     taken = {name for side in SIDES for group in names[side].values() for name in group}
     free = _near_bones({name: pose[name] for name in pose if name not in taken}, points)
@@ -119,13 +107,7 @@ def find_clusters(
 
 
 def constant(markers: Markers, names: Sequence[str]) -> list[str]:
-    """The markers whose mutual distances stay constant; the worst are left out one by one.
-
-    Parameters
-    ----------
-    markers : of a walk
-    names : to choose from
-    """
+    """The markers whose mutual distances stay constant; the worst are left out one by one."""
     kept = list(names)
     while len(kept) >= FEWEST:
         paths = np.stack([markers.positions[name] for name in kept], axis=1)
@@ -144,9 +126,7 @@ def constant(markers: Markers, names: Sequence[str]) -> list[str]:
 def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Markers of one segment, with gaps filled where three others are seen.
 
-    Parameters
-    ----------
-    paths : name → path [m] (n, 3)
+    Units: paths [m] (n, 3).
     """
     if len(paths) <= FEWEST:
         return dict(paths)
@@ -164,9 +144,7 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 def mean_shape(seen: np.ndarray) -> np.ndarray | None:
     """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once.
 
-    Parameters
-    ----------
-    seen : paths [m] (n, k, 3)
+    Units: seen [m] (n, k, 3).
     """
     whole = np.flatnonzero(np.isfinite(seen).all(axis=(1, 2)))
     if not len(whole):

@@ -55,10 +55,6 @@ def find_events(motion: LegMotion) -> FootEvents:
 
     A foot that lands with less than 8 degrees of pitch does not land on the heel alone. Then the lowest of
     heel and toe decides: it has landed when the last 10 mm of its way down have led to where it stands.
-
-    Parameters
-    ----------
-    motion : the heel and toe are replaced by the ankle, and the pelvis by the hip, where they are unknown
     """
     heel = motion.ankle_x if motion.heel is None else motion.heel[:, 0]
     toe = motion.ankle_x if motion.toe is None else motion.toe[:, 0]

@@ -53,10 +53,7 @@ def ends(contact: PlateContact, ground: GroundForce) -> bool:
 def beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
     """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing tells.
 
-    Parameters
-    ----------
-    start : of the contact [s]
-    motion, events : of the leg; one heel strike more is counted a stride before the first and after the last
+    Units: start [s].
     """
     if not events.strikes:
         return ""

@@ -86,19 +86,6 @@ def foot_force(
     the other one where both are seen; a crutch's stays beside. A contact while the motion
     is not known is the foot's own when all the others on that plate are. Forces and moments are filtered, and
     the centre of pressure is their quotient.
-
-    Parameters
-    ----------
-    plates : all of them
-    motion : of the leg
-    legs : points of both legs, or of the one
-    frame : forward and up
-    choices : plates to look at (all by default), filter
-
-    Raises
-    ------
-    InputError
-        No plate of that name, no contact of this foot, or both feet on one plate.
     """
     chosen = _chosen(plates, choices)
     remarks: list[str] = []

@@ -141,13 +141,7 @@ class Posed:
 
 
 def skeleton_of(model: OpenSimModel, root: str, ends: Sequence[str], seen: Sequence[str]) -> Skeleton:
-    """The bodies from a root to some ends; free is what the model does not lock and a seen marker shows.
-
-    Parameters
-    ----------
-    root, ends : bodies
-    seen : markers that the trial has, of these bodies or others
-    """
+    """The bodies from a root to some ends; free is what the model does not lock and a seen marker shows."""
     links: dict[str, str] = {}
     moved: list[tuple[str, str]] = []
     for end in ends:
@@ -169,15 +163,7 @@ def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -
     Damped Gauss–Newton (Levenberg 1944, Marquardt 1963) from the coordinates' defaults. It is the problem
     that OpenSim's InverseKinematicsTool solves with its default weights, without limits of coordinates.
 
-    Parameters
-    ----------
-    seen : paths of the skeleton's markers, NaN where not seen [m] (n, 3)
-    start : place of the root in every frame
-
-    Raises
-    ------
-    InputError
-        The search does not settle, or the model has a joint that is not read.
+    Units: seen [m] (n, 3).
     """
     paths = np.stack([seen[name] for name in skeleton.markers], axis=1)
     default = {c.name: c.default for joint in skeleton.model.joints for c in joint.coordinates}

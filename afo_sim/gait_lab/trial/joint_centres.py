@@ -53,11 +53,7 @@ class PelvisFrame:
 def pelvis_frame(right: np.ndarray, left: np.ndarray, back: np.ndarray, below: np.ndarray) -> PelvisFrame:
     """The pelvis' own axes: its plane holds the iliac spines and the back of the pelvis.
 
-    Parameters
-    ----------
-    right, left : anterior superior iliac spines [m] (n, 3)
-    back : midpoint of the posterior ones, or the sacrum [m] (n, 3)
-    below : anything far below the pelvis, for the sign of up [m] (n, 3)
+    Units: right, left [m] (n, 3), back [m] (n, 3), below [m] (n, 3).
     """
     origin = 0.5 * (right + left)
     across = unit(right - left)
@@ -73,11 +69,7 @@ def level_pelvis_frame(
 ) -> PelvisFrame:
     """The pelvis' axes where nothing marks its back: `PELVIC_TILT` is assumed.
 
-    Parameters
-    ----------
-    right, left : anterior superior iliac spines [m] (n, 3)
-    vertical : the laboratory's unit vector upward (3,)
-    ahead : a direction that points roughly forward, for the sign (3,) or (n, 3)
+    Units: right, left [m] (n, 3), vertical (3,), ahead (3,).
     """
     across = unit(right - left)
     up = unit(without(np.broadcast_to(vertical, across.shape), across))
@@ -96,15 +88,7 @@ def hip_by_harrington(width: float, depth: float, side: str) -> tuple[float, flo
     Harrington, Zavatsky, Lawson, Yuan and Theologis (2007), doi:10.1016/j.jbiomech.2006.02.003, the
     regressions on one variable each. Less the marker's radius forward, as the markers lie on the skin.
 
-    Parameters
-    ----------
-    width : between the anterior iliac spines [m]
-    depth : from their midpoint to that of the posterior ones [m]
-    side : "right" or "left"
-
-    Returns
-    -------
-    forward, up, right of the midpoint of the anterior iliac spines [m]
+    Units: width [m], depth [m], returns [m].
     """
     forward = -0.24 * depth - 9.9 * MM - MARKER_RADIUS
     up = -0.30 * width - 10.9 * MM
@@ -118,14 +102,7 @@ def hip_by_hara(leg_length: float, side: str) -> tuple[float, float, float]:
     Hara, McGinley, Briggs, Baker and Sangeux (2016), doi:10.1038/srep37707. Less the marker's radius
     forward.
 
-    Parameters
-    ----------
-    leg_length : from the anterior iliac spine to the malleolus [m]
-    side : "right" or "left"
-
-    Returns
-    -------
-    forward, up, right of the midpoint of the anterior iliac spines [m]
+    Units: leg_length [m], returns [m].
     """
     forward = 11.0 * MM - 0.063 * leg_length - MARKER_RADIUS
     up = -9.0 * MM - 0.078 * leg_length
@@ -147,13 +124,7 @@ def ankle_by_malleolus(
     Up is along the shank, forward is across it where the foot points; where the foot is not seen, it points
     where it does in the median.
 
-    Parameters
-    ----------
-    malleolus, knee, heel, toe : [m] (n, 3)
-
-    Returns
-    -------
-    [m] (n, 3)
+    Units: malleolus, knee, heel, toe [m] (n, 3), returns [m].
     """
     up = unit(knee - malleolus)
     foot = unit(toe - heel)

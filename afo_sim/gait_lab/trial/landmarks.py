@@ -199,13 +199,7 @@ class Landmarks:
 
 
 def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
-    """The paths of landmarks; a gap of a pelvis marker is filled where three others are seen.
-
-    Parameters
-    ----------
-    markers, roles : of one file
-    up : the laboratory's axis upward, where a person says it
-    """
+    """The paths of landmarks; a gap of a pelvis marker is filled where three others are seen."""
     paths = {
         side: {landmark: markers.point(names) for landmark, names in roles.sides[side].items()}
         for side in SIDES

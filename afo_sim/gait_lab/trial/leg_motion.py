@@ -40,13 +40,7 @@ def from_points(
 
     The foot's line need not be its sole: the ankle's zero comes later, from the flat foot.
 
-    Parameters
-    ----------
-    leg : points in the laboratory; gaps are filled, and told when they are long
-    frame : forward and up
-    cutoff : of the low-pass, over both of its passes [Hz]; 0 leaves the points as they are
-    closed : a stride that is closed cyclically: the motion is that of its window, and the filter runs on
-        through its ends into the next period, since it has no end there
+    Units: cutoff [Hz].
     """
 
     def smooth(time: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,15 +21,6 @@ def find_legs(
 
     A model with joint angles goes first, then a model with markers, then joint angles alone with whatever
     places the ankle, then markers alone.
-
-    Returns
-    -------
-    (legs by side, the model if it was used)
-
-    Raises
-    ------
-    InputError
-        The asked side cannot be had: what is missing.
     """
     if model is not None and trial.angles is not None:
         knees = [

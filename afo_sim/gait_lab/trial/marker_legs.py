@@ -32,22 +32,6 @@ def legs_from_markers(
     A joint's centre comes from the best of: a centre in the file, the midpoint of the lateral and the medial
     marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, tells it in a
     better way than the walk, it is carried into the walk by the markers of its segment.
-
-    Parameters
-    ----------
-    markers : of the walk
-    choices : side, markers named by a person, map of roles, axis upward
-    standing : the same person standing, with the walk's markers and more
-
-    Returns
-    -------
-    {side: LegPoints}; without the other side where a point of it has no marker. What concerns the whole
-    file is among the asked side's remarks and warnings
-
-    Raises
-    ------
-    InputError
-        Points of the asked side have no marker: all of them, with names that look like theirs.
     """
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)

@@ -18,13 +18,7 @@ def plain(name: str) -> str:
 def readings(names: Sequence[str]) -> dict[str, list[Reading]]:
     """Ways to read each of a file's names, the likeliest first; computed signals are left out.
 
-    Parameters
-    ----------
-    names : all of the file, since what all begin with ("subject1_") is no part of a name
-
-    Returns
-    -------
-    {name: [(side, rest), …]}
+    Units: returns [(side, rest), …].
     """
     markers = [name for name in names if not COMPUTED.search(plain(name))]
     start = _common_start([_bare(name) for name in markers])

@@ -36,16 +36,7 @@ class ModelFoot:
 def find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarray) -> ModelFoot:
     """Find the ends of the foot among its markers, contact spheres and joints, with the toes straight.
 
-    Parameters
-    ----------
-    foot : the body between ankle and toes (calcn)
-    toes : the body beyond it, if any; taken as one with the foot, at the default angle
-    ankle : the ankle's centre in the foot's axes [m] (3,)
-
-    Raises
-    ------
-    InputError
-        Nothing tells how far the foot reaches forward.
+    Units: ankle [m] (3,).
     """
     points = foot_markers(model, foot, toes)
     floor = [place[1] for name, place in points.items() if any(word in name.lower() for word in GROUND)]

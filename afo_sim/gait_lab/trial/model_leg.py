@@ -58,13 +58,7 @@ class ModelLeg:
 
 
 def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
-    """Find a leg by the names of its bodies, and its joints between them.
-
-    Raises
-    ------
-    InputError
-        A body of the leg is missing, or no movable joint lies between two of them.
-    """
+    """Find a leg by the names of its bodies, and its joints between them."""
     bodies, missing = {}, []
     for segment, names in NAMES.items():
         found = [
@@ -94,9 +88,7 @@ def knee_on_thigh(model: OpenSimModel, leg: ModelLeg, turn: np.ndarray) -> np.nd
     Of all angles that the model allows, in steps of a 500th, the one whose rotation is nearest counts. A knee
     of several coordinates keeps its default place.
 
-    Parameters
-    ----------
-    turn : shank in thigh, rotation matrices, NaN where not seen (n, 3, 3)
+    Units: turn (n, 3, 3).
     """
     coordinates = [c for c in leg.knee.joint.coordinates if c.rotational]
     if len(coordinates) != 1 or not np.isfinite(coordinates[0].limits).all():

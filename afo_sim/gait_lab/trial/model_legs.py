@@ -17,23 +17,7 @@ from afo_sim.gait_lab.trial.posed_legs import posed_legs
 
 
 def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) -> dict[str, LegPoints]:
-    """Place both legs by forward kinematics.
-
-    Parameters
-    ----------
-    model : of which the table holds the coordinates
-    table : coordinates by name; what it lacks keeps the model's default
-    degrees : whether its rotations are in degrees; translations are in metres
-
-    Returns
-    -------
-    side : LegPoints, in the model's ground axes; the toes stay straight on the foot
-
-    Raises
-    ------
-    InputError
-        The model has no leg, or the table has none of the leg's angles.
-    """
+    """Place both legs by forward kinematics."""
     return _both(lambda side: placed_leg(model, find_leg(model, side), table, degrees), "")
 
 
@@ -41,21 +25,6 @@ def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choi
     """Pose the model over the markers of a trial, as OpenSim's inverse kinematics does with equal weights.
 
     Where the whole model cannot be posed, its segments are laid over their markers one by one.
-
-    Parameters
-    ----------
-    model : scaled to the person, with its markers where the trial has them
-    markers : of the trial; names match whatever their case, punctuation and `subject:` before them
-    choices : whose side must be found; the other one may be missing
-
-    Returns
-    -------
-    side : LegPoints, in the laboratory's axes
-
-    Raises
-    ------
-    InputError
-        Too few of the model's markers are in the trial.
     """
     seen = match_markers(model, markers)
     legs = _both(

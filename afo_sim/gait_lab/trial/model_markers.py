@@ -19,11 +19,6 @@ def match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray
     """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
 
     Names match whatever their case and punctuation, and whatever stands before a colon.
-
-    Raises
-    ------
-    InputError
-        The trial has no marker of the model.
     """
     trial: dict[str, str] = {}
     for name in markers.positions:
@@ -56,9 +51,7 @@ def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[str, ...]:
 def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[str, ...]:
     """A warning where distances between markers of one body are not the model's.
 
-    Parameters
-    ----------
-    seen : paths of the model's markers in the trial [m] (n, 3)
+    Units: seen [m] (n, 3).
     """
     of_body = defaultdict(list)
     for name in seen:

@@ -26,14 +26,7 @@ def fitted_leg(
     of a marker. It holds the joint together, and is the third point where a marker set has only two on a
     segment, as Plug-in Gait has on thigh, shank and foot.
 
-    Parameters
-    ----------
-    seen : paths of the model's markers in the trial, by the model's names [m] (n, 3)
-
-    Raises
-    ------
-    InputError
-        A segment shows fewer than three points, or all of them on a line.
+    Units: seen [m] (n, 3).
     """
     pelvis, thigh, shank, foot = segments = _segments(model, leg, seen)
     lost = [segment for segment in segments[1:] if not segment.found.any()]

@@ -42,20 +42,7 @@ def doubts(
 ) -> tuple[str, ...]:
     """What a person should look at in a stride, one sentence with its number each.
 
-    Parameters
-    ----------
-    cycle : as cut; forces may be NaN where no plate was
-    points : of the leg; None where joint angles alone are known
-    motion : of the leg
-    ground : force on the leg's foot; None without plates
-    zero : taken out of the ankle angle [rad]
-    reference : internal ankle moment of another's inverse dynamics at `cycle.phase`, dorsiflexion positive
-        [N·m/kg] (n,)
-
-    Raises
-    ------
-    InputError
-        The foot's line lies so far from its sole that heel and toe must be exchanged.
+    Units: zero [rad], reference [N·m/kg] (n,).
     """
     found = [*_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)

@@ -23,14 +23,7 @@ def posed_legs(
 ) -> dict[str, LegPoints]:
     """Pose pelvis and legs with the model's joints; where that fails, leave the segments as they are.
 
-    Parameters
-    ----------
-    legs : both or one, with every segment laid over its own markers
-    seen : paths of the model's markers in the trial, by the model's names [m] (n, 3)
-
-    Returns
-    -------
-    side : LegPoints; a frame that does not show a point is a gap of it
+    Units: seen [m] (n, 3).
     """
     found = {side: find_leg(model, side) for side in legs}
     try:

@@ -27,14 +27,7 @@ def fit_rigid(local: np.ndarray, seen: np.ndarray) -> RigidFit:
     The rotation is proper: mirrored markers give a bad fit, never a reflection. Method of Kabsch (1976)
     and Arun, Huang and Blostein (1987): singular values of the 3 by 3 cross-covariance.
 
-    Parameters
-    ----------
-    local : places of the markers in the body's axes [m] (k, 3)
-    seen : their paths in the laboratory, NaN where a marker was not seen [m] (n, k, 3)
-
-    Returns
-    -------
-    RigidFit; NaN in frames with fewer than three markers, or with all of them on a line
+    Units: local [m] (k, 3), seen [m] (n, k, 3).
     """
     local, seen = np.asarray(local, dtype=float), np.asarray(seen, dtype=float)
     known = np.all(np.isfinite(seen), axis=2) & np.all(np.isfinite(local), axis=1)  # (n, k)

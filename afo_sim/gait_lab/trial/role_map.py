@@ -26,18 +26,7 @@ HEAD = """\
 def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
     """Read a map of roles.
 
-    Parameters
-    ----------
-    path : TOML with the tables `right`, `left` and `middle`: landmark = "NAME" or ["NAME", "NAME"]
-
-    Returns
-    -------
-    {table: {landmark: names}}
-
-    Raises
-    ------
-    InputError
-        An unknown table or landmark, or a value that is no name.
+    Units: path ["NAME", "NAME"].
     """
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for group, table in read_toml(path).items():
@@ -60,19 +49,7 @@ def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
 
 
 def mapped_roles(path: pathlib.Path, markers: Markers, others: Collection[str] = ()) -> Roles:
-    """The landmarks of a map; names are not guessed.
-
-    Parameters
-    ----------
-    path : of the map
-    markers : of the trial
-    others : names that the map may use although the trial has not got them, such as a standing trial's
-
-    Raises
-    ------
-    InputError
-        As `read_role_map`, or a marker that no file has.
-    """
+    """The landmarks of a map; names are not guessed."""
     sides: dict[str, dict[str, tuple[str, ...]]] = {side: {} for side in SIDES}
     for group, landmarks in read_role_map(path).items():
         for landmark, chosen in landmarks.items():

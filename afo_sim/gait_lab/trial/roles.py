@@ -61,14 +61,7 @@ def find_roles(markers: Markers) -> Roles:
 
 
 def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> list[str]:
-    """Names that look most like those of some landmarks, the likeliest first.
-
-    Parameters
-    ----------
-    names : to choose from
-    side : of the leg; "" for the middle of the body
-    landmarks : see `marker_sets.LANDMARKS`
-    """
+    """Names that look most like those of some landmarks, the likeliest first."""
     marks = list(landmarks)
     usual = {word for known in (GENERAL, *SETS) for mark in marks for word in known.names.get(mark, ())}
     likely = []
@@ -86,13 +79,7 @@ def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> lis
 
 
 def named_points(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...]]:
-    """The points of the leg that a person named.
-
-    Raises
-    ------
-    InputError
-        A marker that the file has not.
-    """
+    """The points of the leg that a person named."""
     for role, names in choices.markers.items():
         for name in names:
             if name not in markers.positions:
@@ -108,16 +95,7 @@ def missing_roles(
     known: Collection[str],
     map_file: pathlib.Path | None = None,
 ) -> InputError:
-    """One refusal for all points of a leg that have no marker.
-
-    Parameters
-    ----------
-    markers : of the file
-    side : of the leg
-    missing : point of the leg → landmarks that would give it
-    known : names whose landmark is known
-    map_file : that says the roles, if there is one: then names tell nothing
-    """
+    """One refusal for all points of a leg that have no marker."""
     if map_file is not None:
         return InputError(
             f"names no marker for the {side} {', '.join(missing)}",

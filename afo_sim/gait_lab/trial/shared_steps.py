@@ -30,13 +30,6 @@ def without_shared_steps(
 
     While one foot swings, all that presses near the other is the other's. What a plate carries then that is
     not counted for that foot is lost to its force and moment, and to the body's mass.
-
-    Parameters
-    ----------
-    strides : of both legs
-    plates : all of them
-    grounds, motions, legs : by side; a leg whose other foot is not seen is not judged
-    frame : forward and up
     """
     swings = {side: _swings(motion) for side, motion in motions.items()}
     found = []

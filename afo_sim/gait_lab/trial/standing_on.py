@@ -24,17 +24,7 @@ def stands_there(
     With short steps the pressure of one foot passes within a foot's length of the other ankle all through
     the contact, so that it takes both feet, and their places across the walk, to tell. A crutch's is beside.
 
-    Parameters
-    ----------
-    time : at which something presses [s] (n,)
-    place : of its pressure, in the laboratory's axes [m] (n, 3)
-    side : of the foot
-    legs : by side, both or one
-    frame : forward, and across
-
-    Returns
-    -------
-    True too where too little is seen to tell
+    Units: time [s] (n,), place [m] (n, 3).
     """
     wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > PLANAR for leg in legs.values())
     pressed = _level(place, frame, wide)

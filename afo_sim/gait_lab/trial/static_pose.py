@@ -15,17 +15,7 @@ HEIGHTS = (0.04, 0.14)  # that an ankle centre has above the floor [m]
 
 
 def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice | None:
-    """The longest stretch in which nothing moves.
-
-    Parameters
-    ----------
-    markers : of any trial
-    names : markers that have to be still; all by default
-
-    Returns
-    -------
-    The frames, or None if no stretch lasts `LONG`
-    """
+    """The longest stretch in which nothing moves."""
     moving = _speeds(markers, names)
     seen = np.isfinite(moving).sum(axis=1)
     still = (seen >= 3) & ((moving > QUIET).sum(axis=1) <= FEW * seen)
@@ -38,13 +28,7 @@ def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice 
 
 
 def standing_posture(markers: Markers) -> Markers:
-    """The mean posture of a standing trial's quiet part, as markers of one frame.
-
-    Raises
-    ------
-    InputError
-        Nobody stands still in it.
-    """
+    """The mean posture of a standing trial's quiet part, as markers of one frame."""
     time = markers.time
     if len(time) == 1 or time[-1] - time[0] < LONG:
         return quiet_posture(markers, slice(0, len(time)))
@@ -77,10 +61,7 @@ def _mean_place(path: np.ndarray) -> np.ndarray:
 def sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
     """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad].
 
-    Parameters
-    ----------
-    heel, toe : markers [m] (3,)
-    vertical : unit vector upward (3,)
+    Units: heel, toe [m] (3,), vertical (3,).
     """
     foot = toe - heel
     rise = float(foot @ vertical)
@@ -90,10 +71,7 @@ def sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float
 def flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
     """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m].
 
-    Parameters
-    ----------
-    ankle : standing [m] (3,)
-    vertical : unit vector upward (3,)
+    Units: ankle [m] (3,), vertical (3,).
     """
     height = float(ankle @ vertical)
     return height if HEIGHTS[0] <= height <= HEIGHTS[1] else None

@@ -26,17 +26,7 @@ def find_steps(
     frame: WalkingFrame,
     choices: Choices,
 ) -> tuple[dict[str, GroundForce], list[RecordedStride], list[str]]:
-    """Ground forces and strides of both legs.
-
-    Returns
-    -------
-    (forces by side, strides of the right leg, then the left, remarks on what the other leg lacks)
-
-    Raises
-    ------
-    InputError
-        No plates at all, or the asked leg has no contact or no whole stride: why.
-    """
+    """Ground forces and strides of both legs."""
     grounds: dict[str, GroundForce] = {}
     strides: list[RecordedStride] = []
     remarks: list[str] = []

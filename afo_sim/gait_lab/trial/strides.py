@@ -46,20 +46,6 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     kinematics tell that there is a heel strike. Its time is that at which the leg's posture comes back to
     that of the nearest contact, or the kinematics' own if there is no contact. A recording without such a
     stride, or with none that is loaded, is closed to one if it holds 95 % of a period.
-
-    Parameters
-    ----------
-    motion : of the leg
-    ground : of the same foot; None without plates
-
-    Returns
-    -------
-    in order; a stride without the whole stance on plates is not `loaded`, and says so
-
-    Raises
-    ------
-    InputError
-        There is no stride; says why of each contact.
     """
     leg, why = _known(motion, ground)
     if leg.events.reach < STEP:

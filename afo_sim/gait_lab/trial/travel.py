@@ -32,9 +32,7 @@ class Heading:
 def body_path(legs: Mapping[str, LegPoints]) -> tuple[np.ndarray, np.ndarray, str]:
     """Way of the pelvis, or else of the hips' middle, or else of the ankles'.
 
-    Returns
-    -------
-    (time [s] (n,), path [m] (n, 3) without gaps, what it is in words)
+    Units: returns [s].
     """
     first = next(iter(legs.values()))
     alike = [leg for leg in legs.values() if len(leg.time) == len(first.time)]
@@ -94,11 +92,7 @@ def heading(time: np.ndarray, path: np.ndarray, period: float | None) -> Heading
     A stride's direction is from where the body was to where it is one stride later, so that its sway does
     not count.
 
-    Parameters
-    ----------
-    time : even steps [s] (n,)
-    path : of the body in the two level axes [m] (n, 2)
-    period : of the stride [s]; the whole recording's if None
+    Units: time [s] (n,), path [m] (n, 2), period [s].
     """
     step = float(time[1] - time[0])
     lag = len(time) - 1 if period is None else min(len(time) - 1, max(1, round(period / step)))

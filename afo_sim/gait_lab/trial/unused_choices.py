@@ -8,14 +8,7 @@ OF_ANGLES = ("thigh", "shank", "hip", "degrees")  # of a chain of joint angles w
 
 
 def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[str, ...]:
-    """A sentence on what a person has chosen in vain; none if all counts.
-
-    Parameters
-    ----------
-    trial : with or without joint angles
-    choices : of the person
-    by_model : whether the legs are a model's
-    """
+    """A sentence on what a person has chosen in vain; none if all counts."""
     names: list[str] = []
     if by_model:
         names += [*OF_MARKERS, "thigh", "shank", "hip"]

@@ -65,17 +65,6 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     """The walker's frame: up by the upright legs, forward by the travel of the body.
 
     On a belt, where the body hardly travels, forward is against the way of the foot that stands.
-
-    Parameters
-    ----------
-    legs : by side, one or both
-    choices : whose `forward`, `up` and `belt_speed` go before what is found
-
-    Raises
-    ------
-    InputError
-        Lengths in another unit, no upright leg, nobody who walks, a circle too tight for one plane, heel
-        and toe exchanged or walking backward, or a choice that contradicts the walk.
     """
     for leg in legs.values():
         doubt = unit_doubt(leg)

@@ -49,13 +49,7 @@ class Comparison:
 
 
 def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float]]:
-    """The curves that measured points ask for, as arguments of the test: set points and where they begin.
-
-    Raises
-    ------
-    InputError
-        The points lie on too many curves, or the test is none that points can be compared with.
-    """
+    """The curves that measured points ask for, as arguments of the test: set points and where they begin."""
     if kind not in AXES:
         raise InputError(
             "cannot be compared with a static characteristic",
@@ -87,18 +81,7 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
 
 
 def compare(trial: Trial, data: Measured) -> Comparison:
-    """Readings of the stand at the conditions of measured points.
-
-    Parameters
-    ----------
-    trial : a characteristic, from the rig or by the formula
-    data : measured points
-
-    Raises
-    ------
-    InputError
-        No point lies on any of the curves.
-    """
+    """Readings of the stand at the conditions of measured points."""
     kind = trial.plan.kind
     contraction = _contraction(data, trial.plan.muscle)
     columns = {"pressure": data.pressure, "contraction": contraction, "force": data.force}

@@ -35,13 +35,7 @@ def settled(hung: Sequence[Hung]) -> np.ndarray:
     Every muscle begins at its nominal length and at ambient pressure; its inlet valve then stays open to a
     supply at its pressure. Forces and pressures come from the compiled callbacks, as in every run.
 
-    Parameters
-    ----------
-    hung : masses, muscles and pressures
-
-    Returns
-    -------
-    shortening of the muscles from their nominal lengths [m] (n,); the stretch of the hangers is none of it
+    Units: returns [m].
     """
     spec, circuit = _spec(hung), _circuit(hung)
     native.add_circuit(spec, circuit)

@@ -24,16 +24,7 @@ def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> di
     pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone
     bear its law.
 
-    Parameters
-    ----------
-    plan : what was set
-    curve : which of its set points
-    columns : rows of that loop
-    strongest : the muscle's force at zero contraction and the test's highest pressure [N]
-
-    Returns
-    -------
-    {name: Metric}
+    Units: strongest [N].
     """
     if plan.kind == "step":
         return _step(plan, columns)
@@ -70,14 +61,7 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
 def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
     """Greatest difference of y between the ways up and down at equal x.
 
-    Parameters
-    ----------
-    x, y : rows of one cycle (n,)
-    down : whether a row is on the way down (n,)
-
-    Returns
-    -------
-    float, in the unit of y; 0 where x does not change
+    Units: x, y (n,), down (n,).
     """
     if np.ptp(x) == 0.0:
         return 0.0

@@ -16,15 +16,7 @@ def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) ->
 
     Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
 
-    Parameters
-    ----------
-    muscle : description
-    contraction : κ [-] (n,)
-    pressure : gauge [Pa] (n,)
-
-    Returns
-    -------
-    (n,) force [N], ≥ 0
+    Units: contraction [-] (n,), pressure [Pa] (n,), returns [N].
     """
     return np.asarray(muscle.force(pressure, contraction=contraction))
 

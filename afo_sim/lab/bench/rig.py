@@ -78,13 +78,7 @@ class Rig:
 
 
 def build_rig(plan: StandPlan) -> Rig:
-    """Compile the stand for a plan's muscle, valves and time step.
-
-    Raises
-    ------
-    InputError
-        The time step is too long for the valve's air.
-    """
+    """Compile the stand for a plan's muscle, valves and time step."""
     muscle = plan.muscle
     spec, circuit = mujoco.MjSpec(), circuit_of(plan)
     top = [0.0, 0.0, muscle.nominal_length]
@@ -120,17 +114,7 @@ def circuit_of(plan: StandPlan) -> native.Circuit:
 
 
 def stability(plan: StandPlan) -> dict[str, float]:
-    """Rate × time step of the air; above the limit of a run it is refused.
-
-    Returns
-    -------
-    {"air": number}; muscle and damper are solved at the end of each step and set no limit.
-
-    Raises
-    ------
-    InputError
-        The air would be coarse at this time step.
-    """
+    """Rate × time step of the air; above the limit of a run it is refused."""
     step = plan.timestep
     air = REGULATOR_NUMBER
     if plan.valve is not None:
@@ -227,25 +211,7 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
 def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
     """Run a plan, all its curves side by side.
 
-    Parameters
-    ----------
-    plan : what is set
-    progress : called with (steps done, steps in all)
-
-    Returns
-    -------
-    Per curve {column: values (rows,)}: time [s]; pressure, gauge [Pa]; contraction [-]; its rate [1/s];
-    force, tension [N]; air_mass [kg]; volume [m³]; inflow and outflow through both valves, ≥ 0 [kg/s]. A row
-    is the state before a step and what belongs to that state.
-
-    Raises
-    ------
-    InputError
-        The time step is too long.
-    SimulationError
-        A curve became unstable.
-    CallbackError
-        The muscle callbacks cannot be installed or are not in force.
+    Units: progress (steps done, steps in all), returns [s].
     """
     stability(plan)
     rig, n = build_rig(plan), len(plan.set_points)

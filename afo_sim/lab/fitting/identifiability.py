@@ -40,15 +40,7 @@ def rms(values: np.ndarray) -> float:
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:
     """Half-widths of the 95 % intervals, and correlations, of linearised least squares.
 
-    Parameters
-    ----------
-    jacobian : of the residuals by the parameters (n, k)
-    variance : of one residual
-    freedom : independent residuals less parameters [-]
-
-    Returns
-    -------
-    ((k,), (k, k)); a parameter without any effect has an infinite, or a very large, half-width
+    Units: jacobian (n, k), freedom [-].
     """
     norms = np.linalg.norm(jacobian, axis=0)
     norms[norms == 0.0] = 1e-300
@@ -63,11 +55,7 @@ def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np
 def verdict(found: Estimate, correlation: np.ndarray, points: int) -> Iterator[str]:
     """Lines "names: reason" on the parameters that the data do not identify.
 
-    Parameters
-    ----------
-    found : where the search ended
-    correlation : of the parameters (k, k)
-    points : how many were fitted
+    Units: correlation (k, k).
     """
     names = found.names
     if points < POINTS_PER_PARAMETER * len(names):

@@ -28,18 +28,7 @@ def joint(
     bounds and not by the data. It stays at its fitted value, and the others' covariance is the one with it
     held. The vaguest goes first: of two parameters that only their sum is known of, one stays.
 
-    Parameters
-    ----------
-    problem : that was fitted
-    jacobian : of the residuals by the free parameters, SI (n, k); a column of zeros holds a parameter
-    residuals : of all points, in the data's order and any unit
-    variance : of one residual
-    freedom : residuals less parameters [-]
-    span : upper less lower bound of each parameter [SI] (k,)
-
-    Returns
-    -------
-    FitCovariance; None where the data tell no parameter
+    Units: jacobian (n, k), freedom [-], span [SI] (k,).
     """
     kept = [k for k in range(len(problem.free)) if jacobian[:, k].any()]
     while kept:

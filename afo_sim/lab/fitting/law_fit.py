@@ -92,18 +92,7 @@ class LawFit:
 
 
 def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
-    """Fit a law from several starts.
-
-    Parameters
-    ----------
-    problem : from `pose`
-    seed : of the starts
-    starts : how many
-
-    Returns
-    -------
-    LawFit, without held-out errors
-    """
+    """Fit a law from several starts."""
     found = _search(problem, problem.data, _starts(problem, starts, seed))
     if starts >= ENOUGH and _agreeing(found) < ENOUGH:
         found += _search(problem, problem.data, _starts(problem, 3 * starts, seed + 1))
@@ -268,19 +257,7 @@ def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) 
 def held_out(
     result: LawFit, test: Sequence[Measured] = (), report: Progress | None = None, *, groups: bool = True
 ) -> LawFit:
-    """Errors on points that the fit did not see: curves, pressures, loads, muscles, other files.
-
-    Parameters
-    ----------
-    result : a fit
-    test : further data, only predicted
-    report : called with what is being left out
-    groups : leave groups out in turn; without, only `test` is predicted
-
-    Returns
-    -------
-    LawFit, with `held_out` filled: the errors of each group when it was left out
-    """
+    """Errors on points that the fit did not see: curves, pressures, loads, muscles, other files."""
     found: dict[str, dict[str, np.ndarray]] = {}
     for kind, members in _groups(result.problem) if groups else ():
         if report is not None:

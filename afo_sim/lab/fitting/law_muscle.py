@@ -42,14 +42,7 @@ def grade(fit: LawFit, data: Measured) -> str:
 
 
 def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any]:
-    """The description of one data set's muscle, as plain data that `reader.load` takes.
-
-    Parameters
-    ----------
-    fit : of a law
-    data : the muscle's, one of those that were fitted
-    like : muscle from which comes what the data do not tell
-    """
+    """The description of one data set's muscle, as plain data that `reader.load` takes."""
     law = fit.problem.law
     values, sources = _beside_the_law(data, like)
     for name, (value, source) in _geometry(fit, data).items():
@@ -68,13 +61,7 @@ def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any
 
 
 def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
-    """The muscle of one data set.
-
-    Raises
-    ------
-    InputError
-        The fit ends where no muscle can be; the message is about the data.
-    """
+    """The muscle of one data set."""
     try:
         found: Muscle = reader.load("muscle", muscle_table(fit, data, like))
     except InputError as error:

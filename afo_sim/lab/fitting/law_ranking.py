@@ -38,12 +38,7 @@ def criterion(fits: Sequence[LawFit]) -> str:
 
 
 def doubts(fits: Sequence[LawFit]) -> list[str]:
-    """Reasons to look twice before taking the first of several ranked laws.
-
-    Parameters
-    ----------
-    fits : best first
-    """
+    """Reasons to look twice before taking the first of several ranked laws."""
     if len(fits) < 2:
         return []
     best, found = fits[0], []

@@ -91,21 +91,6 @@ def read_log(data: Any, scenario: Scenario) -> Log:
 
     Titles are `time`, `angle`, `pressure CHAMBER`, `absolute pressure CHAMBER`, `force MUSCLE` (a group's
     name means all its muscles together), or paths of a recording's columns, each with its unit.
-
-    Parameters
-    ----------
-    data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles
-    scenario : whose chambers, muscles and duration the log must fit
-
-    Returns
-    -------
-    Log
-
-    Raises
-    ------
-    InputError
-        A column or unit is missing or unknown, a value is no finite number, times do not increase or lie
-        outside the scenario, or there are too few samples.
     """
     table = table_of(data, EXAMPLE, "log")
     file = table.file

@@ -63,12 +63,7 @@ def channel_errors(
 ) -> dict[str, Errors]:
     """Each channel's errors.
 
-    Parameters
-    ----------
-    noise : of each channel [SI]
-    first, last : run less log with the start values and with the fitted ones [SI]
-    unseen : the same with those fitted to the part that was seen; None where nothing was held out
-    rest : which samples were held out
+    Units: noise [SI], first, last [SI].
     """
     found = {}
     for title in first:
@@ -82,13 +77,7 @@ def channel_errors(
 
 
 def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator[str]:
-    """A sentence for each channel whose errors are more than noise, in the log or where it was held out.
-
-    Parameters
-    ----------
-    errors : by channel
-    columns : by channel, the recording's column that it is about
-    """
+    """A sentence for each channel whose errors are more than noise, in the log or where it was held out."""
     for title, found in errors.items():
         ratios = []
         if found.chi_squared > _limit(found.samples):

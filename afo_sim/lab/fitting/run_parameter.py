@@ -125,18 +125,7 @@ class RunParameter:
 
 
 def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParameter, ...]:
-    """The parameters of a scenario by name.
-
-    Parameters
-    ----------
-    names : of KINDS; `damping.dorsiflexor` is that of one muscle group or chamber alone
-    scenario : description
-
-    Raises
-    ------
-    InputError
-        An unknown name, one that is named twice, or a value in the scenario that is beyond what is searched.
-    """
+    """The parameters of a scenario by name."""
     found = [_find(name, scenario) for name in names]
     taken: dict[str, str] = {}
     for parameter in found:

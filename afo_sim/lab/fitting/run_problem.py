@@ -57,22 +57,7 @@ def pose(
     noise: Mapping[str, Any] | None = None,
     hold_out: float = HELD_OUT,
 ) -> RunProblem:
-    """Read a log against a scenario, and find what is to be fitted.
-
-    Parameters
-    ----------
-    source : the scenario, as `load` takes it
-    data : the log: path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles
-    names : parameters, of `run_parameter.KINDS`
-    sets : dotted keys and values laid over the scenario
-    noise : by channel, for example {"angle": "0.5 deg"}; estimated from the log by default
-    hold_out : share of the log's time, from its end, that is held out once; 0 for none
-
-    Raises
-    ------
-    InputError
-        Scenario, log, noise, share or a name is wrong, or the log has fewer samples than parameters.
-    """
+    """Read a log against a scenario, and find what is to be fitted."""
     if not 0.0 <= hold_out <= 0.9:
         raise InputError("is out of range", field="hold_out", value=hold_out, allowed="0 to 0.9")
     scenario = load("scenario", source, sets)
@@ -90,15 +75,7 @@ def pose(
 
 
 def run_at(problem: RunProblem, values: Values) -> Recording:
-    """The run with other values, at every step, as far as the log goes.
-
-    Raises
-    ------
-    InputError
-        The model cannot be built with these values.
-    SimulationError
-        The run becomes unstable.
-    """
+    """The run with other values, at every step, as far as the log goes."""
     scenario = load("scenario", problem.scenario, problem.with_values(values))
     slack = max([p.kind.upper for p in problem.parameters if not p.keys], default=0.0)
     end = problem.log.time[-1] + slack + scenario.timestep

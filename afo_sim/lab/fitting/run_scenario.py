@@ -27,13 +27,7 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
 
 
 def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
-    """The fitted scenario as it stands in a folder; what belongs to the log as a comment.
-
-    Parameters
-    ----------
-    fit : from `fit_run`
-    folder : where the text will stand; files that are not shipped are copied there
-    """
+    """The fitted scenario as it stands in a folder; what belongs to the log as a comment."""
     comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
     for parameter in fit.problem.parameters:
         if not parameter.keys:

@@ -90,22 +90,7 @@ def read_torques(
     `group` (or `test`), `chamber` (or `muscle`) that was filled, `cuff` (displacement along the pull),
     `time`. With a time the file is a log, of which still samples are taken.
 
-    Parameters
-    ----------
-    data : path to a CSV; {title with unit: array}, or a pandas DataFrame of such titles
-    chamber : rows that name another chamber are left out; "" for all
-    difference : take the torque read without air, at the same angle, from the others
-    rates : of angle [rad/s] and pressure [Pa/s] up to which a sample of a log is still
-
-    Returns
-    -------
-    Torques
-
-    Raises
-    ------
-    InputError
-        A column or unit is missing, unknown or there twice, a value is no finite number or impossible, or
-        nothing is left.
+    Units: rates [rad/s].
     """
     table = table_of(data, EXAMPLE, "data")
     read_facts(table, HEADER)

@@ -57,10 +57,7 @@ class Change:
 def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
     """The paths of an orthosis' muscles, alike ones together.
 
-    Parameters
-    ----------
-    orthosis : described
-    angle : of the joint, dorsiflexion positive [rad] (n,)
+    Units: angle [rad] (n,).
     """
     found = []
     guided = _guided(orthosis, angle)
@@ -110,17 +107,7 @@ def statics(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Torque and pull on the anchors at rest.
 
-    Parameters
-    ----------
-    orthosis : described
-    geometry : from `paths`, at n angles
-    chamber : that is filled; the others are at ambient pressure
-    pressure : gauge [Pa] (n,)
-    change : of the orthosis' values
-
-    Returns
-    -------
-    (torque of all muscles, dorsiflexion positive [N·m] (n,), pull on cuff and plate [N] (n,))
+    Units: pressure [Pa] (n,), returns [N·m].
     """
     anchors = _anchors(orthosis, change)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))

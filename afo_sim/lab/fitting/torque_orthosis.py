@@ -18,17 +18,7 @@ def fitted_orthosis(
 ) -> Orthosis:
     """An orthosis with fitted values in place of its own.
 
-    Parameters
-    ----------
-    orthosis : as it was described
-    chamber : whose muscles were filled
-    values : of the fitted parameters [SI]
-    sources : what is known of each
-
-    Raises
-    ------
-    InputError
-        The fit ends where no orthosis can be.
+    Units: values [SI].
     """
     table = orthosis.model_dump(mode="json", exclude_none=True)
     for name, value in values.items():

@@ -74,19 +74,7 @@ OWN = {
 def parameters(
     names: Sequence[str], orthoses: Sequence[Orthosis], chamber: str
 ) -> tuple[TorqueParameter, ...]:
-    """The parameters of these names, for the muscles on a chamber.
-
-    Parameters
-    ----------
-    names : of OWN, or parameters of the muscles' law
-    orthoses : all that are fitted together
-    chamber : that is filled
-
-    Raises
-    ------
-    InputError
-        A name is unknown, there twice, or does not go with the orthosis.
-    """
+    """The parameters of these names, for the muscles on a chamber."""
     known = dict(OWN) | _of_law(orthoses, chamber)
     found = []
     if not names:

@@ -51,17 +51,7 @@ def values_of(free: Sequence[TorqueParameter], x: np.ndarray) -> dict[str, float
 
 
 def solve(problem: TorqueProblem, start: np.ndarray | None = None) -> Solution:
-    """The least squares of a problem.
-
-    Parameters
-    ----------
-    problem : posed
-    start : coordinates to start from; from several places by default
-
-    Returns
-    -------
-    Solution, with intervals of the linearised model
-    """
+    """The least squares of a problem."""
     spread = {"torque": 1.0, "cuff": 1.0}
     starts = [start] if start is not None else _starts(problem.free)
     both = np.isfinite(problem.column("cuff")).any()

@@ -178,9 +178,7 @@ def _against_maker(source: str, whose: str, bore: int, errors: np.ndarray, sourc
 def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float, float]:
     """Of a three-element law, from forces at two pressures [kPa] and two contractions.
 
-    Returns
-    -------
-    intercept and slope of F_ce [N, N/kPa], intercept and slope of K [N/mm, N/(mm·kPa)]
+    Units: returns [N, N/kPa].
     """
     force, stiffness = [], []
     for pressure in (low, high):

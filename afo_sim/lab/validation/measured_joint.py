@@ -61,14 +61,7 @@ WHY_BOLEN = (
 def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, float]:
     """The stiffness, and the offset where asked for, that fit tests best: least squares, every point alike.
 
-    Parameters
-    ----------
-    tests : whose torques are fitted
-    offset : fit it too; else it is zero
-
-    Returns
-    -------
-    stiffness [N/m], offset [m]
+    Units: returns [N/m].
     """
 
     def errors(x: np.ndarray) -> np.ndarray:

@@ -65,13 +65,7 @@ class KneeTest:
 def path(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The path between the brackets, as it would be if they did not bend.
 
-    Parameters
-    ----------
-    angle : of the knee, extension positive [rad]
-
-    Returns
-    -------
-    length [m], moment arm d(length)/d(angle) [m]; a pull flexes where the arm is positive
+    Units: angle [rad], returns [m].
     """
     cos, sin = np.cos(angle), np.sin(angle)
     tibia = np.array(
@@ -134,15 +128,7 @@ def torque(test: KneeTest, stiffness: float, offset: float = 0.0) -> np.ndarray:
     The muscle is as long as its law and the spring agree on: F(κ, p) = k max(room − L0 (1 − κ), 0), where
     room is the path less fittings, tendon and offset.
 
-    Parameters
-    ----------
-    test : muscle, angles and pressures
-    stiffness : k of bracket and cable [N/m]
-    offset : length that the brackets give without load [m]
-
-    Returns
-    -------
-    torque [N·m] (n,), negative in flexion
+    Units: stiffness [N/m], offset [m], returns [N·m].
     """
     room, law, coefficients = _room(test) - offset, LAWS[LAW].native_id, test.muscle.coefficients
 

@@ -39,18 +39,7 @@ class OrthosisEntity(Driven):
     Valves are commanded by `set_valves` and `supply_pressure`; every step writes these commands over the
     action's numbers for them. Each episode begins with ambient air in the chambers and shut valves.
 
-    Parameters
-    ----------
-    orthosis : a shipped name, the path of an orthosis's TOML file or folder, or an Orthosis
-    side : of the leg; by default as found there
-    supply_pressure : gauge [Pa], 0 to 2e6
-    name : of its PyMJCF model
-    observable_options : as of any Composer entity
-
-    Raises
-    ------
-    InputError
-        The description is wrong; a muscle is mounted too taut for its range of motion.
+    Units: supply_pressure [Pa].
     """
 
     def _build(
@@ -117,18 +106,7 @@ class OrthosisEntity(Driven):
         Where it stands: at the ankle's centre, in the axes of shank and foot that the leg's finder tells
         (`found`). The integrator is set to "implicitfast" where nobody has chosen one.
 
-        Parameters
-        ----------
-        leg_entity : a walker, a `LegEntity`, or any other Composer entity
-        shank, foot, ankle : names of bodies and hinge, or PyMJCF elements; what is left out is sought
-        side : needed where both legs are there and no name is given
-        zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]; 0 by default
-
-        Raises
-        ------
-        InputError
-            There is no such body or hinge, or it is no leg; a muscle over a pulley needs another zero; the
-            model has chosen another integrator.
+        Units: zero [rad].
         """
         if self.found is not None:
             allowed = "another OrthosisEntity"
@@ -215,14 +193,7 @@ class OrthosisEntity(Driven):
     def set_valves(self, **commands: Command) -> None:
         """Command the valves of chambers from the next physics step on, by the chamber's name.
 
-        Parameters
-        ----------
-        commands : "inlet", "outlet", "both" (coil on), "shut", or the two coils (inlet, outlet), 0 to 1 [-]
-
-        Raises
-        ------
-        InputError
-            There is no such chamber, or it is no command.
+        Units: commands [-].
         """
         three_way = [name for name, chamber in self.orthosis.chamber.items() if chamber.three_way]
         self._coils |= coils(commands, self._coils, three_way=three_way)

@@ -23,13 +23,7 @@ STILL = {"duration": "1 s", "timestep": "1 ms", "supply": {"pressure": "1 bar"}}
 class LegEntity(Driven):
     """A leg whose shank is fixed to what it is attached to, toes stiff, as a seated scenario has it.
 
-    Parameters
-    ----------
-    leg : a shipped name, the path of a leg's TOML file or folder, or a Leg
-    knee_angle : flexion, on which the tissue's moment depends [rad], 0 to 2.8
-    tissue : whether the relaxed ankle's moment (Riener & Edrich 1999) acts; its damping does in any case
-    side : "right" or "left"; the leg's own by default
-    name : of its PyMJCF model
+    Units: knee_angle [rad].
     """
 
     def _build(

@@ -31,11 +31,6 @@ class ScenarioPhysics(dm.Physics):
     `set_valves`, `supply_pressure` or `set_control` command otherwise; `reset` goes back to its start and its
     timing. A described controller does not act: whoever steps is the controller, and without timing valves
     are shut until they are commanded. Readers tell the present state, in units and signs of a run's columns.
-
-    Parameters
-    ----------
-    built : compiled scenario, as `afo_sim.build` gives it
-    timed : whether valves follow the scenario's timing until they are commanded; otherwise they are shut
     """
 
     def __init__(self, built: Built, *, timed: bool = True):
@@ -74,15 +69,7 @@ class ScenarioPhysics(dm.Physics):
     def set_valves(self, **commands: Command) -> None:
         """Command the valves of chambers from the next step on, by the chamber's name.
 
-        Parameters
-        ----------
-        commands : "inlet", "outlet", "both" (coil on), "shut", the two coils (inlet, outlet) from 0 to 1 [-],
-            "timed" for the scenario's own timing, or a gauge pressure [Pa] where the chamber has a drive
-
-        Raises
-        ------
-        InputError
-            There is no such chamber, or it is no command.
+        Units: commands [-].
         """
         self._alive()
         self._commander.take(commands)
@@ -99,9 +86,7 @@ class ScenarioPhysics(dm.Physics):
     def set_control(self, control: np.ndarray) -> None:
         """Give all inputs of the following steps, instead of the scenario's and of all commands.
 
-        Parameters
-        ----------
-        control : in the order of the model's actuators (nu,), as a row of `afo_sim.model.controls.controls`
+        Units: control (nu,).
         """
         self._alive()
         given = np.array(control, dtype=float)
@@ -153,17 +138,7 @@ class ScenarioPhysics(dm.Physics):
     # steps
 
     def step(self, nstep: int = 1) -> None:
-        """Step, with the inputs of each step's own time.
-
-        Raises
-        ------
-        CallbackError
-            It is closed, or somebody has replaced the muscle callbacks.
-        InputError
-            The recorded walking is over, or inputs were written into `data.ctrl`.
-        PhysicsError
-            The simulation has become unstable (dm_control's own error, which its environments know).
-        """
+        """Step, with the inputs of each step's own time."""
         self._alive()
         self._refuse_ctrl()
         left = nstep
@@ -284,11 +259,6 @@ class ScenarioPhysics(dm.Physics):
         """A column of a run, such as "ankle/moment/passive", of the present state and inputs.
 
         Units and signs are the columns' own (docs/python.md); rates of a muscle are means of the step before.
-
-        Raises
-        ------
-        InputError
-            A run of this scenario has no such column.
         """
         self._alive()
         step = self._step_number()

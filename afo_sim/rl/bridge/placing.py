@@ -33,13 +33,7 @@ class Place:
 
 
 def found_leg(leg: Any, shank: Any, foot: Any, ankle: Any, side: Side | None, zero: float | None) -> Found:
-    """A leg in the PyMJCF model of an entity, in the posture that it is described in.
-
-    Parameters
-    ----------
-    leg : PyMJCF's model
-    shank, foot, ankle : names or elements; what is None is sought
-    """
+    """A leg in the PyMJCF model of an entity, in the posture that it is described in."""
     names = {"shank": _name(leg, shank), "foot": _name(leg, foot), "ankle": _name(leg, ankle)}
     try:
         model = mujoco.MjModel.from_xml_string(leg.to_xml_string(), leg.get_assets())

@@ -24,10 +24,7 @@ class Present:
     def of(self, data: mujoco.MjData, inputs: np.ndarray | None = None) -> mujoco.MjData:
         """The solved state of `data`; good until the next call. The callbacks must be installed.
 
-        Parameters
-        ----------
-        data : of the simulation
-        inputs : of the step that begins in this state (nu,); by default those that stand in `data`
+        Units: inputs (nu,).
         """
         mujoco.mj_getState(self.model, data, self.next, STATE)
         if inputs is not None:

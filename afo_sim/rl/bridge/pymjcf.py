@@ -47,13 +47,7 @@ class Copied:
     joints: dict[int, Any] = field(default_factory=dict)
 
     def body(self, parent: Any, body: int, skip: Callable[[str], bool] = lambda name: False) -> Any:
-        """Add a body with all that hangs on it; those whose name is skipped stay out.
-
-        Parameters
-        ----------
-        parent : PyMJCF's body or worldbody
-        body : its number in the model
-        """
+        """Add a body with all that hangs on it; those whose name is skipped stay out."""
         m = self.model
         made = parent.add("body", name=m.body(body).name, pos=m.body_pos[body], quat=m.body_quat[body])
         if m.body_mass[body] > 0.0:
@@ -153,14 +147,7 @@ class Copied:
         )
 
     def tendon(self, root: Any, tendon: int, joints: Mapping[int, tuple[Any, float]]) -> Any:
-        """Add a tendon.
-
-        Parameters
-        ----------
-        root : PyMJCF's model
-        tendon : its number in the model
-        joints : {joint of the model: (the element that stands for it, +1 or −1 where it turns the other way)}
-        """
+        """Add a tendon."""
         m = self.model
         first = int(m.tendon_adr[tendon])
         parts = range(first, first + int(m.tendon_num[tendon]))

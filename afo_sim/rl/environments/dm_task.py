@@ -51,14 +51,7 @@ def _forces(setting: Setting) -> list[str]:
 
 
 class OrthosisTask(control.Task):
-    """A task of this package as dm_control's.
-
-    Parameters
-    ----------
-    setting : compiled task
-    random : seed, RandomState, or None for another one each time
-    bounded : whether the observation's spec tells units' ranges; dm_control flattens only those that do not
-    """
+    """A task of this package as dm_control's."""
 
     def __init__(
         self,

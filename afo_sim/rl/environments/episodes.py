@@ -30,14 +30,7 @@ class Outcome:
 
 
 class Episodes:
-    """Simulations of one task that are stepped together, with the callbacks held until `close`.
-
-    Parameters
-    ----------
-    setting : compiled task
-    count : simulations
-    threads : that step
-    """
+    """Simulations of one task that are stepped together, with the callbacks held until `close`."""
 
     def __init__(self, setting: Setting, count: int = 1, threads: int = 1):
         self.setting = setting
@@ -67,10 +60,7 @@ class Episodes:
     def step(self, numbers: Sequence[int], action: np.ndarray) -> Outcome:
         """Step some simulations by one control period.
 
-        Parameters
-        ----------
-        numbers : of the simulations, ascending
-        action : checked (n, n_chamber)
+        Units: action (n, n_chamber).
         """
         setting, ids = self.setting, np.array(numbers, int)
         first = self.stepped.taken[ids]

@@ -45,14 +45,7 @@ def about(made: Setting) -> dict[str, Any]:
 
 
 class OrthosisEnv(gymnasium.Env[np.ndarray, np.ndarray]):
-    """One simulation of a task; see docs/environments.md.
-
-    Parameters
-    ----------
-    task : "seated_tracking" or "dropfoot_walk"
-    sets : dotted keys and values laid over the task's scenario, for example {"supply.pressure": "3 bar"}
-    render_mode : None or "rgb_array"
-    """
+    """One simulation of a task; see docs/environments.md."""
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
@@ -84,18 +77,7 @@ class OrthosisEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._episodes.begin([0], [self.np_random])[0], {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Step by one control period.
-
-        Returns
-        -------
-        observation, reward, terminated (never), truncated (the time is up, or the simulation has become
-        unstable), and info, with "failure" in the latter case
-
-        Raises
-        ------
-        InputError
-            It is no action, or the episode is over; nothing was stepped.
-        """
+        """Step by one control period."""
         if not self._going:
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         outcome = self._episodes.step([0], checked(action, self.action_space.shape)[None])

@@ -26,13 +26,6 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
 
     An episode that is over begins anew in the next step, whose action it ignores (Gymnasium's
     `AutoresetMode.NEXT_STEP`). A simulation that becomes unstable is truncated; the others go on.
-
-    Parameters
-    ----------
-    task : "seated_tracking" or "dropfoot_walk"
-    num_envs : simulations
-    sets : dotted keys and values laid over the task's scenario
-    threads : that step; all processors by default
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -58,12 +51,7 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin all episodes, or those of `options["reset_mask"]`.
-
-        Parameters
-        ----------
-        seed : of the first simulation, the next has one more; or one for each
-        """
+        """Begin all episodes, or those of `options["reset_mask"]`."""
         mask = _mask((options or {}).get(MASK), self.num_envs)
         if self._over is None and not mask.all():
             raise InputError("nothing has begun yet: reset all first", field=MASK)
@@ -83,18 +71,7 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
             self._over[ids] = False  # type: ignore[index]
 
     def step(self, actions: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all simulations by one control period.
-
-        Returns
-        -------
-        observations, rewards, terminations (never), truncations, and infos, with "failure" where a simulation
-        has become unstable
-
-        Raises
-        ------
-        InputError
-            Some are no actions; nothing was stepped.
-        """
+        """Step all simulations by one control period."""
         if self._over is None:
             raise InputError("no episode has begun: reset()", field="step")
         given = checked(actions, self.action_space.shape)

@@ -11,12 +11,7 @@ Reader = Callable[["Sample"], Any]
 class Sample:
     """Columns of the last step, each computed once; `sample["ankle/angle"]` is a number, or (n,).
 
-    Parameters
-    ----------
-    readers : of columns and of what several of them share, by name
-    rows : fields of MjData, aligned as a run's, the simulations last: (width,) or (width, n)
-    step : number of the step, or (n,)
-    script : what the task asks for at this sample (width,) or (width, n)
+    Units: step (n,).
     """
 
     __slots__ = ("found", "readers", "rows", "script", "step")

@@ -21,9 +21,7 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
 
     SPAN Σᵢ wᵢ sin(2π fᵢ t + φᵢ), with random weights wᵢ of sum 1, frequencies and phases.
 
-    Parameters
-    ----------
-    draws : from 0 to 1 (3 WAVES,): weights, frequencies, phases
+    Units: draws (3 WAVES,).
     """
     weights, frequencies, phases = draws.reshape(3, WAVES)
     weights = (weights + 1e-3) / np.sum(weights + 1e-3)  # and never 0/0

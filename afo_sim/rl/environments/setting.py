@@ -93,18 +93,7 @@ class Setting:
 
 
 def setting(task: Task, sets: Mapping[str, Any] | None = None) -> Setting:
-    """Compile a task.
-
-    Parameters
-    ----------
-    task : of the catalogue, or of your own
-    sets : dotted keys and values laid over its scenario; those of the task go before them
-
-    Raises
-    ------
-    InputError
-        The scenario is wrong, or is not one that the task can be done on.
-    """
+    """Compile a task."""
     _refuse_own(task, sets or {})
     scenario = load("scenario", task.scenario, {**(sets or {}), **task.sets})
     _refuse_commanders(scenario)

@@ -91,10 +91,7 @@ class Task:
 def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
     """An action as numbers; InputError where one is none, is out of range, or too many or few are given.
 
-    Parameters
-    ----------
-    action : numbers from −1 to 1 [-]
-    shape : that it has to have; the last axis is that of the chambers
+    Units: action [-].
     """
     try:
         given = np.asarray(action, float)

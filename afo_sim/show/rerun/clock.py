@@ -27,12 +27,7 @@ def strides(rows: Columns) -> np.ndarray:
 def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -> None:
     """Log columns at the times of some rows.
 
-    Parameters
-    ----------
-    stream : to log to
-    entity : its path
-    rows : their "time" [s] (n,), and the columns of GAIT in walking, or SWEPT of a design [deg]
-    columns : of a Rerun archetype, n rows
+    Units: rows [s] (n,).
     """
     times = [rr.TimeColumn(TIMELINE, duration=stamps(rows["time"]))]
     if GAIT[0] in rows:

@@ -103,14 +103,7 @@ def _healthy_heights(source: Source) -> list[Curve]:
 
 
 def compared_curves(source: Source, label: str, number: int, *, healthy: bool) -> list[Curve]:
-    """A run's lines among other runs': one colour a run, and one line of it in each plot.
-
-    Parameters
-    ----------
-    source, label : the run and its name
-    number : of the run, which tells its colour
-    healthy : with the lines of the healthy foot
-    """
+    """A run's lines among other runs': one colour a run, and one line of it in each plot."""
     colour = colours.of_run(number)
     found = [Curve(f"angle/{label}", label, colour, "ankle/angle")]
     if healthy:
@@ -170,14 +163,7 @@ def log_curves(stream: rr.RecordingStream, lines: list[Curve], block: Columns) -
 
 
 def log_limits(stream: rr.RecordingStream, sources: list[Source], ends: Columns) -> None:
-    """Log the lines' limits: the device's range of motion, and the floor.
-
-    Parameters
-    ----------
-    stream : to log to
-    sources : the runs; the first with an orthosis gives the range
-    ends : first and last row to draw them at, as `send` takes them
-    """
+    """Log the lines' limits: the device's range of motion, and the floor."""
     for device in [source for source in sources if source.named("muscle")][:1]:
         limits = np.degrees(device.scenario.orthosis.range_of_motion)
         _level(stream, "angle/range", "range of motion", colours.RANGE, limits, ends)

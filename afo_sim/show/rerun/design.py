@@ -32,13 +32,7 @@ PLOTS = {
 
 
 def write_design(design: Design, path: pathlib.Path) -> None:
-    """Write a design, with its layout, as a Rerun file.
-
-    Parameters
-    ----------
-    design : with at least one muscle
-    path : file to write
-    """
+    """Write a design, with its layout, as a Rerun file."""
     rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
     name = f"design: {design.built.scenario.orthosis.name}"
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")

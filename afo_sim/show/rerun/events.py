@@ -141,11 +141,7 @@ def _fitting(values: list[str], changes: list[Change], end: float) -> list[str]:
 
     A shut valve has none, since its dark ground says it.
 
-    Parameters
-    ----------
-    values : the states
-    changes : (time [s], state from then on)
-    end : of the run [s]
+    Units: changes [s], end [s].
     """
     times = [time for time, _ in changes] + [end]
     lasts = dict.fromkeys(values, end)

@@ -16,10 +16,7 @@ def guided_lines(
 ) -> dict[str, np.ndarray]:
     """Lines of the muscles whose path has points or surfaces, at the coordinates of a block of rows.
 
-    Returns
-    -------
-    places from origin to insertion (n, places, 3) [m] by muscle; a line with fewer places ends in the same
-    one several times
+    Units: returns [m].
     """
     names = [name for name, group in groups.items() if group.path]
     if not names:

@@ -199,15 +199,7 @@ def _details(contents: Contents) -> list[Any]:
 
 
 def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> Any:
-    """The plot of an entity; of compared runs a plot for each part below it, beside one another.
-
-    Parameters
-    ----------
-    contents : the contents
-    origin : the entity
-    title : of the plot
-    tab : a short name, where the plot stands in a tab
-    """
+    """The plot of an entity; of compared runs a plot for each part below it, beside one another."""
     parts = [plot for plot in contents.plots if plot.startswith(f"{origin}/")] if contents.compared else []
     if not parts:
         legend = contents.plots.get(origin, "")

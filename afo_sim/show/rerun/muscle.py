@@ -57,14 +57,7 @@ class DrawnMuscle:
     ) -> None:
         """A block of rows: a tube from the origin, as thick as its braid, and the cable beyond.
 
-        Parameters
-        ----------
-        stream : to log to
-        block : rows of the columns (n,)
-        ends : origin and insertion, on cuff and plate as they have given (n, 2, 3) [m]
-        axis : places of the joint, from which a slack cable's bow turns away (n, 3) [m]
-        given : by cuff and plate together (n,) [m]
-        line : places of a path with points or surfaces, from origin to insertion (n, places, 3) [m]
+        Units: block (n,), ends [m] (n, 2, 3), axis [m] (n, 3), given [m] (n,), line [m] (n, places, 3).
         """
         muscle = self.group.type
         span = (ends if line is None else line)[:, 1] - ends[:, 0]  # a muscle lies before its first guide
@@ -130,10 +123,7 @@ class DrawnMuscle:
 def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
     """Lines of so many points each, as Arrow has them: Rerun would convert each line alone.
 
-    Parameters
-    ----------
-    points : of all lines, one after the other (sum of counts, 3) [m]
-    counts : points of each line (n,)
+    Units: points [m], counts (n,).
     """
     form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
     offsets = np.concatenate([[0], np.cumsum(counts)])
@@ -144,15 +134,7 @@ def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """Parabolas between two points, longer than the straight lines, bent away from a third point.
 
-    Parameters
-    ----------
-    ends : the two points (n, 2, 3) [m]
-    excess : length beyond the straight line's (n,) [m]
-    axis : the third points (n, 3) [m]
-
-    Returns
-    -------
-    points of the parabolas (n, POINTS, 3) [m]
+    Units: ends [m] (n, 2, 3), excess [m] (n,), axis [m] (n, 3), returns [m].
     """
     span = ends[:, 1] - ends[:, 0]
     chord = np.linalg.norm(span, axis=1).clip(1e-6)

@@ -44,12 +44,7 @@ def write_rrd(
 ) -> None:
     """Write a run, with its layout, as a Rerun file.
 
-    Parameters
-    ----------
-    run : a finished recording, or the folder of one (read in blocks, never whole)
-    path : file to write
-    rate : samples a second [Hz], of signals and poses; the run's own and 100 Hz by default
-    colour_by : what colours the muscles, "force" or "pressure"
+    Units: rate [Hz].
     """
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
@@ -63,11 +58,7 @@ def write_rrd(
 def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
     """Write several runs side by side on one timeline: the first solid, the others as ghosts.
 
-    Parameters
-    ----------
-    folders : of runs; their names label the curves
-    path : file to write
-    rate : as in `write_rrd` [Hz]
+    Units: rate [Hz].
     """
     sources = [from_folder(folder) for folder in folders]
     for source in sources:

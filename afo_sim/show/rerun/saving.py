@@ -18,11 +18,6 @@ def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> It
     """Write what is logged in the block to a file.
 
     Rerun writes in a thread of its own: a full disk stops that thread, and the end of the file is missing.
-
-    Raises
-    ------
-    OSError
-        The file is not complete.
     """
     try:
         stream.save(path, default_blueprint=blueprint)

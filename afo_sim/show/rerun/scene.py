@@ -153,17 +153,7 @@ def replay(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Poses of bodies and paths of muscles at the coordinates of a block of rows.
 
-    Parameters
-    ----------
-    model : of the run
-    block : with a column qpos/<joint> for every joint [m], [rad] (n,)
-    muscles : names of those whose ends are wanted
-    mountings : cuff and plate, which the block tells how far they give; at home by default
-
-    Returns
-    -------
-    positions of the bodies (n, nbody, 3) [m], their quaternions wxyz (n, nbody, 4), and origin and
-    insertion of each muscle (n, number of muscles, 2, 3) [m]
+    Units: block [m] (n,), returns [m].
     """
     data = mujoco.MjData(model)
     qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])

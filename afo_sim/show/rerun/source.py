@@ -96,13 +96,7 @@ def from_recording(recording: Recording) -> Source:
 
 
 def from_folder(folder: pathlib.Path) -> Source:
-    """A run on disk; its rows are never all in memory.
-
-    Raises
-    ------
-    InputError
-        No run is there, or the file is damaged.
-    """
+    """A run on disk; its rows are never all in memory."""
     file = open_parquet(folder)
 
     def read(names: Sequence[str], every: int) -> Iterator[Columns]:

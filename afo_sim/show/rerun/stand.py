@@ -23,13 +23,7 @@ CURVE_SIZE = (160.0, 100.0)  # of the plane that curves are drawn in
 
 
 def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
-    """Write tests of one kind, with their layout, as a Rerun file.
-
-    Parameters
-    ----------
-    trials : at least one, from the rig
-    path : file to write
-    """
+    """Write tests of one kind, with their layout, as a Rerun file."""
     rr.set_strict_mode(True)
     name = f"stand: {trials[0].plan.kind}"
     stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")

@@ -41,16 +41,7 @@ def require_display(file: pathlib.Path | None = None) -> None:
 def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = None) -> None:
     """Write a PNG of a Rerun file, laid out as on a screen, without a display.
 
-    Parameters
-    ----------
-    path : Rerun file
-    picture : PNG to write
-    at : time to show [s]; the beginning by default
-
-    Raises
-    ------
-    InputError
-        The viewer does not start here, for want of a Vulkan driver.
+    Units: at [s].
     """
     from rerun.experimental import ViewerClient
 

@@ -100,15 +100,7 @@ class Aim:
     def judge(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Objective, limits and gaps of designs.
 
-        Parameters
-        ----------
-        metrics : (designs, patients) each; NaN where a patient has none, as in a case that failed
-
-        Returns
-        -------
-        columns (designs,): `objective`; `lacking`, how many patients lack the objective, and how many more
-        than a limit spares lack the limit's metric; of each limit the `…_level`, the share `…_kept` and
-        what is `…_short` [the metric's unit]
+        Units: returns [the metric's unit].
         """
         goal = metrics[self.objective.metric]
         found = {

@@ -57,13 +57,7 @@ class BestDesign:
 
 
 def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:
-    """The best design of a finished search.
-
-    Parameters
-    ----------
-    search : that was done
-    summary : its result, as best.json holds it
-    """
+    """The best design of a finished search."""
     goal, limits = summary["objective"], summary["limits"]
     return BestDesign(
         parameters={p["name"]: _parameter(p) for p in summary["parameters"]},

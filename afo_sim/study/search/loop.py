@@ -65,23 +65,6 @@ def evolve(
     """Search; killed at any time, the next call goes on from the last finished generation.
 
     What is in the folder is replayed: the optimiser asks for the same designs and takes the same ranks.
-
-    Parameters
-    ----------
-    problem : what is searched
-    folder : where generations are kept
-    generations : after which each start stops
-    evaluate : what the patients make of designs
-    report : told after every generation
-
-    Returns
-    -------
-    (all designs in the order in which they were tried, whether every start has converged)
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to, or holds designs that this optimiser would not have asked for.
     """
     evolutions = problem.evolutions()
     done: list[Columns] = []

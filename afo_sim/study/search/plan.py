@@ -93,19 +93,7 @@ class SearchPlan:
         return Problem(plan.parameters, plan.constraints, aim, plan.seed, self.population, self.starts)
 
     def aim(self, units: Mapping[str, str], *, sampled: bool = False) -> Aim:
-        """Objective and limits, by the units that the scenario's metrics have.
-
-        Parameters
-        ----------
-        units : {metric: unit}
-        sampled : of the patients that designs are chosen by: where these are drawn from a population, limits
-            are such that the share of the population is expected to keep them
-
-        Raises
-        ------
-        InputError
-            The scenario has no such metric, or a bound's unit does not convert to the metric's.
-        """
+        """Objective and limits, by the units that the scenario's metrics have."""
         fields = {"objective.metric": self.objective.metric}
         fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
         for field, name in fields.items():
@@ -259,20 +247,7 @@ def search_of(
 ) -> SearchPlan:
     """A design search without a file.
 
-    Parameters
-    ----------
-    scenario : as `study.arguments.plan_of` takes it
-    over : {dotted key: (lower, upper), a span, or a table as [parameters.NAME] has it}
-    lowest, highest : the metric that is to be so; one of the two
-    of : what of the metric over the patients
-    limits : as "toe_clearance >= 10 mm", with " in 95 %" after it where not all patients need keep it
-    patients : as [patients] has them; the scenario's own alone if None
-    options : `seed`, `generations`, `population`, `starts`, `constraints`, `sets`, as in a file
-
-    Raises
-    ------
-    InputError
-        As `read`.
+    Units: over [parameters.NAME], patients [patients].
     """
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):

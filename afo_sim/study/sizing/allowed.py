@@ -14,14 +14,7 @@ def exceeded(scenario: Scenario, pressure: float) -> Limit | None:
 
     Regulators in the air path count: what is behind one gets no more than it holds.
 
-    Parameters
-    ----------
-    scenario : whose muscles and valves
-    pressure : of the supply, gauge [Pa]
-
-    Returns
-    -------
-    limit [Pa] and whose it is, as it goes into a sentence; None where all are allowed their pressure
+    Units: pressure [Pa], returns [Pa].
     """
     orthosis = scenario.orthosis
     highest = highest_pressures(orthosis, pressure)

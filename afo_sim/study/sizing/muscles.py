@@ -33,14 +33,7 @@ LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("musc
 
 
 def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int] | None = None) -> Sizing:
-    """The muscles of least volume at rest, of all kinds and counts.
-
-    Parameters
-    ----------
-    trials : scenario and what is wanted
-    group : of parallel muscles that are replaced; the orthosis' first by default
-    count : fewest and most of them; as many as there are by default
-    """
+    """The muscles of least volume at rest, of all kinds and counts."""
     name = group or next(iter(trials.scenario.orthosis.muscle))
     now = trials.scenario.orthosis.muscle[name]
     low, high = count or (now.count, now.count)

@@ -29,11 +29,7 @@ Range = tuple[float, float]
 def size_pressure(trials: Trials, at: float | None = None, between: Range | None = None) -> Sizing:
     """The least supply pressure.
 
-    Parameters
-    ----------
-    trials : scenario and what is wanted
-    at : gauge pressure that is asked after [Pa]
-    between : lowest and highest gauge pressure that are tried [Pa]; 0.5 bar and the muscles' limit by default
+    Units: at [Pa], between [Pa].
     """
     low, high = between or usual_range(trials.scenario)
     if not 0.0 <= low < high:

@@ -102,19 +102,7 @@ def _joined(text: str, unit: str) -> str:
 def read_requirements(
     texts: Sequence[str], chamber: str, chambers: Sequence[str] = (), volumes: Sequence[str] = ()
 ) -> tuple[Requirement, ...]:
-    """Limits as they are written.
-
-    Parameters
-    ----------
-    texts : as "toe_clearance >= 10 mm"
-    chamber : that `fill_time` and `vent_time` without a name are of; "" where there is none
-    chambers, volumes : whose pressures and times a limit may be of; of any if there are no chambers
-
-    Raises
-    ------
-    InputError
-        One is no comparison of a metric with a quantity, or is of a chamber that is not there.
-    """
+    """Limits as they are written."""
     found = tuple(_read(text, chamber) for text in texts)
     if chambers:
         for each in found:

@@ -15,10 +15,7 @@ Interval = tuple[float, float]
 def one_coil(inlets: Sequence[Interval], outlets: Sequence[Interval], period: float) -> list[Interval]:
     """Intervals in which a 3/2 valve's coil is on, in place of an inlet and an outlet.
 
-    Parameters
-    ----------
-    inlets, outlets : [from, to] of one period each; from > to runs over its end
-    period : in the same unit
+    Units: inlets, outlets [from, to].
     """
     if not outlets:
         return list(inlets)

@@ -26,13 +26,7 @@ NOTES = (
 
 
 def size_supply(trials: Trials, hours: float | None = None, strides: float | None = None) -> Sizing:
-    """The lightest source, then the smallest; each is run full, and lasts as long as its content does.
-
-    Parameters
-    ----------
-    trials : scenario and what is wanted
-    hours, strides : without a pause; of walking by default the strides of a bottle that its limits want
-    """
+    """The lightest source, then the smallest; each is run full, and lasts as long as its content does."""
     lasting = _lasting(trials.scenario, hours, strides)
     sources = {name: load("source", name) for name in assets.names("source")}
     ordered = sorted(sources.items(), key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0]))

@@ -16,16 +16,7 @@ DOUBT = re.compile(r" \((assumed|not measured[^)]*)\)$")  # for which * stands i
 def table_of(
     kind: str, requirements: Sequence[Requirement], air: str, tried: Sequence[Tried], best: Tried | None
 ) -> Table:
-    """The margin of each candidate that was run to each limit, its air, and which limits it fails.
-
-    Parameters
-    ----------
-    kind : what the candidates are
-    requirements : the limits; each has a number
-    air : the metric of the air that it takes
-    tried : candidates
-    best : that is marked
-    """
+    """The margin of each candidate that was run to each limit, its air, and which limits it fails."""
     ran = [each for each in tried if each.status == "run"]
     facts = list(dict.fromkeys(name for each in ran for name in each.candidate.facts))
     limits = [_joined(f"{k}", UNITS.get(r.unit, r.unit)) for k, r in enumerate(requirements, 1)]

@@ -49,18 +49,7 @@ class Trials:
         return frozenset({self.air, *SHARES, *self.beside, *(each.metric for each in self.requirements)})
 
     def run(self, candidates: Sequence[Candidate], beyond: int = 0) -> list[Tried]:
-        """Run candidates that are not excluded.
-
-        Parameters
-        ----------
-        candidates : in any order
-        beyond : runs that were done before, for the progress
-
-        Raises
-        ------
-        InputError
-            No run of this scenario tells a metric that is asked for.
-        """
+        """Run candidates that are not excluded."""
         candidates = [each if each.excluded else with_fine_step(self.scenario, each) for each in candidates]
         cases = [dict(each.sets) for each in candidates if not each.excluded]
         asked = Asked(self.metrics, doubts=False)

@@ -23,15 +23,7 @@ HELD = "3/2: its coil stays on until the outlet would open"
 
 
 def size_valve(trials: Trials, chamber: str, side: str = "both", proportional: bool = False) -> Sizing:
-    """The smallest valve.
-
-    Parameters
-    ----------
-    trials : scenario and what is wanted
-    chamber : whose valves are replaced
-    side : "inlet", "outlet", or "both": by two 2/2 valves, or one 3/2 valve
-    proportional : also try proportional valves
-    """
+    """The smallest valve."""
     if trials.scenario.orthosis.chamber[chamber].three_way and side != "both":
         problem = f"is of two valves, and chamber {chamber!r} has one 3/2 valve"
         raise InputError(problem, field="side", value=side, allowed="both")

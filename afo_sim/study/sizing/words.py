@@ -8,14 +8,7 @@ from afo_sim.study.sizing.trial import sentence_of
 
 
 def nearest_miss(tried: Sequence[Tried], requirements: Sequence[Requirement], nothing: str) -> str:
-    """A sentence for where nothing meets what is wanted: the one that comes closest, and how close.
-
-    Parameters
-    ----------
-    tried : all candidates
-    requirements : what was wanted
-    nothing : what does not meet it: "no pressure", "no valve of the catalogue"
-    """
+    """A sentence for where nothing meets what is wanted: the one that comes closest, and how close."""
     ran = [each for each in tried if each.status == "run"]
     if not ran:
         return f"{nothing} could be run: {tried[0].reason}" if tried else f"{nothing} is there to try"
@@ -33,14 +26,7 @@ def best_of(tried: Sequence[Tried]) -> Tried | None:
 
 
 def smallest(tried: Sequence[Tried], requirements: Sequence[Requirement], what: str, kind: str) -> str:
-    """The sentence that names the smallest candidate that meets all limits, and why the next smaller fails.
-
-    Parameters
-    ----------
-    tried : from the smallest to the largest
-    requirements : what was wanted
-    what, kind : as it goes into the sentence: "tube of 2 m", "tube"
-    """
+    """The sentence that names the smallest candidate that meets all limits and why the next fails."""
     best = best_of(tried)
     if best is None:
         return nearest_miss(tried, requirements, f"no {kind}")

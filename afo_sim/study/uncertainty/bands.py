@@ -35,11 +35,7 @@ def share_below(heights: np.ndarray, limit: float) -> float:
 def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.ndarray:
     """Share of one wearer's strides that come to a height or lower [-] (n,), one for each draw.
 
-    Parameters
-    ----------
-    heights : least height of each draw without that which varies from stride to stride [m] (n,)
-    path : what is added from stride to stride [m] (m,): any of these, whatever the draw
-    limit : height [m]
+    Units: heights [m] (n,), path [m] (m,), limit [m].
     """
     return np.asarray((heights[:, None] + path[None, :] <= limit).mean(axis=1))
 
@@ -57,14 +53,7 @@ def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | N
     The second term of V_g is what chance alone would give, as in an adjusted R². What a group does only
     together with another, and what is not quadratic, is in no share but in the rest.
 
-    Parameters
-    ----------
-    groups : standard normal deviates of each group (n, k_g)
-    metric : (n,)
-
-    Returns
-    -------
-    Explained; None where the metric does not vary, or the draws are too few (`fewest`)
+    Units: groups (n, k_g), metric (n,).
     """
     blocks = [_terms(deviates) for deviates in groups]
     n, spread = len(metric), metric - metric.mean()
@@ -90,12 +79,7 @@ def fewest(groups: Sequence[np.ndarray]) -> int:
 
 
 def _terms(deviates: np.ndarray) -> np.ndarray:
-    """Linear and quadratic terms of standard normal deviates (n, k): z_i, z_i² − 1, z_i z_j.
-
-    Returns
-    -------
-    (n, k (k + 3)/2)
-    """
+    """Linear and quadratic terms of standard normal deviates (n, k): z_i, z_i² − 1, z_i z_j."""
     pairs = itertools.combinations(range(deviates.shape[1]), 2)
     products = [deviates[:, i] * deviates[:, j] for i, j in pairs]
     return np.column_stack([deviates, deviates**2 - 1.0, *products])

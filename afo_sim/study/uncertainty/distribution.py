@@ -32,10 +32,7 @@ class Distribution:
     def at(self, deviates: np.ndarray, own: float) -> np.ndarray:
         """The values of standard normal deviates (n,), rising with them.
 
-        Parameters
-        ----------
-        deviates : (n,)
-        own : value in the middle [SI]
+        Units: deviates (n,), own [SI].
         """
         if self.kind == "pearson3":
             share = stats.norm.cdf(deviates)

@@ -75,18 +75,6 @@ def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     Unknowns and fits are independent of each other: a Latin hypercube in as many dimensions as they have
     deviates. The numbers of a fit follow its covariance; draws that are no muscle are rejected whole and
     drawn anew, for clipping would heap them up at a bound, against their correlations.
-
-    Parameters
-    ----------
-    held : spreads held against the scenario
-    scenario : gives the units
-    count : of draws
-    seed : the same draws for the same seed and count
-
-    Raises
-    ------
-    InputError
-        Nothing spreads, or hardly any draw of a fit is a muscle.
     """
     widths = [1] * len(held.unknowns) + [len(fitted(fit.muscle)) for fit in held.fits]
     if not widths:

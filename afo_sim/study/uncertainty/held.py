@@ -64,18 +64,7 @@ class Held:
 
 
 def held(spreads: Spreads, scenario: Scenario) -> Held:
-    """What of some spreads a scenario has.
-
-    Parameters
-    ----------
-    spreads : from `read`
-    scenario : of walking
-
-    Raises
-    ------
-    InputError
-        A key is in no scenario, a width has another dimension, or two tables draw one key.
-    """
+    """What of some spreads a scenario has."""
     unknowns: list[Unknown] = []
     fits: list[Fit] = []
     left_out: list[str] = []

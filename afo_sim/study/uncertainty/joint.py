@@ -17,21 +17,7 @@ FEWEST = 2  # draws of a Latin hypercube
 def joint_parameters(
     file: pathlib.Path, spreads: str, scenario: Scenario, cases: int, seed: int
 ) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
-    """The parameters of a sweep whose cases are joint draws, and what is left out of it.
-
-    Parameters
-    ----------
-    file : of the sweep, beside which a file of spreads may lie
-    spreads : their name or path
-    scenario : of the sweep
-    cases : how many
-    seed : of the draws
-
-    Raises
-    ------
-    InputError
-        Nobody walks, the spreads do not fit, a drawn number is called as another column, too few cases.
-    """
+    """The parameters of a sweep whose cases are joint draws, and what is left out of it."""
     if not scenario.walking:
         problem = "what is not known is drawn of walking, and here nobody walks"
         raise InputError(problem, file=file, field="scenario", allowed="a scenario with a gait")

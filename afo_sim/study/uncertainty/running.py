@@ -81,19 +81,7 @@ class Found:
 
 
 def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
-    """What is drawn for bands; refuses those that cannot be told.
-
-    Parameters
-    ----------
-    scenario : to run
-    count : of draws
-    spreads : what is not known: a shipped name, or a TOML file
-
-    Raises
-    ------
-    InputError
-        Nobody walks, the draws are too few or too many, or the spreads do not fit.
-    """
+    """What is drawn for bands; refuses those that cannot be told."""
     if not scenario.walking:
         problem = "bands are told of walking, and here nobody walks"
         raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
@@ -117,27 +105,7 @@ def uncertainty(
     seed: int = 0,
     threads: int = 0,
 ) -> dict[str, Any]:
-    """Bands of a run's numbers and curves, by drawing all that is not known together.
-
-    Parameters
-    ----------
-    scenario, recording : the run whose bands these are
-    draws : how many
-    spreads : what is not known: a shipped name, or a TOML file
-    report : called with (done, in all, what)
-    seed : of the draws
-    threads : as many as processors if 0
-
-    Returns
-    -------
-    JSON-able dict: `metrics` and `curves` with 5, 50 and 95 % quantiles, `trips`, `groups` with the share of
-    the variance that each explains, `measure_next`, `drawn`, `failed`, `left_out`, `notes`
-
-    Raises
-    ------
-    InputError
-        Nobody walks, too few draws, or the spreads do not fit.
-    """
+    """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_asked(scenario, draws, spreads), scenario, draws, seed)
     found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
     return {"spreads": spreads} | told_of(found, recording)
@@ -160,13 +128,7 @@ def _run(
 
 
 def told_of(found: Found, recording: Recording) -> dict[str, Any]:
-    """What draws that have run say, as `uncertainty` returns it.
-
-    Parameters
-    ----------
-    found : draws and their outcomes
-    recording : of the plain run
-    """
+    """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
     told: dict[str, Any] = {
         "draws": draws.count,
