@@ -1,0 +1,73 @@
+"""What a computation reports beside its numbers: text for people, with a code and data for programs."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal, Self
+
+Severity = Literal["note", "warning", "error"]
+
+
+class Notice(str):
+    """A sentence for people that a program recognises by its code and subject, never by its words.
+
+    Parameters
+    ----------
+    code : what kind of notice this is, such as "source-empty"; it stays when the words change
+    text : the sentence, with the data in braces as `str.format` takes them
+    subject : what it is about: a key, a column or a part's name; in braces as {subject}
+    severity : a "note" explains, a "warning" makes a number doubtful, an "error" makes it useless
+    data : numbers and names of the sentence, in SI units where they have one
+
+    Raises
+    ------
+    KeyError
+        The text names data that are not given.
+    """
+
+    __slots__ = ("_text", "code", "data", "severity", "subject")
+    code: str
+    _text: str
+    subject: str
+    severity: Severity
+    data: Mapping[str, Any]
+
+    def __new__(
+        cls, code: str, text: str, /, *, subject: str = "", severity: Severity = "warning", **data: Any
+    ) -> Self:
+        """Format the sentence."""
+        made = super().__new__(cls, text.format(subject=subject, **data))
+        made.code, made.subject, made.severity, made.data, made._text = code, subject, severity, data, text
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, (self.code, self._text, self.subject, self.severity, dict(self.data))
+
+    def as_json(self) -> dict[str, Any]:
+        """Code, subject, severity, data and text, for a file."""
+        return {
+            "code": self.code,
+            "subject": self.subject,
+            "severity": self.severity,
+            "data": dict(self.data),
+            "text": str(self),
+        }
+
+
+def unique(notices: Iterable[str]) -> list[str]:
+    """Notices in their order, each code once a subject; plain texts each once."""
+    first: dict[tuple[str, str], str] = {}
+    for one in notices:
+        first.setdefault(_identity(one), one)
+    return list(first.values())
+
+
+def with_code(notices: Iterable[str], code: str) -> list[Notice]:
+    """The notices that have a code."""
+    return [one for one in notices if isinstance(one, Notice) and one.code == code]
+
+
+def _identity(one: str) -> tuple[str, str]:
+    return (one.code, one.subject) if isinstance(one, Notice) else ("", one)
+
+
+def _made(code: str, text: str, subject: str, severity: Severity, data: dict[str, Any]) -> Notice:
+    return Notice(code, text, subject=subject, severity=severity, **data)
