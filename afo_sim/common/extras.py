@@ -1,0 +1,70 @@
+"""The libraries that an installation may leave out, and the sentence where one is asked for that is not there.
+
+The extras are those of `pyproject.toml`; a test holds the two tables against each other.
+"""
+
+import importlib
+from typing import Any
+
+from afo_sim.common.errors import AfoSimError
+
+# {extra: the packages, as they are imported, that it brings}
+EXTRAS = {
+    "gait": ("ezc3d",),
+    "legs": ("yourdfpy", "trimesh", "lxml"),
+    "study": ("SALib", "cma", "pandas", "xarray", "distributed"),
+    "rl": ("dm_control", "dm_env", "gymnasium"),
+    "show": ("matplotlib", "jinja2", "rerun"),
+}
+_EXTRA_OF = {package: extra for extra, packages in EXTRAS.items() for package in packages}
+_WITH = {"labmaze": "dm_control", "rerun_cli": "rerun", "mpl_toolkits": "matplotlib", "dask": "distributed"}
+NO_WHEEL = "; on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12"
+
+
+class MissingExtra(AfoSimError, ImportError):
+    """A library of an extra is not installed; `package` is its name, `extra` what brings it.
+
+    Examples
+    --------
+    >>> from afo_sim.common.extras import MissingExtra
+    >>> print(MissingExtra("ezc3d", "gait"))
+    this needs the library ezc3d: pip install 'afo-sim[gait]', or -e '.[gait]' in a clone
+    """
+
+    def __init__(self, package: str, extra: str):
+        self.package, self.extra = package, extra
+        note = NO_WHEEL if package == "dm_control" else ""
+        super().__init__(
+            f"this needs the library {package}: pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone{note}"
+        )
+
+
+def missing_extra(error: BaseException) -> MissingExtra | None:
+    """The sentence for an import that failed; None where no extra would mend it."""
+    if isinstance(error, MissingExtra):
+        return error
+    if not isinstance(error, ModuleNotFoundError):
+        return None
+    package = (error.name or "").partition(".")[0]
+    package = _WITH.get(package, package)
+    return MissingExtra(package, _EXTRA_OF[package]) if package in _EXTRA_OF else None
+
+
+def optional(module: str) -> Any:
+    """A module of a library that an extra brings, imported when it is asked for.
+
+    Parameters
+    ----------
+    module : its dotted name, such as "SALib.sample.sobol"
+
+    Raises
+    ------
+    MissingExtra
+        The library is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        if (missing := missing_extra(error)) is None:
+            raise
+        raise missing from None
