@@ -146,7 +146,9 @@ def svg(arrows: Arrows, way: list[str]) -> str:
             f'<rect class="{kind}" id="{room}" x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"/>'
         )
         parts.append(f'<text class="name" x="{x + 10:.0f}" y="{y + 20:.0f}">{room}</text>')
-        parts.append(f'<text class="small" x="{x + 10:.0f}" y="{y + 68:.0f}">{files} files, {lines} lines</text>')
+        parts.append(
+            f'<text class="small" x="{x + 10:.0f}" y="{y + 68:.0f}">{files} files, {lines} lines</text>'
+        )
         for k, line in enumerate(wrapped(what)):
             line = line.replace("&", "&amp;").replace("<", "&lt;")
             parts.append(f'<text class="small" x="{x + 10:.0f}" y="{y + 36 + 13 * k:.0f}">{line}</text>')

@@ -83,7 +83,12 @@ ALONE = {
         print("ok")
     """,
 }
-NEEDS = {"rl": {"legs"}, "lab": {"study"}, "export": {"legs"}, "show": {"study", "lab"}}  # arrows between rooms
+NEEDS = {
+    "rl": {"legs"},
+    "lab": {"study"},
+    "export": {"legs"},
+    "show": {"study", "lab"},
+}  # arrows between rooms
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The libraries that an installation may leave out, and the sentence where one is asked for that is not there.
+"""The libraries that an installation may leave out, and the sentence where a missing one is needed.
 
 The extras are those of `pyproject.toml`; a test holds the two tables against each other.
 """
@@ -33,10 +33,9 @@ class MissingExtra(AfoSimError, ImportError):
 
     def __init__(self, package: str, extra: str):
         self.package, self.extra = package, extra
+        how = f"pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone"
         note = NO_WHEEL if package == "dm_control" else ""
-        super().__init__(
-            f"this needs the library {package}: pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone{note}"
-        )
+        super().__init__(f"this needs the library {package}: {how}{note}")
 
 
 def missing_extra(error: BaseException) -> MissingExtra | None:
