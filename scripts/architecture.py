@@ -3,14 +3,17 @@
     python scripts/architecture.py            # draws docs/architecture.svg anew
     python scripts/architecture.py --check    # exit code 1 where the picture and the code differ
 
-Rooms and arrows are read from the imports. The numbers are the order in which a run enters the rooms: a short run
-is made, and its calls are watched.
+Rooms and arrows are read from the imports. The numbers are the order in which a run enters the rooms: a short
+run is made, and its calls are watched.
 """
 
 import argparse
 import ast
+import html
 import pathlib
+import re
 import sys
+import textwrap
 from collections.abc import Iterable
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -22,7 +25,8 @@ STYLE = """
 text { font-family: system-ui, sans-serif; font-size: 12px; fill: #1b2733 }
 .room { fill: #dbe9f6; stroke: #31587e } .extra { fill: #fdf0d9; stroke: #a8741a }
 .name { font-weight: 600; font-size: 15px } .small { font-size: 10.5px; fill: #41505e }
-.arrow { fill: none; stroke: #7c8b99; stroke-width: 1.3 } .step { fill: #31587e } .number { fill: white; font-weight: 600 }
+.arrow { fill: none; stroke: #7c8b99; stroke-width: 1.3 }
+.step { fill: #31587e } .number { fill: white; font-weight: 600; text-anchor: middle }
 """
 Arrows = dict[str, set[str]]
 
@@ -104,11 +108,14 @@ def about(room: str) -> tuple[str, int, int]:
     return doc.partition("\n")[0], len(files), lines
 
 
-def wrapped(text: str, width: int = 33, most: int = 2) -> list[str]:
+def wrapped(text: str, width: int = 30, most: int = 2) -> list[str]:
     """A text in lines."""
-    import textwrap
-
     return textwrap.wrap(text, width, max_lines=most, placeholder=" …")
+
+
+def label(kind: str, x: float, y: float, text: str) -> str:
+    """A text of the picture."""
+    return f'<text class="{kind}" x="{x:.0f}" y="{y:.0f}">{html.escape(text)}</text>'
 
 
 def svg(arrows: Arrows, way: list[str]) -> str:
@@ -127,8 +134,8 @@ def svg(arrows: Arrows, way: list[str]) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" role="img">',
         "<title>Rooms of afo_sim, their imports, and the order in which a run enters them</title>",
         f"<style>{STYLE}</style>",
-        '<defs><marker id="tip" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
-        '<path d="M0 0L8 4L0 8z" fill="#7c8b99"/></marker></defs>',
+        '<defs><marker id="tip" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="7" markerHeight="7"',
+        ' orient="auto"><path d="M0 0L8 4L0 8z" fill="#7c8b99"/></marker></defs>',
     ]
     for room, others in sorted(direct(arrows).items()):
         ends = sorted(others, key=lambda other: place[other][0])
@@ -142,28 +149,19 @@ def svg(arrows: Arrows, way: list[str]) -> str:
     for room, (x, y) in place.items():
         what, files, lines = about(room)
         kind = "room" if room in CORE else "extra"
-        parts.append(
-            f'<rect class="{kind}" id="{room}" x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"/>'
-        )
-        parts.append(f'<text class="name" x="{x + 10:.0f}" y="{y + 20:.0f}">{room}</text>')
-        parts.append(
-            f'<text class="small" x="{x + 10:.0f}" y="{y + 68:.0f}">{files} files, {lines} lines</text>'
-        )
-        for k, line in enumerate(wrapped(what)):
-            line = line.replace("&", "&amp;").replace("<", "&lt;")
-            parts.append(f'<text class="small" x="{x + 10:.0f}" y="{y + 36 + 13 * k:.0f}">{line}</text>')
+        box = f'x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"'
+        parts.append(f'<rect class="{kind}" id="{room}" {box}/>')
+        parts.append(label("name", x + 10, y + 20, room))
+        parts.append(label("small", x + 10, y + 68, f"{files} files, {lines} lines"))
+        parts += [label("small", x + 10, y + 36 + 13 * k, line) for k, line in enumerate(wrapped(what))]
         if room in way:
             parts.append(f'<circle class="step" cx="{x + WIDTH - 16:.0f}" cy="{y + 16:.0f}" r="10"/>')
-            parts.append(
-                f'<text class="number" text-anchor="middle" x="{x + WIDTH - 16:.0f}" y="{y + 20:.0f}">{way.index(room) + 1}</text>'
-            )
+            parts.append(label("number", x + WIDTH - 16, y + 20, str(way.index(room) + 1)))
     return "\n".join([*parts, "</svg>", ""])
 
 
 def drawn(text: str) -> tuple[set[str], list[str]]:
     """What a picture holds, without the counts of lines: rooms and arrows, and the way's numbers."""
-    import re
-
     ids = set(re.findall(r'id="([\w-]+)"', text))
     return ids, re.findall(r'class="number"[^>]*>(\d+)<', text)
 

@@ -83,12 +83,7 @@ ALONE = {
         print("ok")
     """,
 }
-NEEDS = {
-    "rl": {"legs"},
-    "lab": {"study"},
-    "export": {"legs"},
-    "show": {"study", "lab"},
-}  # arrows between rooms
+NEEDS = {"rl": {"legs"}, "lab": {"study"}, "export": {"legs"}, "show": {"study", "lab"}}
 
 
 @pytest.mark.slow

@@ -44,6 +44,7 @@ def test_documents_python_runs(
     assert "three-bar" not in block or (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
 
 
+RUNS = dict.fromkeys(re.findall(r"^ +\.venv/bin/afo-sim (run .*)$", TEXT, flags=re.M))
 # Lines of what another command writes first, in tests/cli and tests/study, and of a search of minutes.
 FOLLOWS = ("gait.cycle=my_walk.csv", "legs/mine", "orthoses/mine", "runs/placement", "runs/least-air")
 
