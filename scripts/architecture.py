@@ -19,7 +19,18 @@ from collections.abc import Iterable
 ROOT = pathlib.Path(__file__).parents[1]
 PACKAGE = ROOT / "afo_sim"
 PICTURE = ROOT / "docs" / "architecture.svg"
-CORE = ("common", "physics", "gait", "description", "native", "control", "metrics", "model", "simulation")
+CORE = (
+    "cli",
+    "common",
+    "physics",
+    "gait",
+    "description",
+    "native",
+    "control",
+    "metrics",
+    "model",
+    "simulation",
+)
 WIDTH, HEIGHT, GAP, FLOOR = 190, 78, 26, 132
 STYLE = """
 text { font-family: system-ui, sans-serif; font-size: 12px; fill: #1b2733 }
@@ -100,15 +111,13 @@ def way_of_a_run() -> list[str]:
     return entered
 
 
-def about(room: str) -> tuple[str, int, int]:
-    """What a room is, by its own docstring; its files and lines."""
-    files = sorted((PACKAGE / room).rglob("*.py"))
-    doc = ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text(encoding="utf-8"))) or ""
-    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
-    return doc.partition("\n")[0], len(files), lines
+def about(room: str) -> str:
+    """What a room is, by its own docstring."""
+    tree = ast.parse((PACKAGE / room / "__init__.py").read_text(encoding="utf-8"))
+    return (ast.get_docstring(tree) or "").partition("\n")[0]
 
 
-def wrapped(text: str, width: int = 30, most: int = 2) -> list[str]:
+def wrapped(text: str, width: int = 30, most: int = 3) -> list[str]:
     """A text in lines."""
     return textwrap.wrap(text, width, max_lines=most, placeholder=" …")
 
@@ -147,13 +156,13 @@ def svg(arrows: Arrows, way: list[str]) -> str:
                 f'd="M{x:.0f} {y:.0f}C{x:.0f} {y + 45:.0f} {u:.0f} {v - 45:.0f} {u:.0f} {v:.0f}"/>'
             )
     for room, (x, y) in place.items():
-        what, files, lines = about(room)
         kind = "room" if room in CORE else "extra"
         box = f'x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"'
         parts.append(f'<rect class="{kind}" id="{room}" {box}/>')
         parts.append(label("name", x + 10, y + 20, room))
-        parts.append(label("small", x + 10, y + 68, f"{files} files, {lines} lines"))
-        parts += [label("small", x + 10, y + 36 + 13 * k, line) for k, line in enumerate(wrapped(what))]
+        parts += [
+            label("small", x + 10, y + 36 + 13 * k, line) for k, line in enumerate(wrapped(about(room)))
+        ]
         if room in way:
             parts.append(f'<circle class="step" cx="{x + WIDTH - 16:.0f}" cy="{y + 16:.0f}" r="10"/>')
             parts.append(label("number", x + WIDTH - 16, y + 20, str(way.index(room) + 1)))
@@ -161,7 +170,7 @@ def svg(arrows: Arrows, way: list[str]) -> str:
 
 
 def drawn(text: str) -> tuple[set[str], list[str]]:
-    """What a picture holds, without the counts of lines: rooms and arrows, and the way's numbers."""
+    """What a picture holds: rooms and arrows, and the numbers of a run's way."""
     ids = set(re.findall(r'id="([\w-]+)"', text))
     return ids, re.findall(r'class="number"[^>]*>(\d+)<', text)
 

@@ -1,4 +1,4 @@
-"""Campaigns: many random or damaged cases, of which the suite runs a seeded slice and the nightly script all."""
+"""Campaigns: many random or damaged cases; the suite runs a seeded slice, the nightly script all of them."""
 
 import os
 
