@@ -18,3 +18,13 @@ def seated() -> Recording:
 @pytest.fixture(scope="session")
 def antagonist() -> Recording:
     return afo_sim.run("seated-antagonist")
+
+CORE_FOLDERS = {"common", "physics", "gait", "description", "native", "air", "model", "control", "metrics"}
+CORE_FOLDERS |= {"simulation", "laws_of_nature"}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of the core's rooms, so that `-m core` runs them alone."""
+    for item in items:
+        if CORE_FOLDERS & set(item.path.parts):
+            item.add_marker("core")

@@ -59,3 +59,14 @@ def test_the_parts_that_a_library_brings_name_the_library() -> None:
     missing = missing_extra(ModuleNotFoundError("No module named 'labmaze'", name="labmaze"))
     assert missing is not None and missing.extra == "rl"
     assert importlib.metadata.version("afo-sim")
+
+
+def test_the_page_of_the_installation_lists_each_library_with_its_licence() -> None:
+    page = (ROOT / "docs" / "installation.md").read_text(encoding="utf-8")
+    listed = set(
+        re.findall(r"[\w-]+", " ".join(re.findall(r"^\| ([\w ,-]+) \| (?:core|\w+) \|", page, flags=re.M)))
+    )
+    needed = set().union(*map(named, (PROJECT["dependencies"], *(PROJECT["optional-dependencies"][e] for e in EXTRAS))))
+        *(named(PROJECT["optional-dependencies"][e]) for e in EXTRAS)
+    )
+    assert needed <= listed
