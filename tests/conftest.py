@@ -19,6 +19,7 @@ def seated() -> Recording:
 def antagonist() -> Recording:
     return afo_sim.run("seated-antagonist")
 
+
 CORE_FOLDERS = {"common", "physics", "gait", "description", "native", "air", "model", "control", "metrics"}
 CORE_FOLDERS |= {"simulation", "laws_of_nature"}
 
