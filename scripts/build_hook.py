@@ -8,6 +8,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 class DataFolders(BuildHookInterface):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        if version == "standard":
-            for name in ("models", "gait_data"):
-                build_data["force_include"][str(pathlib.Path(self.root, name))] = f"afo_sim/{name}"
+        if version != "standard":
+            return
+        root = pathlib.Path(self.root)
+        for name in ("models", "gait_data"):
+            for path in sorted((root / name).rglob("*")):
+                if path.is_file() and path.suffix != ".png":  # pictures are the documents'
+                    build_data["force_include"][str(path)] = f"afo_sim/{path.relative_to(root).as_posix()}"
