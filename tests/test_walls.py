@@ -1,10 +1,13 @@
 """Who may know what: the imports are read, not trusted."""
 
 import ast
+import functools
 import pathlib
 import re
 
 import pytest
+
+from afo_sim.common.extras import EXTRAS
 
 PACKAGE = pathlib.Path(__file__).parents[1] / "afo_sim"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -43,7 +46,8 @@ UPWARD: set[tuple[str, str]] = set()
 CIRCLES: set[frozenset[str]] = set()
 
 
-def imported(path: pathlib.Path, *, at_top: bool = False) -> set[str]:
+@functools.cache
+def imported(path: pathlib.Path, *, at_top: bool = False) -> frozenset[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     nodes = tree.body if at_top else ast.walk(tree)
     found = set()
@@ -52,7 +56,7 @@ def imported(path: pathlib.Path, *, at_top: bool = False) -> set[str]:
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    return found
+    return frozenset(found)
 
 
 def module_name(path: pathlib.Path) -> str:
@@ -117,6 +121,15 @@ def test_there_is_no_circle() -> None:
     graph = {a: {b for b in others if (a, b) not in UPWARD} for a, others in arrows().items()}
     found = circles(graph)
     assert found == CIRCLES, "these modules import each other: " + "; ".join(map(str, map(sorted, found)))
+
+
+def test_the_core_imports_no_extra_at_its_top() -> None:
+    """Neither rooms nor libraries; what the core can do with a library, it imports when it is asked."""
+    libraries = {package for packages in EXTRAS.values() for package in packages}
+    for path in SOURCES:
+        if path.relative_to(PACKAGE).parts[0] in CORE:
+            used = {name.split(".")[0] for name in imported(path, at_top=True)}
+            assert not used & libraries, path
 
 
 def test_table_of_rooms_runs_downward() -> None:
