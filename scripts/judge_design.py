@@ -18,7 +18,7 @@ from afo_sim.metrics.words import words
 from afo_sim.study.design import Cases
 from afo_sim.study.pool import pool, processors
 from afo_sim.study.runner import probe
-from afo_sim.study.search.answers import answers
+from afo_sim.study.search.loop import answers
 from afo_sim.study.search.plan import SearchPlan, read
 
 

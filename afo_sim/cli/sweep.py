@@ -131,7 +131,7 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
         from afo_sim.show.sweep_tables import tables
         from afo_sim.study.findings import findings
         from afo_sim.study.results import read
-        from afo_sim.study.words import chosen
+        from afo_sim.study.scales import chosen
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))

@@ -1,7 +1,11 @@
-"""The rows and columns of a run that leave it."""
+"""Rows as CSV: RFC 4180, UTF-8, a header of names with units, numbers to the last bit."""
 
+import csv
+import dataclasses
 import fnmatch
-from collections.abc import Iterable, Mapping
+import pathlib
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,3 +82,78 @@ def _chosen(recording: Recording, patterns: Iterable[str]) -> list[str]:
             )
         found |= set(fitting)
     return [name for name in recording.columns if name in found or not wanted]
+
+
+LONGEST = 63  # of a MATLAB name (namelengthmax)
+
+
+def legal_names(names: Iterable[str]) -> dict[str, str]:
+    """{name: the same in letters, digits and underscores, different from all others}.
+
+    A space splits a label in OpenSim's Storage, and a slash makes it a path to a component of a model; MATLAB
+    allows neither. "muscle/dorsiflexor_1/force" is muscle_dorsiflexor_1_force.
+    """
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+        plain = plain if re.match("[A-Za-z]", plain) else f"x_{plain}"
+        legal, number = plain[:LONGEST], 2
+        while legal.lower() in taken:
+            ending = f"_{number}"
+            legal, number = plain[: LONGEST - len(ending)] + ending, number + 1
+        taken.add(legal.lower())
+        found[name] = legal
+    return found
+
+
+def finite(rows: Rows, *, failed: bool) -> Rows:
+    """Rows of finite numbers only, with notes on what is left out.
+
+    A run that failed ends before its first row with such a number; of one that did not, columns with such a
+    number are left out.
+    """
+    columns, notes = dict(rows.columns), list(rows.notes)
+    whole = np.logical_and.reduce([np.isfinite(values) for values in columns.values()])
+    if failed and whole[0] and not whole.all():
+        end = int(np.argmin(whole))
+        columns = {name: values[:end] for name, values in columns.items()}
+        notes.append(f"the last {len(whole) - end} rows are left out: they hold numbers that are not finite")
+    bad = [name for name, values in columns.items() if name != TIME and not np.isfinite(values).all()]
+    if bad:
+        notes.append(f"left out, since they are not finite in every row: {', '.join(bad)}")
+    kept = {name: values for name, values in columns.items() if name not in bad}
+    return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
+
+
+BLOCK = 2000  # rows from one report to the next
+Report = Callable[[int, int], object]
+Write = Callable[[Iterable[Iterable[float]]], object]
+
+
+def titles(rows: Rows) -> list[str]:
+    """Names with units: "ankle/angle [rad]", "gait/phase [-]"."""
+    return [f"{name} [{rows.units[name] or '-'}]" for name in rows.columns]
+
+
+def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
+    """Write rows as CSV; a number that is none stands there as nan, inf or -inf.
+
+    Units: report (rows done, rows in all).
+    """
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)  # CR LF after each line
+        writer.writerow(titles(rows))
+        write_numbers(writer.writerows, list(rows.columns.values()), report)
+
+
+def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:
+    """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits.
+
+    Units: columns (n,), report (rows done, rows in all).
+    """
+    count = len(columns[0])
+    for start in range(0, count, BLOCK):
+        block = [column[start : start + BLOCK].tolist() for column in columns]
+        write(zip(*block, strict=True))
+        report(min(start + BLOCK, count), count)

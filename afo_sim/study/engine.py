@@ -5,8 +5,12 @@ and is, to the last bit, what it is alone. A case that cannot be built or become
 with its reason. With two threads or more, cases are built while others are rolled out.
 """
 
+import ctypes
+import functools
+import gc
 import math
 import pathlib
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -34,7 +38,27 @@ from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
 from afo_sim.simulation.simulate import simulate, simulate_together
-from afo_sim.study.memory import keep_flat
+
+M_MMAP_THRESHOLD = -3  # malloc.h of glibc
+LARGE = 1 << 20  # bytes
+
+
+@functools.cache
+def keep_flat() -> None:
+    """Let the collector leave alone what is there, and glibc give large blocks back when they are freed.
+
+    A collection looks at everything that was ever imported, for a few objects of a case. glibc raises the
+    size from which it gives back whenever such a block is freed, up to 32 MB. Rows of hundreds of steps then
+    lie between small things that live longer, and the heap grows by some 60 kB a case.
+    """
+    gc.freeze()
+    if sys.platform != "linux":
+        return
+    try:
+        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, LARGE)
+    except (AttributeError, OSError):  # another C library
+        return
+
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time

@@ -21,8 +21,7 @@ from afo_sim.simulation.observing import frame_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of
-from afo_sim.study.frequency_curve import Curve
-from afo_sim.study.harmonic import Harmonic, first_harmonic, unwrapped
+from afo_sim.study.frequency_curve import Curve, Harmonic, first_harmonic, unwrapped
 
 Report = Callable[[int, int, str], None]
 Draw = Callable[["FrequencyResponse", pathlib.Path], None]

@@ -1,4 +1,4 @@
-"""[parameters.NAME] of a sweep's file → Parameter: which keys, which values, in which unit."""
+"""The cases of a list design, row by row in a CSV."""
 
 import keyword
 import math
@@ -6,13 +6,15 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, model_validator
+from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, ValidationError, model_validator
 from pydantic import Field as Option
 
+from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.field import Field, field_at
 from afo_sim.description.quantity import refusal
+from afo_sim.description.reader import PROBLEMS
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, words
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
@@ -239,3 +241,78 @@ class ParameterReader:
             allowed=allowed,
             nearest=nearest,
         )
+
+
+BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
+
+
+def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
+    """The first validation error, as a message for people."""
+    first = error.errors(include_url=False)[0]
+    facts = first.get("ctx", {})
+    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
+    value = table
+    for part in path:
+        if isinstance(value, list):
+            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
+    return InputError(
+        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
+            first["type"], first["msg"]
+        ),
+        file=file,
+        field=".".join(path),
+        value=None if isinstance(value, dict) else value,
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or _bound(facts)),
+        nearest=facts.get("nearest") or None,
+    )
+
+
+def _bound(facts: dict[str, Any]) -> str:
+    """The bound that a number violates, in words."""
+    return ", ".join(f"{words} {facts[name]:g}" for name, words in BOUNDS.items() if name in facts)
+
+
+EXAMPLE = "pressure [bar],patient"
+
+
+def values_of(
+    sweep: pathlib.Path, name: str, parameters: Mapping[str, ParameterTable]
+) -> dict[str, tuple[Any, ...]]:
+    """Every parameter's values, as [parameters.NAME] would tell them."""
+    beside = sweep.parent / name
+    file = beside if beside.is_file() else pathlib.Path(name)
+    table = read_table(file, EXAMPLE)
+    columns = [split_title(title) for title in table.titles]
+    titles = [title for title, _ in columns]
+    wanted = [parameter for parameter, table in parameters.items() if not table.from_seed]
+    for title in titles:
+        if title not in wanted or titles.count(title) > 1:
+            problem = "is there twice" if title in wanted else "is no parameter of the sweep"
+            near = nearest_name(title, wanted)
+            raise InputError(problem, file=file, field=title, allowed=", ".join(wanted), nearest=near)
+    for parameter in wanted:
+        if parameter not in titles:
+            raise InputError("this column is missing", file=file, field=parameter, allowed=", ".join(wanted))
+    if not table.rows:
+        raise InputError("has no rows: one per case", file=file, allowed=EXAMPLE)
+    return {
+        title: tuple(_value(file, line, title, unit, cells[k]) for line, cells in table.rows)
+        for k, (title, unit) in enumerate(columns)
+    }
+
+
+def _value(file: pathlib.Path, line: int, title: str, unit: str, cell: str) -> Any:
+    """A cell as a TOML value: a quantity in the title's unit, else a whole number, a number or a text."""
+    if unit in RATIOS:
+        return number(file, line, title, cell) * RATIOS[unit]
+    if unit:
+        number(file, line, title, cell)
+        return f"{cell} {unit}"
+    for kind in (int, float):
+        try:
+            return kind(cell)
+        except ValueError:
+            pass
+    return cell

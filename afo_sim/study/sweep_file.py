@@ -15,13 +15,11 @@ from afo_sim.description.reader import load, split_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study.case_table import values_of
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter
-from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable
+from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, first_error, values_of
 from afo_sim.study.plan import Plan
-from afo_sim.study.refused import first_error
-from afo_sim.study.uncertainty.joint import joint_parameters
+from afo_sim.study.uncertainty.draw import joint_parameters
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 UNCERTAINTY = "uncertainty"  # joint draws of what is not known

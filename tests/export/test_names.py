@@ -5,7 +5,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afo_sim.export.names import LONGEST, legal_names
+from afo_sim.export.rows import LONGEST, legal_names
 
 
 def test_paths_become_words() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.export.storage import write_storage
+from afo_sim.export.opensim import write_storage
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.simulation.recording import Recording
 

@@ -10,9 +10,8 @@ import pytest
 import afo_sim as afo
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.effect import METRICS, Effect
-from afo_sim.study.effects import Effects
-from afo_sim.study.told import EFFECTS, LEFT_OUT, with_studies
+from afo_sim.study.effects import METRICS, Effect, Effects
+from afo_sim.study.run_studies import EFFECTS, LEFT_OUT, with_studies
 
 WALK, TIMER = "walk-dropfoot-afo", "walk-dropfoot-afo-timer"
 FAST: dict[str, Any] = {"timestep": "4 ms", "duration": "6.1 s"}

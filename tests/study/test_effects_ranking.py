@@ -6,8 +6,21 @@ import pytest
 
 from afo_sim.description.reader import load
 from afo_sim.metrics.verdict import Status
-from afo_sim.study.effect import AIR, CLEARANCE, FIRST, PITCH, TORQUE_PER_MASS, WORK, Effect, Run
-from afo_sim.study.effects_ranking import Aim, Wanted, aim_of, rank, wanted_of
+from afo_sim.study.effects import (
+    AIR,
+    CLEARANCE,
+    FIRST,
+    PITCH,
+    TORQUE_PER_MASS,
+    WORK,
+    Aim,
+    Effect,
+    Run,
+    Wanted,
+    aim_of,
+    rank,
+    wanted_of,
+)
 
 WANTED = Wanted(clearance=10.0, pitch=8.0, torque=0.07, work=0.016)
 BASE = {CLEARANCE: 12.0, FIRST: 12.0, PITCH: 16.0, TORQUE_PER_MASS: 0.05, WORK: 0.01, AIR: 0.05}

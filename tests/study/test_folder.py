@@ -15,9 +15,11 @@ from afo_sim.common import assets, versions
 from afo_sim.common.errors import InputError
 from afo_sim.description.portable import portable
 from afo_sim.description.reader import load
-from afo_sim.study import folder, runner
+from afo_sim.study import folder
+from afo_sim.study.runner import sweep
 from afo_sim.study.search import plan as search_plan
-from afo_sim.study.search import store, words
+from afo_sim.study.search import store
+from afo_sim.study.search.best import spread_over_starts
 from afo_sim.study.search.runner import open_search
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
@@ -151,12 +153,12 @@ def test_a_search_of_other_code_goes_on_where_told_and_says_so(
 def test_the_spread_over_starts_is_told_of_feasible_ones() -> None:
     goal = {"metric": "air_per_stride", "unit": "g"}
     starts = [{"feasible": True, "objective": v} for v in (0.9, 1.0)]
-    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    (line,) = spread_over_starts({"objective": goal, "starts": starts})
     assert "2 starts" in line and "10 % apart" in line
     starts.append({"feasible": False, "objective": 0.1})
-    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    (line,) = spread_over_starts({"objective": goal, "starts": starts})
     assert "3 starts" in line and "10 % apart" in line and "1 found none" in line
-    assert words.spread_over_starts({"objective": goal, "starts": starts[:1]}) == []
+    assert spread_over_starts({"objective": goal, "starts": starts[:1]}) == []
 
 
 # -- results that move ------------------------------------------------------------------------------------
@@ -238,8 +240,8 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
     assert made.canonical() == of_file.canonical()
     if base == "name":
         return
-    results = runner.sweep(made, tmp_path / "made", threads=1)
-    same = runner.sweep(of_file, tmp_path / "file", threads=1)
+    results = sweep(made, tmp_path / "made", threads=1)
+    same = sweep(of_file, tmp_path / "file", threads=1)
     assert len(results) == 6 and set(results["status"]) == {"ok"}
     for name in results.metrics:
         assert np.array_equal(results[name], same[name], equal_nan=True)

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.study.frequency_curve import Curve
+from afo_sim.study.frequency_curve import Crossing, Curve, falls_to, first_harmonic, unwrapped
 from afo_sim.study.frequency_response import settled_harmonic
-from afo_sim.study.harmonic import Crossing, falls_to, first_harmonic, unwrapped
 
 TIME = np.arange(4000) * 1e-3
 

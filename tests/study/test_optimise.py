@@ -25,11 +25,10 @@ from afo_sim.show.search_figure import draw_search
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.design import cases_of
 from afo_sim.study.parameter import Parameter, Range
-from afo_sim.study.search import plan, store, words
+from afo_sim.study.search import plan, store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
-from afo_sim.study.search.answers import Answers, Columns
-from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, best_of, evolve
+from afo_sim.study.search.best import statement
+from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, best_of, evolve
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))
@@ -691,7 +690,7 @@ def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) ->
     best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0}
     best["parameters"][0]["value"] = 3.99e5  # of 2 to 4 bar
     best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
-    said = " ".join(words.statement(best))
+    said = " ".join(statement(best))
     assert "at an end of its range: pressure;" in said
     assert "no design keeps every limit" in said
     assert "Toe clearance is 7.5 mm short" in said

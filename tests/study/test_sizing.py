@@ -11,10 +11,10 @@ import afo_sim as afo
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.refit import fits
+from afo_sim.study.sizing.air_parts import why_not
 from afo_sim.study.sizing.muscles import link_for
 from afo_sim.study.sizing.requirement import Requirement, read_requirements, usual
 from afo_sim.study.sizing.sizes import size
-from afo_sim.study.sizing.valves import why_not
 
 SHORT = {"duration": "2 s"}
 ANGLE = "peak_dorsiflexion_angle"

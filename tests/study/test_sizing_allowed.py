@@ -7,12 +7,11 @@ import pytest
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.study.sizing import sizes
-from afo_sim.study.sizing.allowed import exceeded, highest_allowed
-from afo_sim.study.sizing.candidate import Candidate, Tried
 from afo_sim.study.sizing.muscles import DERIVED, UPPER_BOUND, doubt_of
-from afo_sim.study.sizing.requirement import read_requirements
+from afo_sim.study.sizing.pressures import exceeded, highest_allowed
+from afo_sim.study.sizing.requirement import Candidate, Tried, read_requirements
+from afo_sim.study.sizing.result import best_of, nearest_miss, smallest
 from afo_sim.study.sizing.sizes import size
-from afo_sim.study.sizing.words import best_of, nearest_miss, smallest
 
 SHORT = {"duration": "2 s"}
 ANGLE = "peak_dorsiflexion_angle"

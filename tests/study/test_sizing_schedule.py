@@ -3,7 +3,7 @@
 import pytest
 
 from afo_sim.description.reader import load
-from afo_sim.study.sizing.schedule import one_coil, times_for, two_coils, within
+from afo_sim.study.sizing.air_parts import one_coil, times_for, two_coils, within
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.study import engine, folder, replay, runner, sobol, store, sweep_file
+from afo_sim.study import engine, folder, replay, runner, store, sweep_file
 from afo_sim.study.engine import Outcome
+from afo_sim.study.findings import indices
 from afo_sim.study.runner import SweepProgress
 from afo_sim.study.store import Store
 
@@ -826,7 +827,7 @@ def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathli
     runner.run(swept_store, evaluate=ishigami)
     results = afo_sim.study.read(tmp_path / "out")
     assert len(results) == 4096 * 8
-    found = sobol.indices(results, "toe_clearance")
+    found = indices(results, "toe_clearance")
     # Ishigami & Homma 1990 with a = 7 and b = 0.1, doi 10.1109/ISUMA.1990.151285
     a, b = 7.0, 0.1
     alone = np.array([0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2, a**2 / 8.0, 0.0])

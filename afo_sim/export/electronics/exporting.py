@@ -22,11 +22,13 @@ from afo_sim.export.electronics.board import (
     Input,
     States,
     check_names,
+    controller_clock,
     is_whole,
+    phases_clock,
+    states_of,
+    timer_clock,
     whole,
 )
-from afo_sim.export.electronics.clock import controller_clock, phases_clock, timer_clock
-from afo_sim.export.electronics.states import states_of
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.walk import stride_time_of

@@ -19,11 +19,20 @@ from afo_sim.study.pool import Pool, pool
 from afo_sim.study.runner import comparisons, probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
-from afo_sim.study.search.answers import Answers, Columns, answers
-from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, SearchProgress, best_of, evolve, of_start, row
+from afo_sim.study.search.best import spread_over_starts
+from afo_sim.study.search.loop import (
+    Answers,
+    Columns,
+    Evolution,
+    Problem,
+    SearchProgress,
+    answers,
+    best_of,
+    evolve,
+    of_start,
+    row,
+)
 from afo_sim.study.search.plan import SearchPlan
-from afo_sim.study.search.words import spread_over_starts
 
 
 @dataclass(frozen=True)

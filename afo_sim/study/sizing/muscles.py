@@ -14,12 +14,11 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.effect import SHARES
-from afo_sim.study.sizing.candidate import Candidate, Tried
+from afo_sim.study.effects import SHARES
 from afo_sim.study.sizing.pressures import bar
-from afo_sim.study.sizing.result import Sizing
+from afo_sim.study.sizing.requirement import Candidate, Tried
+from afo_sim.study.sizing.result import Sizing, best_of, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import FULL, Trials
-from afo_sim.study.sizing.words import best_of, larger_is_worse, smallest
 
 MEANING = (
     "volume: of all braids at rest; link: so that the muscle is taut at the same ankle angle; "

@@ -14,14 +14,12 @@ from afo_sim.description.air.supply import Pressure
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.study.sizing.air_parts import SIDES, size_supply, size_tube, size_valve
 from afo_sim.study.sizing.muscles import size_muscle
 from afo_sim.study.sizing.pressures import size_pressure
 from afo_sim.study.sizing.requirement import EXAMPLES, Requirement, read_requirements, usual
 from afo_sim.study.sizing.result import Sizing
-from afo_sim.study.sizing.supplies import size_supply
 from afo_sim.study.sizing.trial import Report, Trials
-from afo_sim.study.sizing.tubes import size_tube
-from afo_sim.study.sizing.valves import SIDES, size_valve
 
 KINDS = ("pressure", "valve", "tube", "supply", "muscle")
 # {option: the kind that has it}

@@ -11,11 +11,10 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.filling import is_filling
 from afo_sim.model.stability import check_air
 from afo_sim.simulation.examine import Asked
-from afo_sim.study.effect import SHARES
+from afo_sim.study.effects import SHARES
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors
-from afo_sim.study.sizing.candidate import Candidate, Status, Tried
-from afo_sim.study.sizing.requirement import Requirement, shown
+from afo_sim.study.sizing.requirement import Candidate, Requirement, Status, Tried, shown
 
 Report = Callable[[int, int, str], None]
 BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do

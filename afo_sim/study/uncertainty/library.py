@@ -9,7 +9,7 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run
-from afo_sim.study.told import UNCERTAINTY
+from afo_sim.study.run_studies import UNCERTAINTY
 from afo_sim.study.uncertainty import running
 
 

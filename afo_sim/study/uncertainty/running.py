@@ -1,5 +1,6 @@
 """Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,10 +19,87 @@ from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.engine import CYCLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors
-from afo_sim.study.uncertainty import bands
-from afo_sim.study.uncertainty.draw import Column, Draws, draw
-from afo_sim.study.uncertainty.held import Held, held
+from afo_sim.study.uncertainty.draw import Column, Draws, Held, draw, held
 from afo_sim.study.uncertainty.spreads import read
+
+QUANTILES = (0.05, 0.5, 0.95)
+ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Share of a metric's variance that each group explains by itself [-], and what none of them does.
+
+    `shares` are in the order of the groups; a small one may be estimated below zero.
+    """
+
+    shares: tuple[float, ...]
+    rest: float
+
+
+def quantiles(values: np.ndarray) -> list[float]:
+    """5, 50 and 95 % quantiles (3,) of values (n,), or of each column of curves, then (3, m), as lists."""
+    found: list[float] = np.quantile(values, QUANTILES, axis=0).tolist()
+    return found
+
+
+def share_below(heights: np.ndarray, limit: float) -> float:
+    """Share of strides whose foot comes to a height [m] or lower [-], of their least heights (n,)."""
+    return float(np.mean(heights <= limit))
+
+
+def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.ndarray:
+    """Share of one wearer's strides that come to a height or lower [-] (n,), one for each draw.
+
+    Units: heights [m] (n,), path [m] (m,), limit [m].
+    """
+    return np.asarray((heights[:, None] + path[None, :] <= limit).mean(axis=1))
+
+
+def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | None:
+    """First-order shares of a metric's variance, by a regression on linear and quadratic terms.
+
+    All groups' terms z, z² − 1 and z_i z_j of their own deviates are fitted at once, so that what one group
+    does is no noise to another. The groups are independent, so the variance of y is the sum of the variances
+    V_g of the groups' parts f_g of the fit, and of what is left, σ²:
+
+        V_g = mean(f_g²) − σ² tr(X_gᵀ X_g C_gg) / n,   C = (XᵀX)⁻¹,   σ² = RSS / (n − 1 − p)
+        S_g = V_g / (Σ V + σ²)
+
+    The second term of V_g is what chance alone would give, as in an adjusted R². What a group does only
+    together with another, and what is not quadratic, is in no share but in the rest.
+
+    Units: groups (n, k_g), metric (n,).
+    """
+    blocks = [_terms(deviates) for deviates in groups]
+    n, spread = len(metric), metric - metric.mean()
+    if n < fewest(groups) or np.abs(spread).max() <= 1e-12 * np.abs(metric).max():
+        return None
+    blocks = [block - block.mean(axis=0) for block in blocks]
+    design = np.hstack(blocks)
+    inverse = np.linalg.pinv(design.T @ design)
+    weights = inverse @ design.T @ spread
+    noise = float(np.sum((spread - design @ weights) ** 2)) / (n - 1 - design.shape[1])
+    ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
+    parts = []
+    for block, a, b in zip(blocks, ends, ends[1:], strict=False):
+        chance = noise * float(np.trace(block.T @ block @ inverse[a:b, a:b])) / n
+        parts.append(float(np.mean((block @ weights[a:b]) ** 2)) - chance)
+    whole = sum(parts) + noise
+    return Explained(tuple(part / whole for part in parts), noise / whole)
+
+
+def fewest(groups: Sequence[np.ndarray]) -> int:
+    """Draws that `explained` needs for such groups."""
+    return int(ROWS_PER_TERM * sum(_terms(deviates[:1]).shape[1] for deviates in groups)) + 2
+
+
+def _terms(deviates: np.ndarray) -> np.ndarray:
+    """Linear and quadratic terms of standard normal deviates (n, k): z_i, z_i² − 1, z_i z_j."""
+    pairs = itertools.combinations(range(deviates.shape[1]), 2)
+    products = [deviates[:, i] * deviates[:, j] for i, j in pairs]
+    return np.column_stack([deviates, deviates**2 - 1.0, *products])
+
 
 FEWEST, MOST = 20, 100_000  # draws
 EVERY = 2  # of CYCLE's phases, that are kept
@@ -152,12 +230,12 @@ def told_of(found: Found, recording: Recording) -> dict[str, Any]:
             told["metrics"][name] = {
                 "unit": recording.metrics[name].unit,
                 "own": recording.metrics[name].value,
-                "quantiles": bands.quantiles(values[np.isfinite(values)]),
+                "quantiles": quantiles(values[np.isfinite(values)]),
                 "undefined": int(np.count_nonzero(~np.isfinite(values))),
             }
     told["phase"] = CYCLE[::EVERY].tolist()
     kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
-    told["curves"] = {name: bands.quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
+    told["curves"] = {name: quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
     told["trips"] = _trips(found, recording)
     shares = {name: _explained(found, name) for name in EXPLAINED if name in told["metrics"]}
     told["groups"] = _groups(draws, shares)
@@ -185,14 +263,14 @@ def _notes(found: Found, recording: Recording) -> list[str]:
     )
     if restless:
         notes.append(f"{restless} draws have no stride that repeats; theirs is the last that was walked")
-    needed = bands.fewest([group.deviates for group in found.draws.groups])
+    needed = fewest([group.deviates for group in found.draws.groups])
     if int(found.ok.sum()) < needed:
         notes.append(f"the draws are too few to tell what explains the bands: it takes {needed}")
     for name in METRICS:
         values = found.metric(name)[found.ok & np.isfinite(found.metric(name))]
         own = float(recording.metrics.get(name, np.nan))
         if len(values) and values.min() < values.max() and np.isfinite(own):
-            low, _, high = bands.quantiles(values)
+            low, _, high = quantiles(values)
             if not low <= own <= high:
                 side = "above" if own > high else "below"
                 notes.append(
@@ -204,7 +282,7 @@ def _notes(found: Found, recording: Recording) -> list[str]:
 
 def _drawn(column: Column) -> dict[str, Any]:
     """One drawn number: where it stands, its own value and its band [SI], and why it spreads so."""
-    low, middle, high = bands.quantiles(column.values)
+    low, middle, high = quantiles(column.values)
     return {
         "name": column.name,
         "keys": list(column.keys),
@@ -230,8 +308,8 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     return {
         name: {
             "height": limit,
-            "share": bands.share_below(heights, limit),
-            "of_one": bands.quantiles(bands.shares_of_one(alone, path, limit)),
+            "share": share_below(heights, limit),
+            "of_one": quantiles(shares_of_one(alone, path, limit)),
         }
         for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
     }
@@ -250,13 +328,13 @@ def _person_mass(recording: Recording) -> float:
     return person_of(load("scenario", recording.scenario)).body_mass
 
 
-def _explained(found: Found, name: str) -> bands.Explained | None:
+def _explained(found: Found, name: str) -> Explained | None:
     values = found.metric(name)
     whole = np.isfinite(values) & found.ok
-    return bands.explained([group.deviates[whole] for group in found.draws.groups], values[whole])
+    return explained([group.deviates[whole] for group in found.draws.groups], values[whole])
 
 
-def _groups(draws: Draws, shares: Mapping[str, bands.Explained | None]) -> list[dict[str, Any]]:
+def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[str, Any]]:
     """Each group with what it explains [-], the one that explains most of the clearance first."""
     found = [
         {

@@ -1,22 +1,103 @@
 """What is not known, as a TOML file tells it: read and checked."""
 
+import math
 import os
 import pathlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Literal, get_args, get_origin
 
+import numpy as np
 from pydantic import Field as Option
 from pydantic import StrictBool, StrictStr, ValidationError
+from scipy import stats
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity, read_any_quantity
 from afo_sim.description.leaves import SETS, core, fields_of, is_list_of_tables, is_table
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.parameter_table import StrictTable
-from afo_sim.study.refused import first_error
-from afo_sim.study.uncertainty.distribution import Kind
+from afo_sim.study.parameter_table import StrictTable, first_error
+
+Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Of one number [SI] about its own value.
+
+    kind : "normal", "lognormal" (own value = median), "uniform", or "pearson3" (skewed, own value = mean)
+    width : standard deviation; of a lognormal that of the natural logarithm; of a uniform half its width
+    skew : of pearson3
+    lower, upper : nothing is drawn beyond them; pearson3 has none
+
+    A width of zero gives the own value to the last bit.
+    """
+
+    kind: Kind
+    width: float
+    skew: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    def at(self, deviates: np.ndarray, own: float) -> np.ndarray:
+        """The values of standard normal deviates (n,), rising with them.
+
+        Units: deviates (n,), own [SI].
+        """
+        if self.kind == "pearson3":
+            share = stats.norm.cdf(deviates)
+            return np.asarray(own + self.width * stats.pearson3.ppf(share, self.skew))
+        if self.width == 0.0:
+            return np.full(len(deviates), own)
+        inside = self._within(deviates, own)
+        if self.kind == "uniform":
+            return np.asarray(own + self.width * (2.0 * stats.norm.cdf(inside) - 1.0))
+        if self.kind == "lognormal":
+            return np.asarray(own * np.exp(self.width * inside))
+        return np.asarray(own + self.width * inside)
+
+    def cut(self, own: float) -> float:
+        """Share of the distribution that lies beyond its bounds [-]; the rest is drawn in its stead."""
+        if self.kind == "pearson3" or self.width == 0.0:
+            return 0.0
+        low, high = stats.norm.cdf([self._deviate(self.lower, own), self._deviate(self.upper, own)])
+        return float(1.0 - (high - low))
+
+    def _within(self, deviates: np.ndarray, own: float) -> np.ndarray:
+        """Deviates of the distribution that is cut off at its bounds: the same shares of what is left."""
+        low, high = (self._deviate(bound, own) for bound in (self.lower, self.upper))
+        if low == -math.inf and high == math.inf:
+            return deviates
+        return np.asarray(stats.truncnorm.ppf(stats.norm.cdf(deviates), low, high))
+
+    def _deviate(self, bound: float, own: float) -> float:
+        """The standard normal deviate of a bound."""
+        return _INVERSE[self.kind](bound, own, self.width)
+
+
+def _normal(bound: float, own: float, width: float) -> float:
+    return (bound - own) / width
+
+
+def _lognormal(bound: float, own: float, width: float) -> float:
+    if math.isinf(bound) or bound <= 0.0:
+        return math.inf if bound > 0.0 else -math.inf
+    return math.log(bound / own) / width
+
+
+def _uniform(bound: float, own: float, width: float) -> float:
+    share = 0.5 + 0.5 * (bound - own) / width if math.isfinite(bound) else (0.0 if bound < 0.0 else 1.0)
+    return float(stats.norm.ppf(min(max(share, 0.0), 1.0)))
+
+
+_INVERSE: dict[str, Callable[[float, float, float], float]] = {
+    "normal": _normal,
+    "lognormal": _lognormal,
+    "uniform": _uniform,
+}
+
 
 EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
 WIDTHS = {  # of a distribution: the options that tell how wide it is, one of them

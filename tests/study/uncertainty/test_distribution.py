@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from afo_sim.study.uncertainty.distribution import Distribution, Kind
+from afo_sim.study.uncertainty.spreads import Distribution, Kind
 
 EVEN = stats.norm.ppf((np.arange(200_000) + 0.5) / 200_000)  # deviates at even shares
 

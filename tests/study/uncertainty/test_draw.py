@@ -10,8 +10,7 @@ from scipy import stats
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.uncertainty.draw import Draws, draw
-from afo_sim.study.uncertainty.held import held
+from afo_sim.study.uncertainty.draw import Draws, draw, held
 from afo_sim.study.uncertainty.spreads import read
 
 FIT = """

@@ -15,8 +15,7 @@ from afo_sim.study import sweep_file
 from afo_sim.study.design import cases_of
 from afo_sim.study.replay import replay
 from afo_sim.study.results import read as read_results
-from afo_sim.study.uncertainty.draw import draw
-from afo_sim.study.uncertainty.held import held
+from afo_sim.study.uncertainty.draw import draw, held
 from afo_sim.study.uncertainty.spreads import read
 
 JOINT = """

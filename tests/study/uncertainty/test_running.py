@@ -15,7 +15,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.simulation.recording import Recording, read_recording
 from afo_sim.simulation.run import run
 from afo_sim.study.engine import CYCLE
-from afo_sim.study.told import with_studies
+from afo_sim.study.run_studies import with_studies
 from afo_sim.study.uncertainty.running import check_asked, uncertainty
 
 SHORT = {"timestep": "4 ms", "duration": "4 s"}

@@ -12,7 +12,7 @@ from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.engine import outcomes
-from afo_sim.study.uncertainty.held import Held, held
+from afo_sim.study.uncertainty.draw import Held, held
 from afo_sim.study.uncertainty.spreads import read
 
 CUFF = """

@@ -1,4 +1,4 @@
-"""A run's joint angles as OpenSim's coordinates, and its ground force as OpenSim's external load.
+"""A run for OpenSim: coordinates, external loads, and its tables over time, .sto and .mot.
 
 OpenSim's axes are x forward, y up, z to the right; this project's z, which is up, is its y. In Gait2392
 ankle_angle_r turns the foot about (-0.105, -0.174, 0.979) of the tibia and mtp_angle_r the toes about
@@ -9,18 +9,25 @@ subtalar_angle_r turns the foot about (0.787, 0.605, -0.121) of the talus, subta
 points to the left, and their mtp_angle_r is positive in flexion.
 """
 
+import csv
+import pathlib
+import re
 from collections.abc import Mapping
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from afo_sim.export.rows import TIME, Rows
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.export.rows import TIME, Report, Rows, write_numbers
+from afo_sim.model.person import persons_stride
+from afo_sim.simulation.recording import Recording
 
-ANKLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
+ANKLE_ANGLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
 FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"
 ALONG, HEIGHT, MOMENT = "ankle/position/x", "ankle/position/z", "ankle/moment/ground"
 LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
-NEEDED = (ANKLE, TOES, SUBTALAR, *LOADS)
+NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *LOADS)
 FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
 AXES = "xyz"
 
@@ -28,7 +35,7 @@ AXES = "xyz"
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
     """{coordinate of OpenSim: values [deg]}: `time` [s], ankle_angle_r, subtalar_angle_r, mtp_angle_r."""
     found = {TIME: rows.columns[TIME]}
-    for column, name in ((ANKLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
+    for column, name in ((ANKLE_ANGLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
         if column in rows.columns:
             found[f"{name}_{side[0]}"] = np.degrees(rows.columns[column])
     return found
@@ -75,3 +82,69 @@ def external_loads(name: str, data: str, side: str) -> str:
         f"\t\t</objects>\n\t\t<groups />\n\t\t<datafile>{escape(data)}</datafile>\n"
         "\t</ExternalLoads>\n</OpenSimDocument>\n"
     )
+
+
+UNITS = (
+    "Units are S.I. units (second, meters, Newtons, ...)",
+    "If the header above contains a line with 'inDegrees', this indicates whether rotational values are in "
+    "degrees (yes) or radians (no).",
+)
+
+
+def write_storage(
+    path: pathlib.Path, name: str, columns: Mapping[str, np.ndarray], *, degrees: bool, report: Report
+) -> None:
+    """Write a table that OpenSim's Storage and its TimeSeriesTable read to the same bits.
+
+    `version=1` is what Storage writes, and what GUI and tools of OpenSim 2.4 to 4.6 read; DataType is what
+    the table adapters of 4.x look for. A line OpenSimVersion would say that OpenSim wrote the file.
+
+    Units: columns [s], report (rows done, rows in all).
+    """
+    labels = list(columns)
+    assert labels[0] == TIME and not any(re.search(r"\s", label) for label in labels)
+    for label, values in columns.items():
+        if not np.isfinite(values).all():
+            raise InputError("is not a finite number in every row, which OpenSim cannot read", field=label)
+    header = [
+        re.sub(r"[\s=]+", " ", name).strip() or "run",
+        "version=1",
+        f"nRows={len(columns[TIME])}",
+        f"nColumns={len(labels)}",
+        f"inDegrees={'yes' if degrees else 'no'}",
+        "DataType=double",
+        "",
+        *UNITS,
+        "",
+        "endheader",
+        "\t".join(labels),
+    ]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write("\n".join(header) + "\n")
+        writer = csv.writer(file, delimiter="\t", lineterminator="\n")
+        write_numbers(writer.writerows, list(columns.values()), report)
+
+
+ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
+
+
+def side_of(recording: Recording) -> tuple[str, str]:
+    """("right" or "left", a note): the simulated side where it was told, else the recorded walker's.
+
+    It was told by the scenario's `side`, or by a leg that is a left one. Where nobody walks, it is the leg's.
+    """
+    leg = recording.scenario["leg"]
+    if leg.get("directions", ANKLE) != ANKLE:
+        raise InputError(
+            "has no ankle, and OpenSim's coordinates are of a person",
+            field="leg",
+            value=leg.get("name"),
+            allowed="sto, csv, mat or mjb for a run of this",
+        )
+    told, own = recording.scenario.get("side"), leg.get("side", "right")
+    if told or own == "left" or not recording.scenario.get("gait"):
+        return told or own, ""
+    try:
+        return persons_stride(load("scenario", recording.scenario)).side, ""
+    except InputError as error:
+        return "right", f"the right side is taken: the recorded walking cannot be read any more ({error})"

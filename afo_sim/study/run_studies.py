@@ -1,4 +1,4 @@
-"""Studies that a run is told with, as JSON in `Recording.studies`: what to change first, and bands."""
+"""Studies that a run carries as JSON in `Recording.studies`: what to change first, and bands."""
 
 import dataclasses
 from collections.abc import Callable
