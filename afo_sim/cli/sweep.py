@@ -73,10 +73,10 @@ def sweep(
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show.numbers import unseen
-        from afo_sim.study import design, pool, runner, sweep_file
+        from afo_sim.study import design, pool, runner, sweep_plan
         from afo_sim.study.store import SWEEP
 
-        plan = sweep_file.read(source)
+        plan = sweep_plan.read(source)
         plan = plan.walked() if plain else plan
         folder = out or pathlib.Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if yes_many else design.MOST)

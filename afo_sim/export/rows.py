@@ -1,4 +1,4 @@
-"""Rows as CSV: RFC 4180, UTF-8, a header of names with units, numbers to the last bit."""
+"""Rows of a run that leave it: which columns, how often, finite or not, by which names, and as CSV."""
 
 import csv
 import dataclasses

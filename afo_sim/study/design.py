@@ -11,8 +11,8 @@ from scipy.stats import qmc
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
+from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
-from afo_sim.study.plan import Plan
 
 MOST = 10_000_000  # cases, beyond which a number is taken for a slip
 BLOCK = 1 << 16  # samples at a time

@@ -1,4 +1,4 @@
-"""A frequency response as curves: gain, phase, distortion, bandwidth."""
+"""A frequency response as curves: first harmonic, gain, phase, distortion, bandwidth."""
 
 import math
 from dataclasses import dataclass

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from afo_sim.study import runner
-from afo_sim.study.arguments import plan_of
+from afo_sim.study.sweep_plan import plan_of
 from afo_sim.study.results import Results
 from afo_sim.study.search import runner as search_runner
 from afo_sim.study.search.best import BestDesign, best_design

@@ -1,4 +1,4 @@
-"""The cases of a list design, row by row in a CSV."""
+"""Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV."""
 
 import keyword
 import math

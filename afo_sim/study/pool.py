@@ -1,4 +1,4 @@
-"""Simulation of a study's cases by threads of this process, or by a Dask cluster."""
+"""Simulation of a study's cases by threads of this process, or by a Dask cluster, here or somewhere."""
 
 import os
 import threading

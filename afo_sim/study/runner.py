@@ -16,10 +16,10 @@ from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
+from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.folder import Changed
-from afo_sim.study.plan import Plan
 from afo_sim.study.pool import Evaluate, pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint

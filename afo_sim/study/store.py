@@ -13,11 +13,11 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.versions import versions
 from afo_sim.common.writing import disk, keeping
 from afo_sim.study import folder
+from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
-from afo_sim.study.plan import Plan
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 
 RECORDINGS = "recordings"  # folder of the cases that are kept

@@ -226,9 +226,8 @@ def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pat
 @pytest.mark.slow
 @pytest.mark.parametrize("base", ["name", "dict", "scenario"])
 def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
-    from afo_sim.study.arguments import plan_of
+    from afo_sim.study.sweep_plan import plan_of, read
     from afo_sim.study.parameter import span
-    from afo_sim.study.sweep_file import read
 
     seated = load("scenario", "seated")
     scenario = {"name": "seated", "dict": seated.resolved(), "scenario": seated}[base]
@@ -250,7 +249,7 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
 
 
 def test_columns_are_named_by_the_end_of_their_key() -> None:
-    from afo_sim.study.arguments import column_names
+    from afo_sim.study.sweep_plan import column_names
 
     keys = [
         "supply.pressure",
@@ -267,7 +266,7 @@ def test_columns_are_named_by_the_end_of_their_key() -> None:
 
 
 def test_what_a_sweep_without_a_file_refuses() -> None:
-    from afo_sim.study.arguments import plan_of
+    from afo_sim.study.sweep_plan import plan_of
 
     with pytest.raises(InputError, match=r"parameters\.pressur\.key.*did you mean 'pressure'"):
         plan_of("seated", {"supply.pressur": ["2 bar"]})

@@ -20,7 +20,7 @@ from scipy.stats import qmc
 from afo_sim.common import assets, units
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.study import design, sweep_file
+from afo_sim.study import design, sweep_plan
 from afo_sim.study.design import Cases, cases_of
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
@@ -40,7 +40,7 @@ def written(folder: pathlib.Path, head: str, parameters: str = PRESSURE) -> path
 
 
 def cases(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **options: int) -> Cases:
-    return cases_of(sweep_file.read(written(folder, head, parameters)), **options)
+    return cases_of(sweep_plan.read(written(folder, head, parameters)), **options)
 
 
 def refused(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **options: int) -> InputError:
@@ -719,7 +719,7 @@ def test_a_scenario_and_patients_beside_the_sweep(
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    found = cases_of(sweep_file.read(file))
+    found = cases_of(sweep_plan.read(file))
     assert found.values["who"].tolist() == ["anna.toml", "healthy"]
     scenario = load("scenario", found.plan.scenario, found.sets(0))
     assert scenario.supply.pressure == 3e5
@@ -727,25 +727,25 @@ def test_a_scenario_and_patients_beside_the_sweep(
     assert scenario.duration == 2.0
     before = found.plan.canonical()
     (tmp_path / "anna.toml").write_text("dorsiflexor_strength = 0.26\nplantarflexor_strength = 1.0\n")
-    assert sweep_file.read(file).canonical() != before
+    assert sweep_plan.read(file).canonical() != before
 
 
 def test_canonical_holds_what_decides_the_results_and_nothing_else(tmp_path: pathlib.Path) -> None:
     head = 'design = "random"\ncases = 4\n'
-    base = json.dumps(sweep_file.read(written(tmp_path, head, THREE)).canonical())
+    base = json.dumps(sweep_plan.read(written(tmp_path, head, THREE)).canonical())
     for idle in ('description = "x"', "keep = [1]", "chunk = 7", "# a remark"):
-        assert json.dumps(sweep_file.read(written(tmp_path, head + idle, THREE)).canonical()) == base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head + idle, THREE)).canonical()) == base
     other = tmp_path / "other"
     other.mkdir()
-    assert json.dumps(sweep_file.read(written(other, head, THREE)).canonical()) == base
+    assert json.dumps(sweep_plan.read(written(other, head, THREE)).canonical()) == base
     same = THREE.replace('"2 bar"', '"200 kPa"')
-    assert json.dumps(sweep_file.read(written(tmp_path, head, same)).canonical()) == base
+    assert json.dumps(sweep_plan.read(written(tmp_path, head, same)).canonical()) == base
     for telling in ("seed = 1", 'metrics = ["toe_clearance"]', 'constraints = ["start < end"]',
                     '[set]\nduration = "2 s"'):  # fmt: skip
-        assert json.dumps(sweep_file.read(written(tmp_path, head + telling, THREE)).canonical()) != base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head + telling, THREE)).canonical()) != base
     for telling in (THREE.replace("0.45", "0.46"), THREE.replace("start", "begin"),
                     THREE.replace("0.7\n", '0.7\nscale = "log"\n', 1)):  # fmt: skip
-        assert json.dumps(sweep_file.read(written(tmp_path, head, telling)).canonical()) != base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head, telling)).canonical()) != base
 
 
 def test_a_plan_and_its_cases_travel_to_other_processes(tmp_path: pathlib.Path) -> None:
@@ -757,7 +757,7 @@ def test_a_plan_and_its_cases_travel_to_other_processes(tmp_path: pathlib.Path) 
 
 @pytest.mark.parametrize("name", assets.names("sweep"))
 def test_shipped_sweeps_are_good(name: str) -> None:
-    found = sweep_file.read(name)
+    found = sweep_plan.read(name)
     assert len(found.description) > 10
     many = cases_of(found)
     assert len(many) > 1 if found.design == "grid" else len(many) == found.cases  # a grid tells no number

@@ -1,4 +1,4 @@
-"""A state machine in a board's whole control periods."""
+"""A board's tables: a timer as a clock, a state machine in whole control periods."""
 
 import math
 import re

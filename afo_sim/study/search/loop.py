@@ -1,4 +1,4 @@
-"""The loop of a search: ask for designs, judge them, rank them, generation by generation."""
+"""The loop of a search: CMA-ES asks for designs, the engine simulates them, their ranks are told back."""
 
 import math
 import pathlib

@@ -17,12 +17,12 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study import arguments, sweep_file
+from afo_sim.study import sweep_plan
+from afo_sim.study.sweep_plan import Plan, parameter_tables, plain_scenario
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
 from afo_sim.study.parameter_table import StrictTable
-from afo_sim.study.plan import Plan
 from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
 from afo_sim.study.search.loop import Problem
 
@@ -254,8 +254,8 @@ def search_of(
         raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     table = {
-        "scenario": arguments.plain_scenario(scenario),
-        "parameters": arguments.parameter_tables(ranges),
+        "scenario": plain_scenario(scenario),
+        "parameters": parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
         "set": dict(options.pop("sets", None) or {}),
@@ -280,7 +280,7 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     try:
         written = SearchFile.model_validate(table)
     except ValidationError as error:
-        raise sweep_file.first_error(file, table, error) from None
+        raise sweep_plan.first_error(file, table, error) from None
     base = {"scenario": written.scenario, "set": written.set}
     searched = {
         "design": "random",
@@ -289,7 +289,7 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
         "constraints": written.constraints,
         "parameters": written.parameters,
     }
-    designs = sweep_file.of_table(file, base | searched)
+    designs = sweep_plan.of_table(file, base | searched)
     limits = _limits(written.limits)
     for parameter in designs.parameters:
         _check_searched(file, parameter, written.parameters[parameter.name], limits)
@@ -344,14 +344,14 @@ def _check_searched(
 
 def _patients(file: pathlib.Path, table: dict[str, Any], designs: Plan) -> Plan:
     try:
-        found = sweep_file.of_table(file, table)
+        found = sweep_plan.of_table(file, table)
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
                 raise InputError(
                     "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
                 )
-        sweep_file.check_keys(file, (*designs.parameters, *found.parameters), {})
+        sweep_plan.check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
         raise _of_patients(error) from None

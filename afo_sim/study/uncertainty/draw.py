@@ -1,4 +1,4 @@
-"""Joint draws as the parameters of a sweep: a column for each drawn number."""
+"""Joint draws of what a scenario has of some spreads: all at once, each as probable as it is."""
 
 import pathlib
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""What is not known, as a TOML file tells it: read and checked."""
+"""What is not known, read from a TOML file and checked, and the distribution of one number."""
 
 import math
 import os

@@ -11,7 +11,7 @@ from sweep_runs import swept
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.study import sweep_file
+from afo_sim.study import sweep_plan
 from afo_sim.study.design import cases_of
 from afo_sim.study.replay import replay
 from afo_sim.study.results import read as read_results
@@ -32,10 +32,10 @@ timestep = "4 ms"
 """
 
 
-def plan_of(folder: pathlib.Path, text: str) -> sweep_file.Plan:
+def plan_of(folder: pathlib.Path, text: str) -> sweep_plan.Plan:
     file = folder / "sweep.toml"
     file.write_text(text, encoding="utf-8")
-    return sweep_file.read(file)
+    return sweep_plan.read(file)
 
 
 def test_cases_are_the_draws_of_a_run(tmp_path: pathlib.Path) -> None:
@@ -121,4 +121,4 @@ def test_the_library_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_shipped_sweep_reads() -> None:
-    assert len(cases_of(sweep_file.read("uncertainty"))) == 500
+    assert len(cases_of(sweep_plan.read("uncertainty"))) == 500

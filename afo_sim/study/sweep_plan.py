@@ -1,8 +1,11 @@
-"""A sweep's TOML file, read and checked."""
+"""Arguments of a sweep or a search in Python, as the tables that a file would hold."""
 
+import hashlib
 import os
 import pathlib
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from pydantic import Field as Option
@@ -16,10 +19,118 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import OTHER, WORDS, words
 from afo_sim.study.constraint import Constraint, read_constraint
-from afo_sim.study.parameter import Choice, Parameter
-from afo_sim.study.parameter_table import ParameterReader, ParameterTable, StrictTable, first_error, values_of
-from afo_sim.study.plan import Plan
+from afo_sim.study.parameter import Choice, Joint, Parameter, Span
+from afo_sim.study.parameter_table import (
+    ParameterReader,
+    ParameterTable,
+    StrictTable,
+    first_error,
+    is_free,
+    values_of,
+)
 from afo_sim.study.uncertainty.draw import joint_parameters
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep, checked.
+
+    `file` is where it was read; `scenario` a shipped name, a path, or the scenario itself as plain data.
+    `cases` is None for grid and list, and
+    for saltelli the number of base samples. `metrics` and `keep` are empty where nothing is told: all
+    metrics, no recordings. `set` are fixed overrides by dotted key; `parameters` stand in the file's order.
+    `notes` tell what a reader of the sweep minds.
+    """
+
+    file: pathlib.Path
+    description: str
+    scenario: str | dict[str, Any]
+    design: str
+    cases: int | None
+    seed: int
+    metrics: tuple[str, ...]
+    keep: tuple[int, ...]
+    chunk: int
+    set: dict[str, Any]
+    parameters: tuple[Parameter, ...]
+    constraints: tuple[Constraint, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def scenario_name(self) -> str:
+        """The scenario in a word."""
+        named = self.scenario if isinstance(self.scenario, str) else self.scenario.get("name")
+        return str(named or "scenario")
+
+    def walked(self) -> "Plan":
+        """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
+        if not load("scenario", self.scenario, self.set).walking:
+            return self
+        return replace(self, set=self.set | {"gait.settled": "walked"})
+
+    def canonical(self) -> dict[str, Any]:
+        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.
+
+        The scenario and every description that a word names stand in it as they are resolved, files as
+        the SHA-256 of their content; descriptions, sources, chunk and kept cases do not.
+        """
+        return {
+            "scenario": _content(load("scenario", self.scenario, self.set)),
+            "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
+            "design": self.design,
+            "cases": self.cases,
+            "seed": self.seed,
+            "metrics": list(self.metrics),
+            "parameters": [self._canonical_parameter(parameter) for parameter in self.parameters],
+            "constraints": [constraint.text for constraint in self.constraints],
+        }
+
+    def _canonical_parameter(self, parameter: Parameter) -> dict[str, Any]:
+        spread = {
+            key: repr(value) if isinstance(value, float) else value
+            for key, value in asdict(parameter.spread).items()
+        }
+        written = {
+            "name": parameter.name,
+            "keys": list(parameter.keys),
+            "unit": parameter.unit,
+            "spread": type(parameter.spread).__name__,
+        }
+        if parameter.words:
+            spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
+        if isinstance(parameter.spread, Choice | Joint) and not parameter.words:
+            spread["values"] = [repr(value) for value in spread["values"]]
+        return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
+
+
+def _content(description: Any) -> dict[str, Any]:
+    """A description as what it holds, without names, words and places."""
+    return _stripped(description.model_dump(mode="json"))
+
+
+def _stripped(node: Any) -> Any:
+    if isinstance(node, dict):
+        written = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
+        files = {k: _digest(v) for k, v in written.items() if k in ("file", "cuff", "plate", "cycle") and v}
+        return {k: _stripped(v) for k, v in (written | files).items() if k != "provenance"}
+    return [_stripped(part) for part in node] if isinstance(node, list | tuple) else node
+
+
+def _digest(path: str) -> str:
+    """A file as the SHA-256 of its content; a shipped gait's name stands for its file."""
+    file = pathlib.Path(path)
+    file = file if file.is_file() else assets.find_gait(path)
+    return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+
+
+def _digest_of_word(parameter: Parameter, word: str) -> Any:
+    """The content that a word names, of a description or a file; None where it is the word alone."""
+    description = parameter.description
+    path = parameter.files.get(word, word)
+    if description:
+        return _content(load(description, path))
+    return _digest(path) if word in parameter.files or word in assets.gait_names() else None
+
 
 RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
 UNCERTAINTY = "uncertainty"  # joint draws of what is not known
@@ -263,3 +374,86 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
     problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
     facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
     return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
+
+
+def plan_of(
+    scenario: Any,
+    parameters: Mapping[str, Any],
+    *,
+    design: str = "",
+    cases: int | None = None,
+    metrics: Sequence[str] = (),
+    constraints: Sequence[str] = (),
+    sets: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    chunk: int = CHUNK,
+    spreads: str = "",
+) -> Plan:
+    """A sweep without a file.
+
+    Units: parameters [parameters.NAME].
+    """
+    for name, listed in (("metrics", metrics), ("constraints", constraints)):
+        if isinstance(listed, str):
+            raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")
+    table = {
+        "scenario": plain_scenario(scenario),
+        "design": design or ("grid" if cases is None else "sobol"),
+        "metrics": tuple(metrics),
+        "constraints": tuple(constraints),
+        "set": dict(sets or {}),
+        "seed": seed,
+        "chunk": chunk,
+        "parameters": parameter_tables(parameters),
+    }
+    table |= {} if cases is None else {"cases": cases}
+    return of_table(pathlib.Path("sweep"), table | ({"spreads": spreads} if spreads else {}))
+
+
+def plain_scenario(scenario: Any) -> str | dict[str, Any]:
+    """A scenario as a plan holds it: a name, a path, or plain data."""
+    if isinstance(scenario, Scenario):
+        return scenario.resolved()
+    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
+
+
+def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
+    if not isinstance(parameters, Mapping):
+        example = '{"supply.pressure": ["2 bar", "4 bar"]}'
+        raise InputError("is no dict", field="parameters", value=parameters, allowed="as in " + example)
+    found: dict[str, dict[str, Any]] = {}
+    names = column_names([key for key, values in parameters.items() if not _has_key(values)])
+    for key, values in parameters.items():
+        if isinstance(values, Span):
+            values = values.table()
+        elif isinstance(values, str):
+            raise InputError(
+                "is one text, not a list", field=key, value=values, allowed=f"[{values!r}], or span(…)"
+            )
+        elif not isinstance(values, Mapping):
+            values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
+        found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}
+    return found
+
+
+def column_names(keys: Sequence[str]) -> dict[str, str]:
+    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
+    words = {key: re.findall(r"\w+", key) for key in keys}
+
+    def name(key: str, count: int) -> str:
+        return "_".join(words[key][-count:])
+
+    found = {}
+    for key in keys:
+        least = 1 + len(split_key(key)[1])
+        for count in range(least, max(least, len(words[key])) + 1):
+            taken = sum(name(key, count) == name(other, count) for other in keys) > 1
+            if not taken and is_free(name(key, count)):
+                break
+        found[key] = name(key, count)
+    return found
+
+
+def _has_key(values: Any) -> bool:
+    return isinstance(values, Mapping) and ("key" in values or "keys" in values)
