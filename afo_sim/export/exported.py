@@ -72,7 +72,7 @@ def format_of(to: str) -> Format:
         There is none: it lists them, and the nearest one.
     """
     if to.removeprefix(".").lower() not in FORMATS:
-        raise unknown(to, FORMATS, field="to", problem="is no format")
+        raise unknown(to, FORMATS, field="to", problem="is not a valid format")
     return FORMATS[to.removeprefix(".").lower()]
 
 

@@ -137,7 +137,7 @@ def titles(rows: Rows) -> list[str]:
 
 
 def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
-    """Write rows as CSV; a number that is none stands there as nan, inf or -inf.
+    """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf.
 
     Units: report (rows done, rows in all).
     """

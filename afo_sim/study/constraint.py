@@ -140,7 +140,7 @@ class _Evaluation:
 
     def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr, whole: ast.expr) -> Any:
         if type(op) not in COMPARISONS:
-            self._refuse(whole, "is no comparison that is known here", "< <= > >= == !=")
+            self._refuse(whole, "is not a comparison that is known here", "< <= > >= == !=")
         for name, other in ((left, right), (right, left)):
             if isinstance(name, ast.Name) and name.id in self.constraint.words:
                 same = self.values[name.id] == self._word(name.id, other)
@@ -159,7 +159,7 @@ class _Evaluation:
         word = node.value if isinstance(node, ast.Constant) else None
         if word not in words:
             nearest = nearest_name(word, words) if isinstance(word, str) else None
-            self._refuse(node, f"is no value of {name!r}", ", ".join(map(repr, words)), nearest)
+            self._refuse(node, f"is not a value of {name!r}", ", ".join(map(repr, words)), nearest)
         return word
 
     def _number(self, node: ast.expr) -> _Operand:
@@ -188,7 +188,7 @@ class _Evaluation:
         names = [*self.constraint.units, *self.constraint.words]
         if node.id not in names:
             nearest = nearest_name(node.id, names)
-            self._refuse(node, "is no parameter that a constraint can name", ", ".join(names), nearest)
+            self._refuse(node, "is not a parameter that a constraint can name", ", ".join(names), nearest)
         if node.id in self.constraint.words:
             self._refuse(node, "is a word, not a number", f"{node.id} == 'a word'")
         return self.values[node.id], dimension(self.constraint.units[node.id])

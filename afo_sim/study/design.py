@@ -11,8 +11,8 @@ from scipy.stats import qmc
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
+from afo_sim.study.sweep_plan import Plan
 
 MOST = 10_000_000  # cases, beyond which a number is taken for a slip
 BLOCK = 1 << 16  # samples at a time
@@ -78,7 +78,7 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     ------
     InputError
         Too many cases, none or hardly any within the constraints, a kept case that does not exist, or a
-        case that is no valid scenario.
+        case that is not a valid scenario.
     """
     _check_count(plan, most)
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
@@ -277,5 +277,5 @@ def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
     field, about = "parameters", error.field
     if len(blamed) == 1 or (blamed and at == blamed[0][1]):
         field, about = f"parameters.{blamed[0][0].name}", blamed[0][1]
-    problem = f"case {case} is no valid scenario: {about}: {error.problem}; {cases.in_words(case)}"
+    problem = f"case {case} is not a valid scenario: {about}: {error.problem}; {cases.in_words(case)}"
     return InputError(problem, file=plan.file, field=field, allowed=error.allowed, nearest=error.nearest)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric
@@ -57,6 +58,16 @@ SHARES = {
     "cuff_share_of_pain": "the pressure at which the cuff hurts",
     "plate_share_of_pain": "the pressure at which the strap hurts",
 }
+
+BEYOND_LIMIT = "beyond-limit"
+
+
+def beyond_limit(share: str, percent: float) -> Notice:
+    """That a share of a limit, a metric of SHARES, is beyond it."""
+    return Notice(
+        BEYOND_LIMIT, "{percent:.0f} % of {limit}", subject=share, percent=percent, limit=SHARES[share]
+    )
+
 
 Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 
@@ -419,8 +430,8 @@ def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], 
     undefined = Metric(math.nan)
     differences = {name: outcome.metrics.get(name, undefined).value - was.value for name, was in base.items()}
     beyond = tuple(
-        f"{outcome.metrics[name].value:.0f} % of {limit}"
-        for name, limit in SHARES.items()
+        beyond_limit(name, outcome.metrics[name].value)
+        for name in SHARES
         if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + WORSE)
     )
     notes = tuple(warning for warning in outcome.warnings if warning not in walk.warnings)

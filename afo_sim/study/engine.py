@@ -20,6 +20,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import ControllerError, InputError, SimulationError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.first_strides import undefined
@@ -61,6 +62,7 @@ def keep_flat() -> None:
 
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
+UNSETTLED = "stride-unsettled"  # code of the warning that no stride was found that repeats
 BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
 CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
 AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
@@ -331,11 +333,17 @@ def _told(
     curves = _curves(case.built, columns, asked.curves)
     if settled is None:
         return found.totals, found.warnings, curves
-    totals, warnings = found.totals | settled_metrics(settled), (*unsettled_warning(settled), *found.warnings)
+    totals, warnings = found.totals | settled_metrics(settled), (*_unsettled(settled), *found.warnings)
     if case.first is None or rolled.first is None:
         return totals, warnings, curves
     first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked)
     return totals | first, (*warnings, *left_out), curves
+
+
+def _unsettled(settled: Settled) -> tuple[str, ...]:
+    """What is said of a settled stride; that none was found is recognised by its code."""
+    texts = unsettled_warning(settled)
+    return texts if settled.found else tuple(Notice(UNSETTLED, "{text}", text=text) for text in texts)
 
 
 def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, np.ndarray]:

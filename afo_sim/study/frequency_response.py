@@ -168,7 +168,13 @@ def bode(
     """
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
     description = description.set(sets) if sets else description
-    excitation = excited(description, what, amplitude, mean, chamber)
+    return _response(description, excited(description, what, amplitude, mean, chamber), frequencies, report)
+
+
+def _response(
+    description: Scenario, excitation: Excitation, frequencies: Sequence[float], report: Report | None
+) -> FrequencyResponse:
+    """The response to an excitation, frequency by frequency."""
     rounded = _rounded(excitation, description.timestep, frequencies)
     found = []
     for k, frequency in enumerate(rounded):
@@ -264,7 +270,7 @@ def _rounded(excitation: Excitation, timestep: float, frequencies: Sequence[floa
     lowest, highest = 2.0 * PERIODS / (MAX_STEPS * timestep), 0.125 / tick
     fine = len(asked) and np.isfinite(asked).all() and (asked >= lowest).all() and (asked <= highest).all()
     if not fine or (np.diff(asked) <= 0.0).any():
-        problem = "are no rising frequencies that can be run"
+        problem = "are not rising frequencies that can be run"
         allowed = f"rising numbers from {lowest:.2g} to {highest:g} Hz, an eighth of the control rate"
         raise InputError(problem, field="frequencies", value=frequencies, allowed=allowed)
     halves = np.maximum(np.round(0.5 / (asked * tick)), 1.0)

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from afo_sim.study import runner
-from afo_sim.study.sweep_plan import plan_of
 from afo_sim.study.results import Results
 from afo_sim.study.search import runner as search_runner
 from afo_sim.study.search.best import BestDesign, best_design
 from afo_sim.study.search.plan import search_of
+from afo_sim.study.sweep_plan import plan_of
 
 
 def sweep(
@@ -64,17 +64,8 @@ def sweep(
     >>> found["range_of_motion"][1] > found["range_of_motion"][0]
     np.True_
     """
-    plan = plan_of(
-        scenario,
-        parameters,
-        design=design,
-        cases=cases,
-        metrics=metrics,
-        constraints=constraints,
-        sets=sets,
-        seed=seed,
-        spreads=spreads,
-    )
+    stated = {"metrics": metrics, "constraints": constraints, "seed": seed, "spreads": spreads}
+    plan = plan_of(scenario, parameters, sets, design=design, cases=cases, **stated)
     with _folder(out) as folder:
         return runner.sweep(plan, folder, threads=threads)
 
@@ -123,16 +114,8 @@ def optimise(
     >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure > 2e5  # [Pa]
     (True, True)
     """
-    search = search_of(
-        scenario,
-        over,
-        lowest=lowest,
-        highest=highest,
-        limits=limits,
-        patients=patients,
-        sets=sets,
-        **options,
-    )
+    aim: dict[str, Any] = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
+    search = search_of(scenario, over, sets=sets, **aim, **options)
     with _folder(out) as folder:
         return best_design(search, search_runner.optimise(search, folder, threads=threads))
 

@@ -38,6 +38,8 @@ class StrictTable(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _knows_its_keys(cls, table: Any) -> Any:
+        if isinstance(table, cls):
+            return table
         known = [option.alias or name for name, option in cls.model_fields.items()]
         if not isinstance(table, Mapping):
             raise refusal("is not a table", f"a table with {', '.join(known)}")
@@ -96,7 +98,9 @@ class ParameterReader:
     def _check_name(self) -> None:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
-            raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
+            raise InputError(
+                "is not a valid name for a column", file=self.file, field=self._at(""), allowed=allowed
+            )
         if not is_free(self.name):
             problem = "is the name of another column of the results"
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
@@ -137,7 +141,7 @@ class ParameterReader:
         if way == "values":
             return self._choice()
         if self.field.kind == "word":
-            raise self._error("is no way to tell words", way, "values")
+            raise self._error("is not a way to state words", way, "values")
         if self.design == "list" or (self.design == "grid" and way == "distribution"):
             raise self._error(f"does not go with the design {self.design!r}", way, "values")
         return self._range() if way == "from" else self._normal()
@@ -289,7 +293,7 @@ def values_of(
     wanted = [parameter for parameter, table in parameters.items() if not table.from_seed]
     for title in titles:
         if title not in wanted or titles.count(title) > 1:
-            problem = "is there twice" if title in wanted else "is no parameter of the sweep"
+            problem = "is there twice" if title in wanted else "is not a parameter of the sweep"
             near = nearest_name(title, wanted)
             raise InputError(problem, file=file, field=title, allowed=", ".join(wanted), nearest=near)
     for parameter in wanted:

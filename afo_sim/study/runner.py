@@ -16,13 +16,13 @@ from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
-from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.folder import Changed
 from afo_sim.study.pool import Evaluate, pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
+from afo_sim.study.sweep_plan import Plan
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
@@ -245,7 +245,7 @@ def _tried(
     known = units | comparisons(scenario, sets, units)
     for name in plan.metrics:
         if name not in known:
-            problem, near = told("is no metric of this scenario", name), instead(name, known)
+            problem, near = told("is not a metric of this scenario", name), instead(name, known)
             allowed = ", ".join(sorted(known))
             raise InputError(
                 problem, file=plan.file, field="metrics", value=name, allowed=allowed, nearest=near

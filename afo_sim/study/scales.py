@@ -115,6 +115,6 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
             allowed = ", ".join(results.metrics)
             raise InputError(problem, field="metric", value=name, allowed=allowed, nearest=near)
         if colon and end not in ("lowest", "highest"):
-            raise InputError("is no choice", field=name, value=end, allowed="lowest, highest")
+            raise InputError("is not a valid choice", field=name, value=end, allowed="lowest, highest")
         found[name] = end if colon else better(name)  # type: ignore[assignment]
     return found

@@ -13,12 +13,12 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.versions import versions
 from afo_sim.common.writing import disk, keeping
 from afo_sim.study import folder
-from afo_sim.study.sweep_plan import Plan
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 GATHERED = 64  # chunks in one row group of the results

@@ -1,15 +1,15 @@
-"""Arguments of a sweep or a search in Python, as the tables that a file would hold."""
+"""A sweep, checked: read from a TOML file or made of arguments, and the content that decides its results."""
 
 import hashlib
 import os
 import pathlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from typing import Any
 
 from pydantic import Field as Option
-from pydantic import StrictInt, StrictStr, ValidationError, field_validator
+from pydantic import InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
@@ -30,30 +30,80 @@ from afo_sim.study.parameter_table import (
 )
 from afo_sim.study.uncertainty.draw import joint_parameters
 
+RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
+UNCERTAINTY = "uncertainty"  # joint draws of what is not known
+DESIGNS = ("grid", "list", *RANDOM, UNCERTAINTY)
+CHUNK = 32  # cases
 
-@dataclass(frozen=True)
-class Plan:
-    """A sweep, checked.
 
-    `file` is where it was read; `scenario` a shipped name, a path, or the scenario itself as plain data.
-    `cases` is None for grid and list, and
-    for saltelli the number of base samples. `metrics` and `keep` are empty where nothing is told: all
-    metrics, no recordings. `set` are fixed overrides by dotted key; `parameters` stand in the file's order.
-    `notes` tell what a reader of the sweep minds.
+class SweepTable(StrictTable):
+    """What a sweep's file states and its plan keeps.
+
+    `cases` of saltelli are base samples; `set` are fixed overrides; without `metrics` all are kept.
+    """
+
+    description: StrictStr = ""
+    scenario: StrictStr | dict[str, Any]
+    design: StrictStr
+    cases: StrictInt | None = Option(default=None, ge=1)
+    seed: StrictInt = Option(default=0, ge=0)
+    metrics: tuple[StrictStr, ...] = ()
+    keep: tuple[StrictInt, ...] = ()
+    chunk: StrictInt = Option(default=CHUNK, ge=1)
+    set: dict[str, Any] = Option(default_factory=dict)
+
+    @field_validator("design")
+    @classmethod
+    def _is_a_design(cls, design: str) -> str:
+        return one_of(design, DESIGNS, "is not a valid design")
+
+    @field_validator("metrics")
+    @classmethod
+    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(map(known_metric, metrics))
+
+    @field_validator("keep")
+    @classmethod
+    def _are_cases(cls, keep: tuple[int, ...]) -> tuple[int, ...]:
+        if any(case < 0 for case in keep):
+            raise refusal("has a negative number", "numbers of cases, from 0")
+        return keep
+
+
+class SweepFile(SweepTable):
+    """A sweep's file as it is written."""
+
+    constraints: tuple[StrictStr, ...] = ()
+    file: StrictStr | None = None
+    spreads: StrictStr | None = None
+    parameters: dict[str, ParameterTable] = Option(default_factory=dict)
+
+
+def one_of(design: str, designs: Sequence[str], problem: str) -> str:
+    """The design, if it is one of these."""
+    if design not in designs:
+        raise refusal(problem, ", ".join(designs), nearest=nearest_name(design, designs) or "")
+    return design
+
+
+def known_metric(name: str) -> str:
+    """The name, if any run may have such a metric."""
+    if words(name).group == OTHER:
+        problem = told(f"{name!r} is not a valid metric", name)
+        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
+    return name
+
+
+class Plan(SweepTable):
+    """A sweep or the designs of a search, checked; from a file, from arguments or from a search alike.
+
+    `file` is where it was read; `scenario` a shipped name, a whole path, or plain data;
+    `set` has dotted keys; `parameters` stand in the file's order. `notes` are for a reader of the sweep.
     """
 
     file: pathlib.Path
-    description: str
-    scenario: str | dict[str, Any]
-    design: str
-    cases: int | None
-    seed: int
-    metrics: tuple[str, ...]
-    keep: tuple[int, ...]
-    chunk: int
-    set: dict[str, Any]
-    parameters: tuple[Parameter, ...]
-    constraints: tuple[Constraint, ...]
+    parameters: tuple[InstanceOf[Parameter], ...]
+    constraints: tuple[InstanceOf[Constraint], ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -66,7 +116,7 @@ class Plan:
         """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
         if not load("scenario", self.scenario, self.set).walking:
             return self
-        return replace(self, set=self.set | {"gait.settled": "walked"})
+        return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
 
     def canonical(self) -> dict[str, Any]:
         """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.
@@ -132,53 +182,6 @@ def _digest_of_word(parameter: Parameter, word: str) -> Any:
     return _digest(path) if word in parameter.files or word in assets.gait_names() else None
 
 
-RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
-UNCERTAINTY = "uncertainty"  # joint draws of what is not known
-DESIGNS = ("grid", "list", *RANDOM, UNCERTAINTY)
-CHUNK = 32  # cases
-
-
-class SweepFile(StrictTable):
-    """A sweep's file as it is written."""
-
-    description: StrictStr = ""
-    scenario: StrictStr | dict[str, Any]
-    design: StrictStr
-    cases: StrictInt | None = Option(default=None, ge=1)
-    seed: StrictInt = Option(default=0, ge=0)
-    metrics: tuple[StrictStr, ...] = ()
-    keep: tuple[StrictInt, ...] = ()
-    chunk: StrictInt = Option(default=CHUNK, ge=1)
-    constraints: tuple[StrictStr, ...] = ()
-    file: StrictStr | None = None
-    spreads: StrictStr | None = None
-    set: dict[str, Any] = Option(default_factory=dict)
-    parameters: dict[str, ParameterTable] = Option(default_factory=dict)
-
-    @field_validator("design")
-    @classmethod
-    def _is_a_design(cls, design: str) -> str:
-        if design not in DESIGNS:
-            raise refusal("is no design", ", ".join(DESIGNS), nearest=nearest_name(design, DESIGNS) or "")
-        return design
-
-    @field_validator("metrics")
-    @classmethod
-    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
-        for name in metrics:
-            if words(name).group == OTHER:
-                problem = told(f"{name!r} is no metric", name)
-                raise refusal(problem, "see `afo-sim run`", "", instead(name, WORDS) or "")
-        return metrics
-
-    @field_validator("keep")
-    @classmethod
-    def _are_cases(cls, keep: tuple[int, ...]) -> tuple[int, ...]:
-        if any(case < 0 for case in keep):
-            raise refusal("has a negative number", "numbers of cases, from 0")
-        return keep
-
-
 def read(path: str | os.PathLike[str]) -> Plan:
     """Read a sweep.
 
@@ -202,9 +205,13 @@ def read(path: str | os.PathLike[str]) -> Plan:
 def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
     """A sweep that stands in `file` as `table`; returns and raises as `read`."""
     try:
-        written = SweepFile.model_validate(table)
+        return planned(file, SweepFile.model_validate(table))
     except ValidationError as error:
         raise first_error(file, table, error) from None
+
+
+def planned(file: pathlib.Path, written: SweepFile) -> Plan:
+    """The plan of a sweep that stands in `file`; raises as `read`."""
     _check_count(file, written)
     scenario = _scenario_of(file, written.scenario)
     sets = _flat(written.set)
@@ -214,33 +221,20 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
         mine = error.field in sets or (error.file is None and error.field)
         field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
-    parameters, notes = _told(file, written, base)
+    if written.design == UNCERTAINTY:
+        spreads, cases = str(written.spreads), written.cases or 0
+        parameters, notes = joint_parameters(file, spreads, base, cases, written.seed)
+    else:
+        parameters, notes = _parameters(file, written, base), ()
     check_keys(file, parameters, sets)
-    constraints = _constraints(file, written, parameters)
+    stated = {name: getattr(written, name) for name in SweepTable.model_fields}
     return Plan(
+        **stated | {"scenario": scenario, "set": sets},
         file=file,
-        description=written.description,
-        scenario=scenario,
-        design=written.design,
-        cases=written.cases,
-        seed=written.seed,
-        metrics=written.metrics,
-        keep=written.keep,
-        chunk=written.chunk,
-        set=sets,
         parameters=parameters,
-        constraints=constraints,
+        constraints=_constraints(file, written, parameters),
         notes=notes,
     )
-
-
-def _told(
-    file: pathlib.Path, written: SweepFile, base: Scenario
-) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
-    """The parameters of a sweep, and what to tell of them."""
-    if written.design != UNCERTAINTY:
-        return _parameters(file, written, base), ()
-    return joint_parameters(file, str(written.spreads), base, written.cases or 0, written.seed)
 
 
 def _check_count(file: pathlib.Path, written: SweepFile) -> None:
@@ -379,35 +373,29 @@ def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
 def plan_of(
     scenario: Any,
     parameters: Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None,
     *,
     design: str = "",
     cases: int | None = None,
-    metrics: Sequence[str] = (),
-    constraints: Sequence[str] = (),
-    sets: Mapping[str, Any] | None = None,
-    seed: int = 0,
-    chunk: int = CHUNK,
-    spreads: str = "",
+    **options: Any,
 ) -> Plan:
-    """A sweep without a file.
+    """A sweep without a file; `options` as its file has them, "" and None for what is not stated.
 
     Units: parameters [parameters.NAME].
     """
-    for name, listed in (("metrics", metrics), ("constraints", constraints)):
-        if isinstance(listed, str):
+    for name in ("metrics", "constraints"):
+        if isinstance(listed := options.get(name, ()), str):
             raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")
+        options[name] = tuple(listed)
     table = {
         "scenario": plain_scenario(scenario),
         "design": design or ("grid" if cases is None else "sobol"),
-        "metrics": tuple(metrics),
-        "constraints": tuple(constraints),
+        "cases": cases,
         "set": dict(sets or {}),
-        "seed": seed,
-        "chunk": chunk,
         "parameters": parameter_tables(parameters),
+        **options,
     }
-    table |= {} if cases is None else {"cases": cases}
-    return of_table(pathlib.Path("sweep"), table | ({"spreads": spreads} if spreads else {}))
+    return of_table(pathlib.Path("sweep"), {k: v for k, v in table.items() if v is not None and v != ""})
 
 
 def plain_scenario(scenario: Any) -> str | dict[str, Any]:
@@ -421,7 +409,7 @@ def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]
     """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
     if not isinstance(parameters, Mapping):
         example = '{"supply.pressure": ["2 bar", "4 bar"]}'
-        raise InputError("is no dict", field="parameters", value=parameters, allowed="as in " + example)
+        raise InputError("is not a dict", field="parameters", value=parameters, allowed="as in " + example)
     found: dict[str, dict[str, Any]] = {}
     names = column_names([key for key, values in parameters.items() if not _has_key(values)])
     for key, values in parameters.items():

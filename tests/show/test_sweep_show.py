@@ -141,7 +141,7 @@ def test_a_run_is_no_sweep(tmp_path: pathlib.Path) -> None:
     import pyarrow.parquet as pq
 
     pq.write_table(pa.table({"time": [0.0]}), tmp_path / "results.parquet")
-    with pytest.raises(InputError, match="no result of a sweep"):
+    with pytest.raises(InputError, match="not a result of a sweep"):
         afo_sim.study.read(tmp_path)
 
 

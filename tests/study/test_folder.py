@@ -226,8 +226,8 @@ def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pat
 @pytest.mark.slow
 @pytest.mark.parametrize("base", ["name", "dict", "scenario"])
 def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
-    from afo_sim.study.sweep_plan import plan_of, read
     from afo_sim.study.parameter import span
+    from afo_sim.study.sweep_plan import plan_of, read
 
     seated = load("scenario", "seated")
     scenario = {"name": "seated", "dict": seated.resolved(), "scenario": seated}[base]
@@ -288,7 +288,7 @@ def test_a_search_without_a_file_is_its_file_s(tmp_path: pathlib.Path) -> None:
         sets={"duration": "0.2 s"},
     )
     assert made.fingerprint() == of_file.fingerprint()
-    with pytest.raises(InputError, match="is no limit"):
+    with pytest.raises(InputError, match="is not a valid limit"):
         search_plan.search_of("seated", {}, lowest="air_per_cycle", limits=["range_of_motion"])
     with pytest.raises(InputError, match="lowest or highest"):
         search_plan.search_of("seated", {"supply.pressure": ("2 bar", "4 bar")})

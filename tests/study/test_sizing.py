@@ -199,15 +199,15 @@ def test_limits_by_default_and_as_they_are_written() -> None:
     [
         ("valves", "seated", {"limits": [f"{ANGLE} >= 1 deg"]}, "did you mean 'valve'"),
         ("pressure", "seated", {}, "peak_dorsiflexion_angle >= 5 deg"),
-        ("pressure", "seated", {"limits": ["toe_clearance >= 10 mm"]}, "is told by no run"),
-        ("pressure", "seated", {"limits": [f"{ANGLE} > 1 deg"]}, "is no limit"),
+        ("pressure", "seated", {"limits": ["toe_clearance >= 10 mm"]}, "is reported by no run"),
+        ("pressure", "seated", {"limits": [f"{ANGLE} > 1 deg"]}, "is not a valid limit"),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 mm"]}, ANGLE),
         ("pressure", "seated", {"limits": ["peak_dorsiflexion_angel >= 1 deg"]}, f"did you mean '{ANGLE}'"),
         (
             "pressure",
             "seated",
             {"limits": [f"{ANGLE} >= 1 deg"], "between": ("3 bar", "2 bar")},
-            "is no range",
+            "is not a valid range",
         ),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 deg"], "at": "3"}, "has no unit"),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 deg"], "length": "2 m"}, "is an option of tube"),
@@ -217,11 +217,11 @@ def test_limits_by_default_and_as_they_are_written() -> None:
         ("tube", "walk-dropfoot-afo", {"length": "-2 m"}, "is out of range"),
         ("supply", "seated", {"strides": 10}, "are of walking"),
         ("supply", "walk-dropfoot-afo", {"hours": 0}, "is out of range"),
-        ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is no group of muscles"),
+        ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is not a group of muscles"),
         ("muscle", "walk-dropfoot-afo", {"count": (3, 2)}, "1 to 8"),
         ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
         ("pressure", "walk-healthy", {}, "nothing to size"),
-        ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is no option"),
+        ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
     ],
 )
 def test_bad_input_is_one_sentence(kind: str, scenario: str, options: dict[str, Any], says: str) -> None:

@@ -410,7 +410,7 @@ def test_constraints_on_a_grid_and_words(tmp_path: pathlib.Path) -> None:
         ("pressure + start < '1 bar'", "different dimensions"),
         ("start < '3 s'", "different dimensions"),
         ("start < '20 deg'", "different dimensions"),
-        ("presure < '5 bar'", "at character 1: 'presure' is no parameter"),
+        ("presure < '5 bar'", "at character 1: 'presure' is not a parameter"),
         ("start < end and strat > 1", "at character 17: 'strat'"),
         ("'1 µm' < '1 m' and strat > 1", "at character 20: 'strat'"),
         ("pressure ** 2 > '1 Pa'", "is not of the language"),
@@ -419,8 +419,8 @@ def test_constraints_on_a_grid_and_words(tmp_path: pathlib.Path) -> None:
         ("[x for x in (1,)] == start", "is not of the language"),
         ("start", "is neither true nor false"),
         ("start < end + (start < end)", "is not of the language"),
-        ("start in (1, 2)", "is no comparison"),
-        ("start is 1", "is no comparison"),
+        ("start in (1, 2)", "is not a comparison"),
+        ("start is 1", "is not a comparison"),
         ("start < True", "is not a number"),
         ("start < 1e999", "is not a number"),
         ("start < 1j", "is not a number"),
@@ -450,10 +450,10 @@ def test_words_are_compared_with_words_only(tmp_path: pathlib.Path) -> None:
         '[parameters.steps]\nkey = "gait.seed"\nfrom_seed = true\n'
     )
     for text, says, nearest in (
-        ("patient == 'drop-fot'", "is no value of 'patient'", "drop-foot"),
+        ("patient == 'drop-fot'", "is not a value of 'patient'", "drop-foot"),
         ("patient < 'healthy'", "orders words", None),
         ("patient + 1 < 2", "is a word, not a number", None),
-        ("steps < 2", "is no parameter that a constraint can name", None),
+        ("steps < 2", "is not a parameter that a constraint can name", None),
     ):
         head = f'design = "random"\ncases = 4\nconstraints = ["{text}"]'
         error = refused(tmp_path, head, parameters)
@@ -490,7 +490,7 @@ RANDOM = 'design = "random"\ncases = 4'
 @pytest.mark.parametrize(
     ("head", "says", "nearest"),
     [
-        ('design = "sobel"\ncases = 4', "is no design", "sobol"),
+        ('design = "sobel"\ncases = 4', "is not a valid design", "sobol"),
         ('desing = "sobol"\ncases = 4', "is an unknown key", "design"),
         ('design = "sobol"', "is missing", None),
         ('design = "grid"\ncases = 4', "does not go with the design 'grid'", None),
@@ -500,7 +500,7 @@ RANDOM = 'design = "random"\ncases = 4'
         (RANDOM + "\nseed = -1", "at least 0", None),
         (RANDOM + "\nkeep = [4]", "there is no such case", None),
         (RANDOM + "\nkeep = [-1]", "negative", None),
-        (RANDOM + '\nmetrics = ["toe_clearence"]', "is no metric", "toe_clearance"),
+        (RANDOM + '\nmetrics = ["toe_clearence"]', "is not a valid metric", "toe_clearance"),
         (RANDOM + '\nfile = "cases.csv"', "does not go with the design 'random'", None),
         (RANDOM + '\nscenario = "walk-dropfoot-af"', "there is no such scenario", "walk-dropfoot-afo"),
         (RANDOM + '\n[set]\nduratoin = "4 s"', "unknown key", "duration"),
@@ -553,8 +553,8 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         (pressure('values = ["2 bar", "2e5 Pa"]'), "values", "is there twice", None),
         (pressure('values = ["2 bar", 3]'), "values", "has no unit", None),
         (pressure("from_seed = true"), "from_seed", "goes to whole numbers only", None),
-        (pressure('values = ["2 bar"]', "from"), "", "is no name for a column", None),
-        (pressure('values = ["2 bar"]', '"a b"'), "", "is no name for a column", None),
+        (pressure('values = ["2 bar"]', "from"), "", "is not a valid name for a column", None),
+        (pressure('values = ["2 bar"]', '"a b"'), "", "is not a valid name for a column", None),
         ('[parameters.p]\nkey = "supply.presure"\nvalues = [1]', "key", "is an unknown key", "pressure"),
         ('[parameters.p]\nkey = "suply.pressure"\nvalues = [1]', "key", "is an unknown key", "supply"),
         (
@@ -591,7 +591,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ),
         ('[parameters.p]\nkey = "patient"\nvalues = [3]', "values", "is not a text", None),
         ('[parameters.p]\nkey = "callback"\nvalues = ["nativ"]', "values", "is no choice", "native"),
-        ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "no way to tell words", None),
+        ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "not a way to state words", None),
         ('[parameters.p]\nkey = "gait.seed"\nfrom = 1.5\nto = 4', "from", "is not a whole number", None),
         ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "tells nothing", None),
         (
@@ -661,13 +661,13 @@ def test_what_a_grid_and_a_list_refuse(head: str, parameters: str, says: str, tm
     [
         (
             "pressure [bar],presure\n3,4\n",
-            "is no parameter of the sweep; allowed: pressure; did you mean 'pressure'?",
+            "is not a parameter of the sweep; allowed: pressure; did you mean 'pressure'?",
         ),
         ("pressure [s]\n3\n", "does not convert to Pa"),
         ("pressure [bar]\n", "has no rows"),
         ("pressure [bar]\nx\n", "line 2: is not a finite number"),
         ("pressure\n3\n", "has no unit"),
-        ("other\n3\n", "is no parameter of the sweep"),
+        ("other\n3\n", "is not a parameter of the sweep"),
     ],
 )
 def test_what_is_no_list_of_cases(text: str, says: str, tmp_path: pathlib.Path) -> None:
@@ -696,7 +696,7 @@ def test_a_case_that_is_no_scenario_is_told_before_it_runs(tmp_path: pathlib.Pat
         '[parameters.end]\nkey = "phases.dorsiflexor.inlet[0][1]"\nvalues = [0.9, 0.95]\n'
     )
     error = refused(tmp_path, 'design = "grid"', text)
-    assert "case 2 is no valid scenario" in str(error)
+    assert "case 2 is not a valid scenario" in str(error)
     assert "the event [0.9, 0.9] is empty" in str(error)
     assert len(cases(tmp_path, 'design = "grid"\nconstraints = ["start < end"]', text)) == 3
     wide = refused(tmp_path, RANDOM.replace("4", "400"), MASS + 'mean = "20 kg"\nsd = "10 kg"')

@@ -156,7 +156,7 @@ def check_names(names: Iterable[str], what: str, most: int) -> tuple[str, ...]:
         if not _IDENTIFIER.fullmatch(name):
             nearest = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_0123456789") or None
             raise InputError(
-                f"is no name that C takes, and the {what} is to have one",
+                f"is not a name that C takes, and the {what} is to have one",
                 field=what,
                 value=name,
                 allowed="a letter, then letters, digits and _, 41 at most",

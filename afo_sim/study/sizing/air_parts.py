@@ -15,8 +15,8 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import words
 from afo_sim.physics.gas import AIR
 from afo_sim.study.sizing.pressures import bar
-from afo_sim.study.sizing.requirement import Candidate, Requirement, Tried, shown
-from afo_sim.study.sizing.result import ASSUMED, Sizing, larger_is_worse, smallest
+from afo_sim.study.sizing.requirement import Candidate, Requirement, Tried, doubted, shown
+from afo_sim.study.sizing.result import Sizing, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import Trials, shortfall
 
 SIDES = ("both", "inlet", "outlet")
@@ -54,10 +54,10 @@ def _valve_candidate(
     scenario: Scenario, chamber: str, side: str, proportional: bool, name: str, valve: Valve
 ) -> Candidate:
     ratio = f"{valve.critical_ratio:.3g}"
-    told = valve.provenance.get("critical_ratio")
+    source = valve.provenance.get("critical_ratio")
     facts = {
         "C": f"{DM3 * valve.conductance:.3g}",
-        "b": f"{ratio}{ASSUMED}" if told is None or told.kind == "assumed" else ratio,
+        "b": doubted(ratio, "assumed") if source is None or source.kind == "assumed" else ratio,
         "ways": "3/2" if valve.three_way else "2/2",
     }
     reason = why_not(scenario, side, proportional, valve)

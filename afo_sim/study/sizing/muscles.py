@@ -14,9 +14,9 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.effects import SHARES
+from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.sizing.pressures import bar
-from afo_sim.study.sizing.requirement import Candidate, Tried
+from afo_sim.study.sizing.requirement import Candidate, Tried, doubted
 from afo_sim.study.sizing.result import Sizing, best_of, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import FULL, Trials
 
@@ -78,7 +78,7 @@ def _candidate(
         if link < 0.0:
             reason = f"is {-1e2 * link:.3g} cm too long for the path"
     doubt = doubt_of(muscle)
-    facts["grade"] = f"{muscle.grade} ({doubt})" if doubt else muscle.grade
+    facts["grade"] = doubted(muscle.grade, doubt) if doubt else muscle.grade
     if muscle.limits.pressure < scenario.supply.pressure:
         allowed, pressure = bar(muscle.limits.pressure), bar(scenario.supply.pressure)
         reason = reason or f"may hold {allowed}, and the supply has {pressure}"
@@ -113,7 +113,7 @@ def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
 def _within_limits(each: Tried) -> Tried:
     """The same; a muscle that leaves its own limits does not meet what is wanted."""
     beyond = {
-        limit: f"{each.values[name]:.0f} % of {limit}"
+        limit: beyond_limit(name, each.values[name])
         for name, limit in LIMITS.items()
         if each.values.get(name, 0.0) > FULL
     }

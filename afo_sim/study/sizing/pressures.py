@@ -11,9 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.air.air_graph import highest_pressures
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.air_checks import valves_of
+from afo_sim.study.effects import BEYOND_LIMIT
 from afo_sim.study.sizing.requirement import Candidate, Tried
 from afo_sim.study.sizing.result import Sizing, nearest_miss
 from afo_sim.study.sizing.trial import Trials, sentence_of
@@ -33,7 +35,9 @@ def size_pressure(trials: Trials, at: float | None = None, between: Range | None
     """
     low, high = between or usual_range(trials.scenario)
     if not 0.0 <= low < high:
-        raise InputError("is no range", field="between", value=f"{bar(low)} to {bar(high)}", allowed="rising")
+        raise InputError(
+            "is not a valid range", field="between", value=f"{bar(low)} to {bar(high)}", allowed="rising"
+        )
     ceiling = highest_allowed(trials.scenario, high)
     scan = _lattice(np.append(np.linspace(low, high, SCAN), max(low, ceiling)))
     tried = _run(trials, scan if at is None else sorted({*scan, at}))
@@ -135,7 +139,7 @@ def _answer(trials: Trials, tried: Sequence[Tried], best: Tried | None, asked: T
             return f"{asked.name} does not suffice: it was {asked.status} ({asked.reason}); {least}"
         how = sentence_of(trials.requirements, asked.values)
         if asked.meets:
-            minded = "".join(f"; mind: {note}" for note in asked.notes if " % of " in note)
+            minded = "".join(f"; mind: {note}" for note in with_code(asked.notes, BEYOND_LIMIT))
             return f"{asked.name} suffices: {how}; {least}{minded}"
         return f"{asked.name} does not suffice: {how}; {least}"
     if best is None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.description.scenario import Scenario
@@ -30,7 +31,7 @@ SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
 class Requirement:
     """At least, or at most, `bound` of a metric [its own unit].
 
-    `called` and `measured_in` are of what is no metric of a run, such as the hours that a bottle lasts.
+    `called` and `measured_in` are of what is not a metric of a run, such as the hours that a bottle lasts.
 
     Examples
     --------
@@ -118,14 +119,14 @@ def _check_chamber(metric: str, chambers: Sequence[str], volumes: Sequence[str])
             continue
         names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
         if metric not in names:
-            raise unknown(metric, names, field="limit", problem="is of no chamber of this orthosis")
+            raise unknown(metric, names, field="limit", problem="is not of a chamber of this orthosis")
 
 
 def _read(text: str, chamber: str) -> Requirement:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=|≥|≤)\s*(.+?)\s*", str(text))
     if found is None:
         raise InputError(
-            "is no limit", field="limit", value=text, allowed=f'a metric and a bound: "{EXAMPLE}"'
+            "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{EXAMPLE}"'
         )
     metric, sign, bound = found.groups()
     if metric in OF_CHAMBER:
@@ -136,7 +137,7 @@ def _read(text: str, chamber: str) -> Requirement:
     if row.group == OTHER:
         filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *DIRECTIONS)]
         near = instead(metric, [*WORDS, *OF_CHAMBER, *filled])
-        problem = told("is no metric", metric)
+        problem = told("is not a valid metric", metric)
         raise InputError(problem, field="limit", value=metric, allowed="see `afo-sim run`", nearest=near)
     try:
         value = parse_quantity(bound.replace("%", " percent"), row.unit)
@@ -160,6 +161,11 @@ def usual(scenario: Scenario) -> tuple[Requirement, ...]:
 
 
 Status = Literal["run", "excluded", "refused", "failed"]
+
+
+def doubted(value: str, doubt: str) -> Notice:
+    """A fact of a candidate that is not sure."""
+    return Notice("doubted-fact", "{value} ({doubt})", severity="note", value=value, doubt=doubt)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.metrics.words import words
 from afo_sim.simulation.shown import shown as pictures
@@ -17,7 +18,6 @@ from afo_sim.study.sizing.requirement import Requirement, Tried
 if TYPE_CHECKING:
     import pandas
 
-import re
 from collections.abc import Iterator, Sequence
 
 from afo_sim.metrics.words import UNITS
@@ -25,8 +25,6 @@ from afo_sim.study.sizing.requirement import as_number, closeness
 from afo_sim.study.sizing.trial import sentence_of
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
-ASSUMED = " (assumed)"  # behind a fact
-DOUBT = re.compile(r" \((assumed|not measured[^)]*)\)$")  # for which * stands in the table
 
 
 def table_of(
@@ -39,13 +37,18 @@ def table_of(
     header = [kind, *facts, *limits, f"air [{words(air).unit}]", "meets all"]
     rows = []
     for each in ran:
-        cells = [DOUBT.sub(" *", each.candidate.facts.get(name, "")) for name in facts]
+        cells = [_cell(each.candidate.facts.get(name, "")) for name in facts]
         cells += [_margin(each, requirement) for requirement in requirements]
         value = each.values.get(air, math.nan)
         cells.append("–" if math.isnan(value) else f"{value:.3f}")
         mark = "▶" if best is not None and each.name == best.name else " "
         rows.append([f"{mark} {each.name}", *cells, _verdict(each, requirements)])
     return f"{kind}: margins to the limits", header, rows
+
+
+def _cell(fact: str) -> str:
+    """A fact; * stands for its doubt."""
+    return f"{fact.data['value']} *" if isinstance(fact, Notice) else fact
 
 
 def legend(requirements: Sequence[Requirement]) -> list[str]:

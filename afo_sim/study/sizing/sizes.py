@@ -154,7 +154,7 @@ def requested(
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     for name, value in given.items():
         if name != "cadence" and name not in OWN:
-            raise unknown(name, [*OWN, "cadence"], field="options", problem="is no option")
+            raise unknown(name, [*OWN, "cadence"], field="options", problem="is not a valid option")
         if name in OWN and OWN[name] != kind:
             raise InputError(f"is an option of {OWN[name]}, not of {kind}", field=name, value=value)
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
@@ -195,12 +195,12 @@ def chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -
     """A chamber by its name, or that of a group of muscles; by default the first that is filled."""
     chambers = list(scenario.orthosis.chamber)
     if group is not None and group not in scenario.orthosis.muscle:
-        raise unknown(group, scenario.orthosis.muscle, field="group", problem="is no group of muscles")
+        raise unknown(group, scenario.orthosis.muscle, field="group", problem="is not a group of muscles")
     if name is None and group is not None:
         return scenario.orthosis.muscle[group].chamber or group
     if name is not None:
         if name not in chambers:
-            raise unknown(name, chambers, field="chamber", problem="is no chamber of this orthosis")
+            raise unknown(name, chambers, field="chamber", problem="is not a chamber of this orthosis")
         return name
     times = [each.chambers for each in (scenario.phases, scenario.timer) if each is not None]
     filled = [c for c in chambers if any(c in table and table[c].inlet for table in times)]
@@ -213,13 +213,12 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
         return _within(name, _quantity(name, value, "Pa"), value, Pressure)
     if name == "between":
         ends = list(value) if isinstance(value, tuple | list) else [value]
+        problem, allowed = "is not a valid range", 'two rising pressures, as "1 bar" "4 bar"'
         if len(ends) != 2:
-            raise InputError(
-                "is no range", field=name, value=value, allowed='two pressures, as "1 bar" "4 bar"'
-            )
+            raise InputError(problem, field=name, value=value, allowed=allowed)
         low, high = (_quantity(name, each, "Pa") for each in ends)
         if not 0.0 <= low < high:
-            raise InputError("is no range", field=name, value=value, allowed='rising, as "1 bar" "4 bar"')
+            raise InputError(problem, field=name, value=value, allowed=allowed)
         return low, _within(name, high, ends[1], Pressure)
     if name == "length":
         return _within(name, _quantity(name, value, "m"), value, TubeLength)
@@ -255,7 +254,9 @@ def read_count(value: Any) -> tuple[int, int]:
         try:
             ends = [int(low), int(high or low)]
         except ValueError:
-            raise InputError("is no number", field="count", value=value, allowed='as "3" or "1-4"') from None
+            raise InputError(
+                "is not a whole number", field="count", value=value, allowed='as "3" or "1-4"'
+            ) from None
     whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
     if not (whole and 1 <= ends[0] <= ends[1] <= MOST):
         raise InputError("is out of range", field="count", value=value, allowed=f"1 to {MOST}, as 1-4")

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.filling import is_filling
 from afo_sim.model.stability import check_air
 from afo_sim.simulation.examine import Asked
-from afo_sim.study.effects import SHARES
-from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
+from afo_sim.study.effects import SHARES, beyond_limit
+from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
 from afo_sim.study.sizing.requirement import Candidate, Requirement, Status, Tried, shown
 
@@ -83,12 +84,8 @@ class Trials:
             for each in self.requirements
             if not each.met(values.get(each.metric, math.nan))
         }
-        beyond = [
-            f"{values[name]:.0f} % of {limit}"
-            for name, limit in SHARES.items()
-            if values.get(name, 0.0) > FULL
-        ]
-        notes = (*candidate.notes, *beyond, *(w for w in warnings if w.startswith("no stride was found")))
+        beyond = [beyond_limit(name, values[name]) for name in SHARES if values.get(name, 0.0) > FULL]
+        notes = (*candidate.notes, *beyond, *with_code(warnings, UNSETTLED))
         return Tried(candidate, "run", values=values, short=short, notes=notes)
 
     def _check_told(self, tried: Sequence[Tried]) -> None:
@@ -98,7 +95,7 @@ class Trials:
             name = requirement.metric
             if not ran or is_filling(name) or any(not math.isnan(t.values[name]) for t in ran):
                 continue
-            problem = "is told by no run of this scenario"
+            problem = "is reported by no run of this scenario"
             allowed = "a metric that `afo-sim run --numbers` of it prints"
             raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
 

@@ -192,7 +192,7 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
             )
     for field in there:
         if field.kind != "number":
-            problem = "is no number that spreads"
+            problem = "is not a number that spreads"
             raise InputError(problem, field=f"parameters.{name}", value=field.key, allowed=field.form)
     if not there:
         left_out.append(f"{name}: {pattern} is not there")
@@ -258,7 +258,7 @@ def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]
             yield Fit(own, table, muscle, tuple(f"orthosis.muscle.{group}.type" for group in members))
 
 
-MOST_TRIES = 200  # times that a draw which is no muscle is drawn anew
+MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,7 +316,7 @@ def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     """Draw together whatever spreads.
 
     Unknowns and fits are independent of each other: a Latin hypercube in as many dimensions as they have
-    deviates. The numbers of a fit follow its covariance; draws that are no muscle are rejected whole and
+    deviates. The numbers of a fit follow its covariance; draws that are not muscles are rejected whole and
     drawn anew, for clipping would heap them up at a bound, against their correlations.
     """
     widths = [1] * len(held.unknowns) + [len(fitted(fit.muscle)) for fit in held.fits]

@@ -55,7 +55,7 @@ def uncertainty(
         description = load("scenario", scenario, sets)
     running.check_asked(description, draws, spreads)
     if not isinstance(seed, int) or seed < 0:
-        raise InputError("is no seed", field="seed", value=seed, allowed="0, 1, 2, …")
+        raise InputError("is not a valid seed", field="seed", value=seed, allowed="0, 1, 2, …")
     recording = run(description)
     found = running.uncertainty(description, recording, draws, spreads, seed=seed, threads=threads)
     return dataclasses.replace(recording, studies=recording.studies | {UNCERTAINTY: found})

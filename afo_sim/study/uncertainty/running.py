@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.clearance import BELOW
@@ -17,7 +18,7 @@ from afo_sim.metrics.words import words
 from afo_sim.model.person import person_of
 from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.engine import CYCLE, OK, Outcome, in_order
+from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
 from afo_sim.study.uncertainty.draw import Column, Draws, Held, draw, held
 from afo_sim.study.uncertainty.spreads import read
@@ -164,7 +165,7 @@ def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
         problem = "bands are told of walking, and here nobody walks"
         raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
     if not isinstance(count, int) or not FEWEST <= count <= MOST:
-        problem = "is no number of draws that tells a band from 5 to 95 %"
+        problem = "is not a number of draws that gives a band from 5 to 95 %"
         raise InputError(problem, field="draws", value=count, allowed=f"{FEWEST} to {MOST}")
     found = held(read(spreads), scenario)
     if not (found.unknowns or found.fits):
@@ -258,9 +259,7 @@ def _failed(found: Found) -> dict[str, Any]:
 def _notes(found: Found, recording: Recording) -> list[str]:
     """What to mind of these draws."""
     notes = []
-    restless = sum(
-        any(w.startswith("no stride was found that repeats") for w in o.warnings) for o in found.outcomes
-    )
+    restless = sum(bool(with_code(outcome.warnings, UNSETTLED)) for outcome in found.outcomes)
     if restless:
         notes.append(f"{restless} draws have no stride that repeats; theirs is the last that was walked")
     needed = fewest([group.deviates for group in found.draws.groups])

@@ -188,7 +188,7 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         return InputError(problem, file=file, field=at, value=value, allowed=allowed)
 
     if not name.isascii() or not name.isidentifier():
-        raise wrong("is no name", "", "letters, digits and _, a letter first")
+        raise wrong("is not a valid name", "", "letters, digits and _, a letter first")
     if sum(getattr(table, option) is not None for option in ("key", "keys", "fit", "height")) != 1:
         raise wrong("what is drawn is not told, or twice", "", "one of key, keys, fit, height")
     if (table.height == EACH_STRIDE) > table.each_stride:
@@ -203,7 +203,9 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     given = [option for option in EVERY_WIDTH if getattr(table, option) is not None]
     if table.fit is not None:
         if not _is_place(table.fit):
-            raise wrong("is no place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *")
+            raise wrong(
+                "is not a place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *"
+            )
         for option in ("distribution", "skew", "at_least", "at_most", *EVERY_WIDTH):
             if getattr(table, option) is not None:
                 raise wrong("does not go with fit, which has the fit's own covariance", option, "scale")
@@ -227,10 +229,10 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
 
 
 def _check_key(file: pathlib.Path, name: str, key: str) -> None:
-    """Refuse a key that no scenario has, or that is no property of orthosis, wearer or walk."""
+    """Refuse a key that no scenario has, or that is not a property of orthosis, wearer or walk."""
     field = f"parameters.{name}"
     if key.partition(".")[0] in NOT_DRAWN:
-        raise InputError("is no property of orthosis, wearer or walk", file=file, field=field, value=key)
+        raise InputError("is not a property of orthosis, wearer or walk", file=file, field=field, value=key)
     astray = _astray(key.split("."), Scenario)
     if astray is not None:
         part, known = astray
