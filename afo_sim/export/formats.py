@@ -86,11 +86,11 @@ def _metrics(metrics: dict[str, Metric]) -> dict[str, Any]:
 
 def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
     """`stride`, the number of each, and the values of each metric, NaN where a stride has none."""
-    legal = legal_names(["stride", *dict.fromkeys(name for told in strides.values() for name in told)])
+    legal = legal_names(["stride", *dict.fromkeys(name for values in strides.values() for name in values)])
     found = {"stride": np.array(list(strides), float)}
     for name, fieldname in legal.items():
         if name != "stride":
-            found[fieldname] = np.array([float(told.get(name, math.nan)) for told in strides.values()])
+            found[fieldname] = np.array([float(values.get(name, math.nan)) for values in strides.values()])
     return found
 
 
@@ -99,7 +99,7 @@ METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  #
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be written: a run, its rate [Hz] and columns, and whom to tell of progress."""
+    """What is to be written: a run, its rate [Hz] and columns, and whom to report progress to."""
 
     recording: Recording
     rate: float | None

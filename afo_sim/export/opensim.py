@@ -129,9 +129,9 @@ ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that i
 
 
 def side_of(recording: Recording) -> tuple[str, str]:
-    """("right" or "left", a note): the simulated side where it was told, else the recorded walker's.
+    """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's.
 
-    It was told by the scenario's `side`, or by a leg that is a left one. Where nobody walks, it is the leg's.
+    It was stated by the scenario's `side`, or by a leg that is a left one. Without walking it is the leg's.
     """
     leg = recording.scenario["leg"]
     if leg.get("directions", ANKLE) != ANKLE:
@@ -141,9 +141,9 @@ def side_of(recording: Recording) -> tuple[str, str]:
             value=leg.get("name"),
             allowed="sto, csv, mat or mjb for a run of this",
         )
-    told, own = recording.scenario.get("side"), leg.get("side", "right")
-    if told or own == "left" or not recording.scenario.get("gait"):
-        return told or own, ""
+    stated, own = recording.scenario.get("side"), leg.get("side", "right")
+    if stated or own == "left" or not recording.scenario.get("gait"):
+        return stated or own, ""
     try:
         return persons_stride(load("scenario", recording.scenario)).side, ""
     except InputError as error:

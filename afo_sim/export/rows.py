@@ -14,7 +14,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.simulation.recording import Recording
 
 TIME = "time"
-OFF = 0.005  # of the rate asked for, from which the one had is told [-]
+OFF = 0.005  # of the rate asked for, from which the one had is reported [-]
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[s
         raise InputError("time does not increase from row to row", field=TIME)
     every, notes = _every(time, rate)
     names = [TIME, *(name for name in _chosen(recording, columns) if name != TIME)]
-    told = {name: recording.describe(name) for name in names}
+    described = {name: recording.describe(name) for name in names}
     return Rows(
         {name: np.asarray(recording[name][::every], float) for name in names},
-        {name: unit for name, (unit, _) in told.items()},
-        {name: sign for name, (_, sign) in told.items()},
+        {name: unit for name, (unit, _) in described.items()},
+        {name: sign for name, (_, sign) in described.items()},
         notes,
     )
 

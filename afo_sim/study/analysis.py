@@ -60,7 +60,7 @@ def spread(values: np.ndarray) -> Spread:
 def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
     """[(status, reason, number of cases)], the most frequent first; "ok" is none of them.
 
-    Reasons that differ in their numbers only are one, told by the first.
+    Reasons that differ in their numbers only are one, shown by the first.
     """
     failed = [(s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok"]
     found = Counter((s, _kind(r)) for s, r in failed)
@@ -71,7 +71,7 @@ def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int
 def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
     """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,).
 
-    Those that differ in their numbers only are one, told by the first.
+    Those that differ in their numbers only are one, shown by the first.
     """
     lines = [text.splitlines() for text in warnings.tolist() if text]
     found = Counter(kind for each in lines for kind in dict.fromkeys(map(_kind, each)))
@@ -132,7 +132,7 @@ def effect(
     few = not grid and counts.mean() < FEWEST_FOR_SHARE
     if few or len(counts) < 2 or total <= 1e-24 * float(np.sum(metric**2)):
         return Effect(places, means, errors, counts, np.nan)
-    # a bin of a single block has no error to tell chance by: its share is not known
+    # a bin of a single block has no error to estimate chance by: its share is not known
     return Effect(places, means, errors, counts, float(np.sum(explained - chance)) / total)
 
 

@@ -83,7 +83,7 @@ def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
 
 @dataclass(frozen=True)
 class _Operand:
-    """Numbers [SI] and what they measure, as far as the text tells: a word's values measure nothing."""
+    """Numbers [SI] and what they measure, as far as the text states: a word's values measure nothing."""
 
     value: Any
     measures: Dimension

@@ -18,7 +18,7 @@ MOST = 10_000_000  # cases, beyond which a number is taken for a slip
 BLOCK = 1 << 16  # samples at a time
 RARE = 1e-3  # share of samples within the constraints below which a sweep is refused …
 JUDGED = 20_000  # … once so many are drawn
-STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is told of a slip
+STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is reported of a slip
 FEW = 48  # cases that are all checked before the first is run
 
 ROW_BY_ROW = ("list", "uncertainty")  # designs whose parameters hold a value for each case

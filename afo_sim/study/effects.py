@@ -133,7 +133,7 @@ class Wanted:
 
 
 def lowest(values: Mapping[str, float]) -> float:
-    """The lowest toe clearance that is told [mm]: settled, of the first stride, of all; NaN where one is."""
+    """The lowest known toe clearance [mm]: settled, of the first stride, of all; NaN where one is."""
     heights = [values[name] for name in HEIGHTS if name in values]
     return math.nan if not heights or any(map(math.isnan, heights)) else min(heights)
 
@@ -166,7 +166,7 @@ def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, a
     """Effects with what helps most first, those that help marked.
 
     - "lift", "heel": by the gain in the lowest toe clearance, or in the foot's pitch at contact. What that
-      costs in push-off and air is told, and does not count.
+      costs in push-off and air is reported, and does not count.
     - "push_off": by the relief, of torque or work, whichever is further beyond what is wanted.
     - "air": by the air saved.
     - "spare" (all is good): by the relief of push-off, to a hundredth of what is wanted; among alike ones by
@@ -239,9 +239,9 @@ def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -
             1.0,
         ),
     )
-    for told, sign, was, now, limit in kept[:before]:
+    for text, sign, was, now, limit in kept[:before]:
         if math.isnan(now) or (sign * now < sign * limit and sign * now < sign * was):
-            return told.format(now, limit)
+            return text.format(now, limit)
     return ""
 
 
@@ -259,7 +259,7 @@ def _class(effect: Effect) -> int:
 Report = Callable[[int, int, str], None]
 DOING = "trying what to change first"
 PULLS = 1.0  # [N]
-WORSE = 1.0  # by which a share of a limit that is left already must grow to be told [percent]
+WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
 BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
@@ -272,7 +272,7 @@ class Effects:
     ranked : Effect of every step, also of those that could not be run
     timestep : of all runs [s]
 
-    Each step was run alone; nothing is told of two steps together, nor of a step twice as large.
+    Each step was run alone; nothing is known of two steps together, nor of a step twice as large.
     """
 
     aim: Aim
@@ -322,17 +322,17 @@ class Effects:
         """
         import pandas
 
-        told = ("name", "before", "after", "status", "reason", "helps")
-        rows = [{key: getattr(e, key) for key in told} | e.differences for e in self.ranked]
-        found = pandas.DataFrame(rows, columns=[*told, *self.base])
+        plain = ("name", "before", "after", "status", "reason", "helps")
+        rows = [{key: getattr(e, key) for key in plain} | e.differences for e in self.ranked]
+        found = pandas.DataFrame(rows, columns=[*plain, *self.base])
         found.attrs["units"] = {name: metric.unit for name, metric in self.base.items()}
         return found
 
     def __repr__(self) -> str:
         run = sum(effect.status == "run" for effect in self.ranked)
         best = [f"{effect.name} {effect.before} → {effect.after}" for effect in self.helping[:3]]
-        told = "; ".join(best) or "no single step helps"
-        return f"<Effects for {self.aim!r}, {run} steps run: {told}>"
+        steps = "; ".join(best) or "no single step helps"
+        return f"<Effects for {self.aim!r}, {run} steps run: {steps}>"
 
 
 def effects(
@@ -411,11 +411,11 @@ def _run(
     """Outcomes of cases, in order."""
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
 
-    def told(done: int, count: int) -> None:
+    def progress(done: int, count: int) -> None:
         if report is not None:
             report(done, count, DOING)
 
-    return in_order(scenario, cases, asked, threads, BATCH, told)
+    return in_order(scenario, cases, asked, threads, BATCH, progress)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:

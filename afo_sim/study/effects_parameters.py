@@ -88,9 +88,9 @@ def takes_air(scenario: Scenario, chamber: str) -> bool:
     """Whether air can enter a chamber: its inlet opens, a controller may open it, or it is filled before."""
     if scenario.controller is not None:
         return True
-    told = (scenario.phases or scenario.timer), scenario.start
-    times = told[0].chambers.get(chamber) if told[0] else None
-    return bool(times and times.inlet) or bool(told[1] and chamber in told[1].chambers)
+    times_of, start = (scenario.phases or scenario.timer), scenario.start
+    times = times_of.chambers.get(chamber) if times_of else None
+    return bool(times and times.inlet) or bool(start and chamber in start.chambers)
 
 
 def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -> Iterator[Step]:
@@ -130,7 +130,7 @@ def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
     if group.link_length is not None:
         link = _Amount(f"{at}.link_length", group.link_length, "m", "cm")
         slack = _Amount(f"{at}.slack", group.slack, "m", "cm")
-        loose = group.link_length < LINK <= group.slack  # both act alike: one of them is told
+        loose = group.link_length < LINK <= group.slack  # both act alike: one of them is stepped
         yield from _added(f"{name} slack" if loose else f"{name} link_length", slack if loose else link, LINK)
     for count in (group.count - 1, group.count + 1):
         yield Step(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
@@ -187,8 +187,8 @@ def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
 def _timing(scenario: Scenario, chamber: str) -> Iterator[Step]:
     """Begin and end of every interval in which a chamber's valves are open."""
     kind = "phases" if scenario.phases is not None else "timer"
-    told = scenario.phases or scenario.timer
-    times = told.chambers.get(chamber) if told is not None else None
+    times_of = scenario.phases or scenario.timer
+    times = times_of.chambers.get(chamber) if times_of is not None else None
     for side in SIDES if times is not None else ():
         intervals = getattr(times, side)
         for k in range(len(intervals)):

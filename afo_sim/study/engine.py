@@ -310,7 +310,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
         if rollout is not None and rollout.failure is not None:
             return _failed(rollout.failure)
     try:
-        totals, warnings, curves = _told(case, rolled, asked)
+        totals, warnings, curves = _results(case, rolled, asked)
         if asked.reference and case.built.scenario.reference is not None:
             other = references.of(case.built.scenario)
             totals = totals | reference_metrics(totals, other.metrics)
@@ -322,7 +322,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
     return Outcome(OK, "", finite, (*case.built.warnings, *warnings), curves)
 
 
-def _told(
+def _results(
     case: Prepared, rolled: Rolled, asked: Asked
 ) -> tuple[dict[str, Metric], tuple[str, ...], dict[str, np.ndarray]]:
     """Metrics, warnings and curves of a case that has run."""
@@ -355,7 +355,7 @@ def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[st
 
 
 def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> dict[str, Metric]:
-    """What is asked of the first strides, undefined: a column of rows, whether the case at hand tells it."""
+    """What is asked of the first strides, undefined: a column of every row, also of this case."""
     scenario = case.built.scenario
     if not (scenario.walking and totals):
         return {}

@@ -120,7 +120,7 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
 
 BINNED = (
     "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
-    "so they are at most the first-order Sobol' indices, which the design saltelli tells"
+    "so they are at most the first-order Sobol' indices, which the design saltelli gives"
 )
 EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
@@ -171,7 +171,7 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
         whole = results.levels() is not None and not any(map(results.lacking, known))
         remarks += [] if whole else [EXACT if set(found) == set(known) else BINNED]
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
-        remarks.append("–: too few cases at each value, or nothing that varies, to tell a share of variance")
+        remarks.append("–: too few cases at each value, or nothing varies, to estimate a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
 
 
@@ -197,7 +197,7 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
 def effects_of(results: Results, metric: str, indices: Indices | None = None) -> dict[str, Effect]:
     """{parameter: its main effect on a metric}, as the sweep's design allows.
 
-    Where there are Sobol' indices, the first-order one is the share that is told: two estimates of one
+    Where there are Sobol' indices, the first-order one is the share that is reported: two estimates of one
     quantity would differ, the binned one being low by what the metric does within a bin.
     """
     saltelli = results.design == DESIGN

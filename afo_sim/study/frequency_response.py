@@ -63,8 +63,8 @@ class FrequencyResponse:
         return self.curves[output]
 
     def __repr__(self) -> str:
-        told = "; ".join(f"{name} −3 dB {c.bandwidth}, −90° {c.quarter}" for name, c in self.curves.items())
-        return f"<FrequencyResponse of {self.scenario['name']!r} to {self.what}: {told}>"
+        curves = "; ".join(f"{name} −3 dB {c.bandwidth}, −90° {c.quarter}" for name, c in self.curves.items())
+        return f"<FrequencyResponse of {self.scenario['name']!r} to {self.what}: {curves}>"
 
     def to_json(self) -> dict[str, Any]:
         """Contents of bode.json."""
@@ -241,7 +241,7 @@ def _on_reference(
 
 def _on_pressure(scenario: Scenario, chamber: str, amplitude: Quantity, mean: Quantity) -> OnPressure:
     if chamber not in scenario.drive:
-        problem = "has no drive that could be asked for a pressure"
+        problem = "has no drive that follows a pressure"
         raise InputError(problem, field="chamber", value=chamber, allowed=f"a table [drive.{chamber}]")
     size = PRESSURE_AMPLITUDE if amplitude is None else _read(amplitude, "Pa", "amplitude")
     middle = 0.5 * scenario.supply.pressure if mean is None else _read(mean, "Pa", "mean")
@@ -263,17 +263,19 @@ def _read(value: float | str, unit: str, field: str) -> float:
 def _rounded(excitation: Excitation, timestep: float, frequencies: Sequence[float]) -> np.ndarray:
     """Frequencies whose half period is a whole number of control periods, rising [Hz] (n,)."""
     try:
-        asked = np.array(frequencies, float).ravel()
+        wanted = np.array(frequencies, float).ravel()
     except (TypeError, ValueError):
-        asked = np.array([])
+        wanted = np.array([])
     tick = excitation.tick * timestep
     lowest, highest = 2.0 * PERIODS / (MAX_STEPS * timestep), 0.125 / tick
-    fine = len(asked) and np.isfinite(asked).all() and (asked >= lowest).all() and (asked <= highest).all()
-    if not fine or (np.diff(asked) <= 0.0).any():
+    fine = (
+        len(wanted) and np.isfinite(wanted).all() and (wanted >= lowest).all() and (wanted <= highest).all()
+    )
+    if not fine or (np.diff(wanted) <= 0.0).any():
         problem = "are not rising frequencies that can be run"
         allowed = f"rising numbers from {lowest:.2g} to {highest:g} Hz, an eighth of the control rate"
         raise InputError(problem, field="frequencies", value=frequencies, allowed=allowed)
-    halves = np.maximum(np.round(0.5 / (asked * tick)), 1.0)
+    halves = np.maximum(np.round(0.5 / (wanted * tick)), 1.0)
     found: np.ndarray = np.unique(0.5 / (halves * tick))
     return found
 

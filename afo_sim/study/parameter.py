@@ -50,7 +50,7 @@ class Span:
     scale: str = "linear"
 
     def table(self) -> dict[str, Any]:
-        """As a sweep's file tells it."""
+        """As a sweep's file states it."""
         scale = {} if self.scale == "linear" else {"scale": self.scale}
         return {"from": self.lower, "to": self.upper} | ({"steps": self.steps} if self.steps else {}) | scale
 
@@ -88,7 +88,7 @@ class Choice:
         return self.levels()[np.minimum((share * count).astype(np.intp), count - 1)]
 
     def levels(self) -> np.ndarray:
-        """The values, as they were told (n,)."""
+        """The values, as they were stated (n,)."""
         words = bool(self.values) and isinstance(self.values[0], str)
         return np.array(self.values, dtype=object if words else np.float64)
 
@@ -150,7 +150,7 @@ Spread = Range | Choice | Normal | OwnSeed | Joint
 class Parameter:
     """One parameter: its name, the dotted keys that it sets alike, its values and their SI unit.
 
-    `unit` is "" for bare numbers and words; `whole` tells whole numbers; `description` is the kind of
+    `unit` is "" for bare numbers and words; `whole` says that they are whole; `description` is the kind of
     description that its words name; `files` are the whole paths of words that are paths beside the sweep.
     """
 

@@ -20,7 +20,7 @@ from afo_sim.metrics.words import OTHER, words
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 
-# Each way to tell a parameter's values: the key that it is known by, and what goes with it.
+# Each way to state a parameter's values: the key that it is known by, and what goes with it.
 WAYS = {
     "from_seed": ("from_seed",),
     "distribution": ("distribution", "mean", "median", "sd", "from", "to"),
@@ -109,7 +109,7 @@ class ParameterReader:
         keys, table = self.table.keys or (), self.table
         if (table.key is None) == (table.keys is None) or (table.keys is not None and not keys):
             raise self._error(
-                "which field of the scenario is meant is not told, or twice", "key", "key or keys"
+                "which field of the scenario is meant is not stated, or twice", "key", "key or keys"
             )
         found = []
         for key in keys or (str(table.key),):
@@ -132,7 +132,7 @@ class ParameterReader:
     def _spread(self) -> Spread:
         way = next((way for way in WAYS if way in self.given), "from" if "to" in self.given else "")
         if not way:
-            raise self._error("is missing: nothing tells its values", "from", ANY_WAY)
+            raise self._error("is missing: nothing states its values", "from", ANY_WAY)
         for option in self.given:
             if option not in WAYS[way]:
                 raise self._error(f"does not go with {way}", option, ", ".join(WAYS[way]))
@@ -148,7 +148,7 @@ class ParameterReader:
 
     def _own_seed(self) -> OwnSeed:
         if not self.table.from_seed:
-            raise self._error("tells nothing", "from_seed", "true", False)
+            raise self._error("states nothing", "from_seed", "true", False)
         if self.field.kind != "integer":
             raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
         for field in self.fields:
@@ -284,7 +284,7 @@ EXAMPLE = "pressure [bar],patient"
 def values_of(
     sweep: pathlib.Path, name: str, parameters: Mapping[str, ParameterTable]
 ) -> dict[str, tuple[Any, ...]]:
-    """Every parameter's values, as [parameters.NAME] would tell them."""
+    """Every parameter's values, as [parameters.NAME] would state them."""
     beside = sweep.parent / name
     file = beside if beside.is_file() else pathlib.Path(name)
     table = read_table(file, EXAMPLE)

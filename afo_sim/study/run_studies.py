@@ -68,9 +68,9 @@ def check_studies(scenario: Scenario, *, draws: int = 0, spreads: str = "usual")
         problem = "goes with --uncertainty"
         raise InputError(problem, field="spreads", value=spreads, allowed="--uncertainty 200")
     if draws:
-        from afo_sim.study.uncertainty.running import check_asked
+        from afo_sim.study.uncertainty.running import check_draws
 
-        check_asked(scenario, draws, spreads)
+        check_draws(scenario, draws, spreads)
 
 
 def _effects(recording: Recording, scenario: Scenario, report: Report | None) -> dict[str, Any]:

@@ -145,7 +145,7 @@ def run(
     workers : processes of a Dask cluster made for this, on this machine
     scheduler : address of a running Dask cluster
     part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
-    report : told after every chunk
+    report : called after every chunk
     evaluate : what computes cases in this process
 
     Raises
@@ -221,7 +221,7 @@ def _bytes(store: Store, cases: int) -> float:
 
 
 def _telling(cases: Cases) -> list[int]:
-    """Cases that tell what metrics there are: first, middle, last, and the first with each word."""
+    """Cases that show what metrics there are: first, middle, last, and the first with each word."""
     last = len(cases) - 1
     words = [
         [int((cases.values[p.name] == word).argmax()) for word in dict.fromkeys(cases.values[p.name])]

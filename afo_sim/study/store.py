@@ -29,7 +29,7 @@ SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"c
 class Store:
     """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file.
 
-    `sweep` is the fingerprint of the sweep, by which a file of another one is told; `mixed` says that other
+    `sweep` is the fingerprint of the sweep, by which a file of another one is known; `mixed` says that other
     code has computed some of the rows.
     """
 

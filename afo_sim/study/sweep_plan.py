@@ -290,7 +290,7 @@ def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple
     if written.file is not None:
         for name, parameter in tables.items():
             if parameter.values is not None:
-                problem = "is told by the file's column"
+                problem = "is stated by the file's column"
                 raise InputError(
                     problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
                 )

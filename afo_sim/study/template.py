@@ -123,7 +123,7 @@ at_least = "{bound}"       # or at_most
 # at_most = "40 deg"
 # share = 1.0              # of the patients in which it must be kept, above 0, to 1
 
-# Patients by which every design is judged, as a sweep tells its cases; default the scenario's own.
+# Patients by which every design is judged, as a sweep states its cases; default the scenario's own.
 # [patients]
 # design = "latin-hypercube"
 # cases = 20

@@ -22,7 +22,7 @@ def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pa
         capsys, "run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--out", tmp_path / "run"
     )
     assert code == 0 and "What is not known, drawn together (20 draws)" in out
-    assert "too few to tell what explains the bands" in " ".join(out.split())
+    assert "too few to show what explains the bands" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

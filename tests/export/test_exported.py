@@ -30,7 +30,7 @@ def test_ending_tells_the_format_and_format_the_ending(
             "to = 'cvs': is not a valid format; allowed: sto, .*did you mean 'csv'",
         ),
         ({"out": "a.csv", "to": "sto"}, "not named as sto is"),
-        ({"out": "a"}, "has no ending that tells the format"),
+        ({"out": "a"}, "has no ending of a format"),
         ({"out": ".", "to": "csv"}, "out = .*: is a folder; allowed: a file in it, such as .*recording.csv"),
         ({"out": "a.mjb", "rate": 100.0}, "rate = '100 Hz': does not go with mjb"),
         ({"out": "a.mot", "columns": ["ankle/*"]}, "does not go with mot"),

@@ -496,8 +496,8 @@ REFUSED = {
     ),
     "unit of a limit": ('"-1.5 cm"', '"5 bar"', r"limits\[0\]\.at_least = '5 bar'.*does not convert to mm"),
     "no unit": ('"-1.5 cm"', "5", r"limits\[0\]\.at_least = 5: has no unit"),
-    "no bound": ('at_least = "-1.5 cm"', "", r"limits\.0\.at_least: the bound is not told"),
-    "two bounds": ('"-1.5 cm"', '"-1.5 cm"\nat_most = "1 cm"', r"the bound is not told, or twice"),
+    "no bound": ('at_least = "-1.5 cm"', "", r"limits\.0\.at_least: the bound is not stated"),
+    "two bounds": ('"-1.5 cm"', '"-1.5 cm"\nat_most = "1 cm"', r"the bound is not stated, or twice"),
     "share": ("share = 0.5", "share = 1.5", r"limits\.0\.share = 1\.5.*at most 1"),
     "not of this scenario": (
         '"air_per_stride"',

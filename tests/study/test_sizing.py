@@ -213,7 +213,7 @@ def test_limits_by_default_and_as_they_are_written() -> None:
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 deg"], "length": "2 m"}, "is an option of tube"),
         ("valve", "walk-dropfoot-afo", {"chamber": "dorsiflex"}, "did you mean 'dorsiflexor'"),
         ("valve", "walk-dropfoot-afo", {"side": "in"}, "did you mean 'inlet'"),
-        ("tube", "walk-dropfoot-afo", {}, "is needed: nothing tells how long"),
+        ("tube", "walk-dropfoot-afo", {}, "is needed: nothing states how long"),
         ("tube", "walk-dropfoot-afo", {"length": "-2 m"}, "is out of range"),
         ("supply", "seated", {"strides": 10}, "are of walking"),
         ("supply", "walk-dropfoot-afo", {"hours": 0}, "is out of range"),

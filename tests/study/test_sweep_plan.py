@@ -544,7 +544,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         (pressure('from = "2 bar"\nto = "600 bar"'), "to", "at most 20", None),
         (pressure('from = "2 bar"'), "to", "is missing", None),
         (pressure('to = "2 bar"'), "from", "is missing", None),
-        (pressure(""), "from", "nothing tells its values", None),
+        (pressure(""), "from", "nothing states its values", None),
         (pressure('from = "2 bar"\nto = "6 bar"\nsteps = 3'), "steps", "does not go with the design", None),
         (pressure('from = "2 bar"\nto = "6 bar"\nstep = 3'), "step", "is an unknown key", "steps"),
         (pressure('from = "2 bar"\nto = "6 bar"\nscale = "lg"'), "scale", "is no choice", None),
@@ -569,7 +569,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ('[parameters.p]\nkey = "orthosis.range_of_motion[2]"\nvalues = [1]', "key", "no item [2]", None),
         ('[parameters.p]\nkey = "phases.dorsiflexor.inlet[1][0]"\nvalues = [1]', "key", "no item [1]", None),
         ('[parameters.p]\nkey = "supply.pressure[0]"\nvalues = [1]', "key", "is not a list", None),
-        ("[parameters.p]\nvalues = [1]", "key", "not told", None),
+        ("[parameters.p]\nvalues = [1]", "key", "not stated", None),
         (
             '[parameters.p]\nkeys = ["supply.pressure", "duration"]\nvalues = ["2 bar"]',
             "keys",
@@ -593,7 +593,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ('[parameters.p]\nkey = "callback"\nvalues = ["nativ"]', "values", "is no choice", "native"),
         ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "not a way to state words", None),
         ('[parameters.p]\nkey = "gait.seed"\nfrom = 1.5\nto = 4', "from", "is not a whole number", None),
-        ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "tells nothing", None),
+        ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "states nothing", None),
         (
             '[parameters.p]\nkey = "leg.friction"\nfrom = "0 N*m"\nto = "1 N*m"\nscale = "log"',
             "from",

@@ -29,7 +29,7 @@ class Input:
 
     column : of the run, or "sensor/<name>"
     unit : of the value [SI]
-    scale, offset : calibration line; None where the scenario tells none
+    scale, offset : calibration line; None where the scenario states none
     """
 
     column: str
@@ -118,8 +118,8 @@ class Board:
 
 def tick_of(times: Iterable[float]) -> int:
     """The longest tick [us] of which all times [s] are whole multiples; 1 where none is."""
-    told = list(times)
-    return next((tick for tick in TICKS if all(is_whole(time, tick) for time in told)), TICKS[-1])
+    listed = list(times)
+    return next((tick for tick in TICKS if all(is_whole(time, tick) for time in listed)), TICKS[-1])
 
 
 def is_whole(time: float, tick: int) -> bool:
@@ -179,11 +179,11 @@ def phases_clock(
     phases: Phases, stride_time: float, start_phase: float, chambers: Sequence[str]
 ) -> tuple[Clock, int]:
     """The clock of valves by gait phase, of a walker whose strides all take the same time [s]."""
-    told = {}
+    stated = {}
     for key, intervals in _valves(phases.chambers, chambers).items():
         parts = [p for a, b in intervals for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)])]
-        told[key] = [(a * stride_time, b * stride_time) for a, b in parts if a < b]
-    return _exact(told, stride_time, start_phase * stride_time, "phases")
+        stated[key] = [(a * stride_time, b * stride_time) for a, b in parts if a < b]
+    return _exact(stated, stride_time, start_phase * stride_time, "phases")
 
 
 def controller_clock(timer: ClockTimer, rate: float, chambers: Sequence[str]) -> tuple[Clock, int, int]:
@@ -211,9 +211,11 @@ def _reached(time: float, tick: int) -> int:
     return math.ceil((time - SLIGHTLY) / (tick * MICROSECOND))
 
 
-def _valves(told: Mapping[str, object], chambers: Sequence[str]) -> dict[tuple[int, str], Intervals]:
+def _valves(by_chamber: Mapping[str, object], chambers: Sequence[str]) -> dict[tuple[int, str], Intervals]:
     return {
-        (chambers.index(name), side): getattr(times, side) for name, times in told.items() for side in SIDES
+        (chambers.index(name), side): getattr(times, side)
+        for name, times in by_chamber.items()
+        for side in SIDES
     }
 
 

@@ -93,18 +93,18 @@ def _channels(board: Board) -> str:
     if not board.inputs:
         return ""
     rows = []
-    for k, told in enumerate(board.inputs):
-        known = told.scale is not None and told.offset is not None
-        line = f"{told.scale!r}f, {told.offset!r}f" if known else "0.0f, 0.0f"
+    for k, read in enumerate(board.inputs):
+        known = read.scale is not None and read.offset is not None
+        line = f"{read.scale!r}f, {read.offset!r}f" if known else "0.0f, 0.0f"
         missing = "" if known else "; scale 0: not calibrated, to be filled in"
-        rows.append(f"  {{ A{k}, {line}, 0, 1023 }},  // {_comment(told.column)} [{told.unit}]{missing}")
+        rows.append(f"  {{ A{k}, {line}, 0, 1023 }},  // {_comment(read.column)} [{read.unit}]{missing}")
     return _template("channels.ino").replace("@ROWS@", "\n".join(rows)).rstrip("\n")
 
 
 def _input_names(board: Board) -> str:
     if not board.inputs:
         return ""
-    names = ", ".join(_string(told.column) for told in board.inputs)
+    names = ", ".join(_string(read.column) for read in board.inputs)
     return f"static const char *const valves_input_names[VALVES_INPUTS] = {{ {names} }};\n"
 
 

@@ -91,10 +91,10 @@ def _check(scenario: Scenario) -> None:
         raise InputError(problem, field="scenario", value=scenario.name or None, allowed=EXPORTED)
     gait = scenario.gait
     if controller is None and scenario.phases is not None and gait is not None:
-        for key, told in (("variability", gait.variability), ("pace", gait.pace)):
-            if told:
+        for key, value in (("variability", gait.variability), ("pace", gait.pace)):
+            if value:
                 problem = "the strides differ, and a clock without sensors cannot follow them"
-                raise InputError(problem, field=f"gait.{key}", value=told, allowed=EXPORTED)
+                raise InputError(problem, field=f"gait.{key}", value=value, allowed=EXPORTED)
 
 
 def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
@@ -156,7 +156,7 @@ def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded
     if not recording.ok:
         raise SimulationError(f"there is nothing to compare with: {recording.status}")
     log = Log.of(witness.rows, scenario.n_step * scenario.timestep, list(scenario.orthosis.chamber))
-    values = {name: np.array(told) for name, told in witness.values.items()}
+    values = {name: np.array(seen_values) for name, seen_values in witness.values.items()}
     return Commanded(log, values, np.array(witness.times))
 
 
@@ -178,16 +178,16 @@ class _Witness:
     def reset(self) -> None:
         """Forget all that was seen."""
         getattr(self.controller, "reset", lambda: None)()
-        for told in (self.rows, self.values, self.times):
-            told.clear()
+        for seen_values in (self.rows, self.values, self.times):
+            seen_values.clear()
         self.values.update({column: [] for column in self.columns})
         self.in_force: dict[str, tuple[float, float]] = dict.fromkeys(self.chambers, (0.0, 0.0))
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         time = round(seen.time, 9)  # to a nanosecond, as a log has it
         self.times.append(time)
-        for column, told in self.values.items():
-            told.append(seen[column])
+        for column, seen_values in self.values.items():
+            seen_values.append(seen[column])
         commands = self.controller(seen)
         self.in_force |= coils(commands, self.chambers)
         for chamber, (inlet, outlet) in self.in_force.items():
@@ -207,7 +207,9 @@ def _scheduled(built: Built) -> Log:
             for side in ("inlet", "outlet")
         ]
         state = [False, False]
-        for time, side, on in sorted((t, k, on) for k, told in enumerate(sides) for t, on in told):
+        for time, side, on in sorted(
+            (t, k, on) for k, seen_values in enumerate(sides) for t, on in seen_values
+        ):
             state[side] = on
             if rows and rows[-1][:2] == (time, chamber):
                 rows.pop()

@@ -33,9 +33,9 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
     rows = [[f"{label}{over}", goal["goal"], _value_text(goal["value"], goal["unit"])]]
     rows[0] += [_value_text(fresh["objective"], goal["unit"])] if fresh else []
     for k, limit in enumerate(best["limits"]):
-        asked = f"{'≥' if limit['at'] == 'least' else '≤'} {_value_text(limit['bound'], limit['unit'])}"
-        asked += f" in {_percent(limit['share'])}" if many > 1 else ""
-        line = [metric_words.words(limit["metric"]).label, asked, _kept(limit, limit, many)]
+        wanted = f"{'≥' if limit['at'] == 'least' else '≤'} {_value_text(limit['bound'], limit['unit'])}"
+        wanted += f" in {_percent(limit['share'])}" if many > 1 else ""
+        line = [metric_words.words(limit["metric"]).label, wanted, _kept(limit, limit, many)]
         rows.append(line + ([_kept(fresh["limits"][k], limit, fresh["patients"])] if fresh else []))
     return [*found, ("objective and limits", header, rows)]
 
@@ -64,7 +64,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
         lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     fresh = best["fresh_patients"]
     if fresh is None:
-        lines.append("not tried on fresh patients: the search tells no patients to draw from")
+        lines.append("not tried on fresh patients: the search states no patients to draw from")
     elif best["feasible"] and not _holds(fresh):
         lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return lines

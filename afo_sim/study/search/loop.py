@@ -1,4 +1,4 @@
-"""The loop of a search: CMA-ES asks for designs, the engine simulates them, their ranks are told back."""
+"""The loop of a search: CMA-ES proposes designs, the engine simulates them, and their ranks lead on."""
 
 import math
 import pathlib
@@ -91,7 +91,7 @@ class Evolution:
     """A search by covariance matrix adaptation, on ranks alone.
 
     All that it draws comes from its seed, so that the same ranks lead to the same designs, bit for bit, on
-    the same machine: a search goes on after a kill by being told again what it was told before.
+    the same machine: a search goes on after a kill by being given again what it was given before.
 
     Source
     ------
@@ -109,7 +109,7 @@ class Evolution:
             "verbose": -9,
             "signals_filename": "",  # no options from whatever file lies in the current folder
             "tolx": CONVERGED,
-            # What it is told are ranks, of which the best is always the same: they tell no progress.
+            # It is given ranks, of which the best is always the same: they show no progress.
             "tolfun": 0.0,
             "tolfunhist": 0.0,
             "tolxstagnation": False,
@@ -146,7 +146,7 @@ class Problem:
     """The problem of a search: ranges, constraints on them, aim, number of starts.
 
     Every start is a search of its own with its own seed, and none learns from another: how far apart they end
-    tells how far the result depends on chance.
+    shows how far the result depends on chance.
     """
 
     parameters: tuple[Parameter, ...]

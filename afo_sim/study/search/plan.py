@@ -188,7 +188,7 @@ class LimitTable(StrictTable):
     @model_validator(mode="after")
     def _has_one_bound(self) -> "LimitTable":
         if (self.at_least is None) == (self.at_most is None):
-            raise refusal("the bound is not told, or twice", "at_least or at_most", "at_least")
+            raise refusal("the bound is not stated, or twice", "at_least or at_most", "at_least")
         return self
 
 
@@ -256,7 +256,7 @@ def search_of(
     """
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):
-        raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
+        raise InputError("is not stated, or twice", file=file, field="objective", allowed="lowest or highest")
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     table = {
         "scenario": plain_scenario(scenario),

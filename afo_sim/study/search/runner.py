@@ -128,7 +128,7 @@ def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | No
     ----------
     opened : from `open_search`
     who : simulates
-    report : told after every generation
+    report : called after every generation
 
     Returns
     -------
@@ -221,7 +221,7 @@ def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -
 
 
 def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
-    """The best design of each start, by which the spread over seeds is told."""
+    """The best design of each start, by which the spread over seeds is shown."""
     problem = opened.problem
     found: list[dict[str, Any]] = []
     for start, seed in enumerate(problem.seeds):

@@ -224,7 +224,7 @@ def _tube_notes(trials: Trials, tried: list[Tried], length: float) -> list[str]:
 
 
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
-SAGS = 2.0  # share of the set pressure from which on a sag is told [percent]
+SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
 ASKED = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
 NOTES = (
     "g, l: mass and volume of the source; mean, peak: flow out of it [l/min] of the free gas",
@@ -257,7 +257,7 @@ def size_supply(trials: Trials, hours: float | None = None, strides: float | Non
 
 
 def _source_answer(tried: list[Tried], requirements: tuple[Requirement, ...]) -> str:
-    """The lightest, and those that meet the limits too and whose mass nobody tells."""
+    """The lightest, and those that meet the limits too and whose mass nobody states."""
     known = [each for each in tried if math.isfinite(each.candidate.size)]
     unknown = [each for each in tried if each not in known]
     more = ", ".join(each.name for each in unknown if each.meets)

@@ -89,12 +89,12 @@ def _candidate(
 
 def doubt_of(muscle: Muscle) -> str:
     """Why a muscle's force is not sure: its law has no number from a measurement; "" where it has one."""
-    told = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
-    if not told:
+    kinds = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
+    if not kinds:
         return NOT_MEASURED if muscle.grade == "D" else ""
-    if told - {"assumed", "derived"}:
+    if kinds - {"assumed", "derived"}:
         return ""
-    if "derived" in told:
+    if "derived" in kinds:
         return DERIVED
     return UPPER_BOUND if muscle.law in IDEAL else NOT_MEASURED
 

@@ -1,8 +1,8 @@
 """The least supply pressure that meets what is wanted: a scan, then ever closer between what fails and holds.
 
-More pressure can be worse: it holds push-off back. So a scan of the whole range comes first, and what is told
-is where it begins to hold, and from where on it no longer does. A pressure that a muscle or a valve is not
-allowed never suffices.
+More pressure can be worse: it holds push-off back. So a scan of the whole range comes first, and the
+answer is where it begins to hold, and from where on it no longer does. A pressure that a muscle or a valve
+is not allowed never suffices.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ from afo_sim.study.sizing.trial import Trials, sentence_of
 STEP = 5e3  # to which the answer is found [Pa]
 SCAN = 9  # pressures that are tried first
 LOWEST = 5e4  # of the scan, gauge [Pa]
-HIGHEST = 6e5  # where no muscle tells its own limit [Pa]
+HIGHEST = 6e5  # where no muscle states its own limit [Pa]
 INNER = 3  # pressures tried at once between one that fails and one that holds
 Range = tuple[float, float]
 
@@ -72,12 +72,12 @@ def candidate(pressure: float) -> Candidate:
 
 
 def _run(trials: Trials, pressures: Sequence[float], done: int = 0) -> list[Tried]:
-    """What runs at these pressures [Pa] tell; one that is not allowed does not meet what is wanted."""
+    """What runs at these pressures [Pa] give; one that is not allowed does not meet what is wanted."""
     found = trials.run([candidate(p) for p in pressures], beyond=done)
     for k, each in enumerate(found):
         if limit := exceeded(trials.scenario, each.candidate.size):
-            told = f"beyond what {limit[1]} allowed ({bar(limit[0])})"
-            found[k] = dataclasses.replace(each, short={ALLOWED: told, **each.short})
+            beyond = f"beyond what {limit[1]} allowed ({bar(limit[0])})"
+            found[k] = dataclasses.replace(each, short={ALLOWED: beyond, **each.short})
     return found
 
 

@@ -175,7 +175,7 @@ class Candidate:
     name : as the catalogue or the user calls it
     size : by which candidates are ordered and drawn [SI]
     sets : that lay it over the scenario
-    facts : what the table tells of it, by column
+    facts : what the table shows of it, by column
     excluded : why it is not run; "" where it is
     notes : what to mind of it
     doubt : why one that is surer goes before it, such as "not measured"; "" where there is no reason
@@ -192,11 +192,11 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate, and what the run with it told.
+    """A candidate, and what the run with it gave.
 
     status : "run", or "excluded" before it, "refused" by the description, "failed"
     reason : of that, in words
-    values : of each metric that is asked for [its unit]; NaN where the run does not tell it
+    values : of each metric that is asked for [its unit]; NaN where the run does not have it
     short : {what it does not meet: by how much, in words}; empty where it meets all
     notes : what to mind
     """

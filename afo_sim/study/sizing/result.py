@@ -96,7 +96,7 @@ def nearest_miss(tried: Sequence[Tried], requirements: Sequence[Requirement], no
     labels = {each.label for each in requirements}
     closest = min(ran, key=lambda each: (bool(each.short.keys() - labels), closeness(each, requirements)))
     how = sentence_of(requirements, closest.values)
-    how += "".join(f", but {told}" for name, told in closest.short.items() if name not in labels)
+    how += "".join(f", but {how}" for name, how in closest.short.items() if name not in labels)
     return f"{nothing} that was tried meets all limits; closest comes {closest.name}: {how}"
 
 
@@ -133,9 +133,9 @@ def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
     worse = [each for each in tried[tried.index(best) + 1 :] if each.status == "run" and each.short]
     if not worse:
         return []
-    told = "; ".join(f"{each.name} ({each.why})" for each in worse[:3])
+    shown = "; ".join(f"{each.name} ({each.why})" for each in worse[:3])
     more = f"; and {len(worse) - 3} more" if len(worse) > 3 else ""
-    return [f"a larger {what} is not better: {told}{more}"]
+    return [f"a larger {what} is not better: {shown}{more}"]
 
 
 FILES = ("size.csv", "size.json", "size.png")
@@ -202,11 +202,11 @@ class Sizing:
             "interval_bar": None
             if self.interval is None
             else [1e-5 * p if math.isfinite(p) else None for p in self.interval],
-            "tried": [self._told(each) for each in self.tried],
+            "tried": [self._row(each) for each in self.tried],
             "request": self.request,
         }
 
-    def _told(self, each: Tried) -> dict[str, Any]:
+    def _row(self, each: Tried) -> dict[str, Any]:
         return {
             "name": each.name,
             "size": _plain(each.candidate.size),

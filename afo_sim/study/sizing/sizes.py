@@ -72,7 +72,7 @@ def size(
     Raises
     ------
     InputError
-        There is no such kind, chamber or metric; an option is another kind's; nothing tells what is wanted.
+        There is no such kind, chamber or metric; an option is another kind's; nothing states what is wanted.
 
     Examples
     --------
@@ -167,14 +167,14 @@ def requested(
     read = {name: _read(name, value, description) for name, value in given.items()}
     if kind == "tube" and "length" not in read:
         raise InputError(
-            "is needed: nothing tells how long the tubes are", field="length", allowed='as "0.8 m"'
+            "is needed: nothing states how long the tubes are", field="length", allowed='as "0.8 m"'
         )
     at_cadence(description, read.get("cadence"))
     orthosis, texts = description.orthosis, [limits] if isinstance(limits, str) else limits or ()
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
     if not requirements and not read.keys() & {"hours", "strides"}:
-        problem = "is needed: nobody walks here, and nothing tells what the device is to reach"
+        problem = "is needed: nobody walks here, and nothing states what the device is to reach"
         raise InputError(problem, field="limit", allowed=f"a metric and a bound, such as {EXAMPLES}")
     return Request(kind, description, requirements, chamber, read)
 
@@ -186,7 +186,7 @@ def at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
     if scenario.gait is None:
         raise InputError("is of walking", field="cadence", value=cadence, allowed="none for a fixed shank")
     if scenario.gait.speed is not None:
-        problem = "stands beside the scenario's gait.speed, which tells the pace"
+        problem = "stands beside the scenario's gait.speed, which states the cadence"
         raise InputError(problem, field="cadence", value=cadence, allowed="gait.speed alone, with --set")
     return scenario.set({"gait.stride_time": f"{120.0 / cadence:.9g} s"})  # two steps a stride
 

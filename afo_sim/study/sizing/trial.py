@@ -21,7 +21,7 @@ Report = Callable[[int, int, str], None]
 BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
 HALVINGS = 4  # of the scenario's time step, at most
 STRETCHED = 1.001  # a step is adjusted to a stride by less
-FULL = 100.5  # share of a limit that is told as beyond it [percent]
+FULL = 100.5  # share of a limit from which on it is reported as beyond it [percent]
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ class Trials:
         cases = [dict(each.sets) for each in candidates if not each.excluded]
         asked = Asked(self.metrics, doubts=False)
 
-        def told(done: int, count: int) -> None:
+        def progress(done: int, count: int) -> None:
             if self.report is not None:
                 self.report(beyond + done, beyond + count, self.doing)
 
-        found = in_order(self.scenario, cases, asked, self.threads or processors(), BATCH, told)
+        found = in_order(self.scenario, cases, asked, self.threads or processors(), BATCH, progress)
         outcomes = iter(found)
         tried = [
             Tried(each, "excluded", each.excluded) if each.excluded else self.judged(each, next(outcomes))
@@ -89,7 +89,7 @@ class Trials:
         return Tried(candidate, "run", values=values, short=short, notes=notes)
 
     def _check_told(self, tried: Sequence[Tried]) -> None:
-        """Refuse a metric that no run tells; a time to fill may simply not be reached."""
+        """Refuse a metric that no run has; a time to fill may simply not be reached."""
         ran = [each for each in tried if each.status == "run"]
         for requirement in self.requirements:
             name = requirement.metric
@@ -104,7 +104,7 @@ def with_fine_step(scenario: Scenario, candidate: Candidate) -> Candidate:
     """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
     try:
         orthosis = scenario.set(candidate.sets).orthosis
-    except InputError:  # the case's own trouble, which its run tells
+    except InputError:  # the case's own trouble, which its run reports
         return candidate
     for halving in range(HALVINGS + 1):
         step = scenario.timestep / 2**halving
@@ -130,7 +130,7 @@ def shortfall(requirement: Requirement, value: float) -> str:
     return f"{label} {by} {way} {requirement.wanted[2:]}"
 
 
-def told(requirement: Requirement, value: float) -> str:
+def value_with_limit(requirement: Requirement, value: float) -> str:
     """A value and its limit, as part of a sentence."""
     label = requirement.label[0].lower() + requirement.label[1:]
     undefined = "not reached" if is_filling(requirement.metric) else "not defined"
@@ -140,4 +140,4 @@ def told(requirement: Requirement, value: float) -> str:
 
 def sentence_of(requirements: Sequence[Requirement], values: Mapping[str, Any]) -> str:
     """All values with their limits."""
-    return ", ".join(told(each, values.get(each.metric, math.nan)) for each in requirements)
+    return ", ".join(value_with_limit(each, values.get(each.metric, math.nan)) for each in requirements)

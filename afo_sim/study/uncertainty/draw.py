@@ -32,7 +32,7 @@ from afo_sim.study.uncertainty.spreads import (
 )
 
 STRIDE_TIME = "gait.stride_time"
-NOTABLE = 0.01  # share cut off at a bound from which on it is told [-]
+NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
-    """Spreads held against a scenario: what is drawn, and what is left out and why."""
+class Applied:
+    """Spreads applied to a scenario: what is drawn, and what is left out and why."""
 
     unknowns: tuple[Unknown, ...]
     fits: tuple[Fit, ...]
@@ -77,7 +77,7 @@ class Held:
     notes: tuple[str, ...] = ()
 
 
-def held(spreads: Spreads, scenario: Scenario) -> Held:
+def applied(spreads: Spreads, scenario: Scenario) -> Applied:
     """What of some spreads a scenario has."""
     unknowns: list[Unknown] = []
     fits: list[Fit] = []
@@ -101,7 +101,7 @@ def held(spreads: Spreads, scenario: Scenario) -> Held:
                 raise InputError(problem, file=spreads.file, field=f"parameters.{name}", value=key)
             taken[key] = name
     notes = tuple(note for unknown in unknowns for note in _cut_off(unknown))
-    return Held(tuple(unknowns), tuple(fits), tuple(left_out), notes)
+    return Applied(tuple(unknowns), tuple(fits), tuple(left_out), notes)
 
 
 def fitted(muscle: Muscle) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[s
 
 
 def _own(field: Field, scenario: Scenario) -> float | None:
-    """The scenario's own value of a field; of a stride time that is not told the recording's."""
+    """The scenario's own value of a field; of a stride time that is not stated the recording's."""
     if field.value is None and field.key == STRIDE_TIME and scenario.gait is not None:
         return None if scenario.gait.speed is not None else float(stride_time_of(scenario))
     return None if field.value is None else float(field.value)
@@ -156,7 +156,7 @@ def derived_path(scenario: Scenario) -> bool:
 
 
 def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) -> Iterator[Field]:
-    """Fields of a scenario whose key fits a pattern; what is not there is told.
+    """Fields of a scenario whose key fits a pattern; what is not there is noted.
 
     A star stands for a name: of a muscle group, a chamber, a segment.
     """
@@ -278,7 +278,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """What one measurement would tell, or one thing that varies: its standard normal deviates (n, k)."""
+    """What one measurement would give, or one thing that varies: its standard normal deviates (n, k)."""
 
     name: str
     each_stride: bool
@@ -312,16 +312,16 @@ class Draws:
         return np.sum([np.zeros(self.count), *found], axis=0)
 
 
-def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
+def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     """Draw together whatever spreads.
 
     Unknowns and fits are independent of each other: a Latin hypercube in as many dimensions as they have
     deviates. The numbers of a fit follow its covariance; draws that are not muscles are rejected whole and
     drawn anew, for clipping would heap them up at a bound, against their correlations.
     """
-    widths = [1] * len(held.unknowns) + [len(fitted(fit.muscle)) for fit in held.fits]
+    widths = [1] * len(spreads.unknowns) + [len(fitted(fit.muscle)) for fit in spreads.fits]
     if not widths:
-        raise InputError("this scenario has nothing of what the spreads tell", field="spreads")
+        raise InputError("this scenario has nothing of what the spreads state", field="spreads")
     generator = np.random.default_rng(seed)
     share = qmc.LatinHypercube(sum(widths), seed=generator).random(count)
     deviates = stats.norm.ppf(share)
@@ -329,15 +329,17 @@ def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     columns: list[Column] = []
     owners: list[tuple[str, SpreadTable, np.ndarray]] = []
     rejected = 0
-    for unknown, part in zip(held.unknowns, parts, strict=False):
+    for unknown, part in zip(spreads.unknowns, parts, strict=False):
         columns += _columns(unknown, part[:, 0])
         owners.append((unknown.name, unknown.table, part))
-    for fit, part in zip(held.fits, parts[len(held.unknowns) :], strict=True):
+    for fit, part in zip(spreads.fits, parts[len(spreads.unknowns) :], strict=True):
         legal, again = _legal(fit, part, generator)
         rejected += again
         columns += _of_fit(fit, legal, scenario)
         owners.append((fit.name, fit.table, legal))
-    return Draws(count, seed, tuple(columns), tuple(_groups(owners)), rejected, held.left_out, held.notes)
+    return Draws(
+        count, seed, tuple(columns), tuple(_groups(owners)), rejected, spreads.left_out, spreads.notes
+    )
 
 
 def _columns(unknown: Unknown, deviates: np.ndarray) -> Iterator[Column]:
@@ -398,7 +400,7 @@ def joint_parameters(
         raise InputError(problem, file=file, field="scenario", allowed="a scenario with a gait")
     if cases < FEWEST:
         raise InputError("is too few", file=file, field="cases", value=cases, allowed=f"{FEWEST} or more")
-    drawn = draw(held(read(spreads, file), scenario), scenario, cases, seed)
+    drawn = draw(applied(read(spreads, file), scenario), scenario, cases, seed)
     found = []
     for column in drawn.columns:
         if not is_free(column.name):

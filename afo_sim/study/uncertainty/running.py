@@ -20,7 +20,7 @@ from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
-from afo_sim.study.uncertainty.draw import Column, Draws, Held, draw, held
+from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -159,17 +159,17 @@ class Found:
         return found + self.heights[self.ok, None] if column in HIGH else found
 
 
-def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
-    """What is drawn for bands; refuses those that cannot be told."""
+def check_draws(scenario: Scenario, count: int, spreads: str) -> Applied:
+    """What is drawn for bands; refuses those that cannot be drawn."""
     if not scenario.walking:
-        problem = "bands are told of walking, and here nobody walks"
+        problem = "bands are of walking, and here nobody walks"
         raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
     if not isinstance(count, int) or not FEWEST <= count <= MOST:
         problem = "is not a number of draws that gives a band from 5 to 95 %"
         raise InputError(problem, field="draws", value=count, allowed=f"{FEWEST} to {MOST}")
-    found = held(read(spreads), scenario)
+    found = applied(read(spreads), scenario)
     if not (found.unknowns or found.fits):
-        problem = "this scenario has nothing of what they tell"
+        problem = "this scenario has nothing of what they state"
         raise InputError(problem, field="spreads", value=spreads, allowed="spreads of what it has")
     return found
 
@@ -185,9 +185,9 @@ def uncertainty(
     threads: int = 0,
 ) -> dict[str, Any]:
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
-    drawn = draw(check_asked(scenario, draws, spreads), scenario, draws, seed)
+    drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
     found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
-    return {"spreads": spreads} | told_of(found, recording)
+    return {"spreads": spreads} | bands_of(found, recording)
 
 
 def _run(
@@ -198,18 +198,18 @@ def _run(
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
     asked = Asked(kept, doubts=False, curves=(*CURVES, *pressures))
 
-    def told(done: int, count: int) -> None:
+    def progress(done: int, count: int) -> None:
         if report is not None:
             report(done, count, "drawing what is not known")
 
     cases = [draws.sets(k) for k in range(draws.count)]
-    return in_order(scenario, cases, asked, threads, CHUNK, told)
+    return in_order(scenario, cases, asked, threads, CHUNK, progress)
 
 
-def told_of(found: Found, recording: Recording) -> dict[str, Any]:
+def bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
-    told: dict[str, Any] = {
+    bands: dict[str, Any] = {
         "draws": draws.count,
         "seed": draws.seed,
         "failed": _failed(found),
@@ -224,25 +224,25 @@ def told_of(found: Found, recording: Recording) -> dict[str, Any]:
         "trips": {},
     }
     if not ok.any():
-        return told
+        return bands
     for name in METRICS:
         values = found.metric(name)[ok]
         if name in recording.metrics and np.isfinite(values).any():
-            told["metrics"][name] = {
+            bands["metrics"][name] = {
                 "unit": recording.metrics[name].unit,
                 "own": recording.metrics[name].value,
                 "quantiles": quantiles(values[np.isfinite(values)]),
                 "undefined": int(np.count_nonzero(~np.isfinite(values))),
             }
-    told["phase"] = CYCLE[::EVERY].tolist()
+    bands["phase"] = CYCLE[::EVERY].tolist()
     kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
-    told["curves"] = {name: quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
-    told["trips"] = _trips(found, recording)
-    shares = {name: _explained(found, name) for name in EXPLAINED if name in told["metrics"]}
-    told["groups"] = _groups(draws, shares)
-    told["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
-    told["measure_next"] = _next(told["groups"])
-    return told
+    bands["curves"] = {name: quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
+    bands["trips"] = _trips(found, recording)
+    shares = {name: _explained(found, name) for name in EXPLAINED if name in bands["metrics"]}
+    bands["groups"] = _groups(draws, shares)
+    bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
+    bands["measure_next"] = _next(bands["groups"])
+    return bands
 
 
 def _failed(found: Found) -> dict[str, Any]:
@@ -264,7 +264,7 @@ def _notes(found: Found, recording: Recording) -> list[str]:
         notes.append(f"{restless} draws have no stride that repeats; theirs is the last that was walked")
     needed = fewest([group.deviates for group in found.draws.groups])
     if int(found.ok.sum()) < needed:
-        notes.append(f"the draws are too few to tell what explains the bands: it takes {needed}")
+        notes.append(f"the draws are too few to show what explains the bands: it takes {needed}")
     for name in METRICS:
         values = found.metric(name)[found.ok & np.isfinite(found.metric(name))]
         own = float(recording.metrics.get(name, np.nan))
@@ -349,6 +349,6 @@ def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[s
 
 
 def _next(groups: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The groups to measure next: those that explain most of the clearance, and that a measurement tells."""
+    """The groups to measure next: those that explain most of the clearance, and that a measurement gives."""
     known = [g for g in groups if not g["each_stride"] and g["explained"].get(CLEARANCE, 0.0) > 0.0]
     return [str(group["name"]) for group in known[:MEASURED_NEXT]]

@@ -100,7 +100,7 @@ _INVERSE: dict[str, Callable[[float, float, float], float]] = {
 
 
 EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
-WIDTHS = {  # of a distribution: the options that tell how wide it is, one of them
+WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
     "normal": ("sd", "relative_sd"),
     "lognormal": ("factor_sd",),
     "uniform": ("within", "relative_within"),
@@ -190,11 +190,11 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
     if not name.isascii() or not name.isidentifier():
         raise wrong("is not a valid name", "", "letters, digits and _, a letter first")
     if sum(getattr(table, option) is not None for option in ("key", "keys", "fit", "height")) != 1:
-        raise wrong("what is drawn is not told, or twice", "", "one of key, keys, fit, height")
+        raise wrong("what is drawn is not stated, or twice", "", "one of key, keys, fit, height")
     if (table.height == EACH_STRIDE) > table.each_stride:
         raise wrong("varies from stride to stride", "each_stride", "true")
     if table.measure and table.each_stride:
-        raise wrong("goes with what a measurement can tell, not with what varies", "measure")
+        raise wrong("goes with what a measurement can give, not with what varies", "measure")
     for key in table.keys or filter(None, (table.key,)):
         _check_key(file, name, key)
     for option in QUANTITIES:
@@ -277,7 +277,7 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
 
 
 def elsewhere(parts: list[str]) -> bool:
-    """Whether some scenario has such a key: the types alone tell, with any name of a muscle or chamber."""
+    """Whether some scenario has such a key: the types alone show it, with any name of a muscle or chamber."""
     return _astray(parts, Scenario) is None
 
 
@@ -288,7 +288,7 @@ def _astray(parts: list[str], node: Any) -> tuple[str, list[str]] | None:
     kind, name = core(node)[0], parts[0].partition("[")[0]
     if is_list_of_tables(kind):  # "path[0].spacing", or split "path", "0", "spacing"
         return _astray(parts[1:] if parts[0].isdigit() else parts, get_args(kind)[0])
-    if kind in SETS:  # a law's parameters: which they are, its muscle tells
+    if kind in SETS:  # a law's parameters: its muscle states which they are
         return None
     if get_origin(kind) is dict:
         return _astray(parts[1:], get_args(kind)[1])

@@ -15,7 +15,7 @@ from afo_sim.study import sweep_plan
 from afo_sim.study.design import cases_of
 from afo_sim.study.replay import replay
 from afo_sim.study.results import read as read_results
-from afo_sim.study.uncertainty.draw import draw, held
+from afo_sim.study.uncertainty.draw import applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
 JOINT = """
@@ -41,7 +41,7 @@ def plan_of(folder: pathlib.Path, text: str) -> sweep_plan.Plan:
 def test_cases_are_the_draws_of_a_run(tmp_path: pathlib.Path) -> None:
     cases = cases_of(plan_of(tmp_path, JOINT.format(chunk=8)))
     walk = load("scenario", "walk-dropfoot-afo", {"duration": "2.6 s", "timestep": "4 ms"})
-    drawn = draw(held(read("usual"), walk), walk, 24, 5)
+    drawn = draw(applied(read("usual"), walk), walk, 24, 5)
     assert len(cases) == 24
     for case in (0, 11, 23):
         fixed = {"duration": "2.6 s", "timestep": "4 ms"}
@@ -115,7 +115,7 @@ def test_the_library_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
     }
     found = afo_sim.sweep("walk-dropfoot-afo", {}, fixed, **asked, seed=5, threads=1)
     walk = load("scenario", "walk-dropfoot-afo", fixed)
-    drawn = draw(held(read("usual"), walk), walk, 20, 5)
+    drawn = draw(applied(read("usual"), walk), walk, 20, 5)
     (cuff,) = (column.values for column in drawn.columns if column.name == "cuff")
     assert (found["cuff"] == cuff).all()
 

@@ -16,7 +16,7 @@ from afo_sim.simulation.recording import Recording, read_recording
 from afo_sim.simulation.run import run
 from afo_sim.study.engine import CYCLE
 from afo_sim.study.run_studies import with_studies
-from afo_sim.study.uncertainty.running import check_asked, uncertainty
+from afo_sim.study.uncertainty.running import check_draws, uncertainty
 
 SHORT = {"timestep": "4 ms", "duration": "4 s"}
 NOTHING = """
@@ -211,12 +211,12 @@ def test_who_wears_nothing_has_bands_of_tissue_and_strides() -> None:
 @pytest.mark.parametrize("count", [-3, 1, 19, 10**7, "20", 20.5])
 def test_a_number_of_draws_that_tells_nothing_is_refused(walk: Scenario, count: Any) -> None:
     with pytest.raises(InputError, match="20 to 100000"):
-        check_asked(walk, count, "usual")
+        check_draws(walk, count, "usual")
 
 
 def test_who_does_not_walk_has_no_bands() -> None:
     with pytest.raises(InputError, match="nobody walks"):
-        check_asked(load("scenario", "seated"), 200, "usual")
+        check_draws(load("scenario", "seated"), 200, "usual")
 
 
 def test_a_run_keeps_its_bands(tmp_path: pathlib.Path, walk: Scenario, plain: Recording) -> None:

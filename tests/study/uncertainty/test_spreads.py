@@ -12,7 +12,7 @@ from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.engine import outcomes
-from afo_sim.study.uncertainty.draw import Held, held
+from afo_sim.study.uncertainty.draw import Applied, applied
 from afo_sim.study.uncertainty.spreads import read
 
 CUFF = """
@@ -37,19 +37,19 @@ def written(folder: pathlib.Path, text: str) -> pathlib.Path:
     return file
 
 
-def held_of(folder: pathlib.Path, text: str, scenario: Scenario) -> Held:
-    return held(read(written(folder, text)), scenario)
+def applied_to(folder: pathlib.Path, text: str, scenario: Scenario) -> Applied:
+    return applied(read(written(folder, text)), scenario)
 
 
 def refused(folder: pathlib.Path, text: str, scenario: Scenario) -> InputError:
     with pytest.raises(InputError) as caught:
-        held_of(folder, text, scenario)
+        applied_to(folder, text, scenario)
     return caught.value
 
 
 def test_every_shipped_file_fits_the_shipped_walk(walk: Scenario) -> None:
     for name in assets.names("uncertainty"):
-        found = held(read(name), walk)
+        found = applied(read(name), walk)
         assert found.unknowns and found.fits and not found.left_out and not found.notes
 
 
@@ -75,7 +75,7 @@ def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenar
     kind = "assumed"
     source = "a test"
     """
-    valve, links, pace = held_of(tmp_path, text, walk).unknowns
+    valve, links, pace = applied_to(tmp_path, text, walk).unknowns
     (target,) = valve.targets
     own = walk.orthosis.chamber["dorsiflexor"].inlet.conductance
     assert len(target.keys) == 4 and target.own == own
@@ -96,20 +96,20 @@ def test_bounds_are_those_of_the_field_and_of_the_table(tmp_path: pathlib.Path, 
     kind = "assumed"
     source = "a test"
     """
-    ((target,),) = (unknown.targets for unknown in held_of(tmp_path, text, walk).unknowns)
+    ((target,),) = (unknown.targets for unknown in applied_to(tmp_path, text, walk).unknowns)
     assert (target.distribution.lower, target.distribution.upper) == (0.0, 4.0)
 
 
 def test_what_is_cut_off_at_a_bound_is_told(tmp_path: pathlib.Path, walk: Scenario) -> None:
     text = CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'key = "patient.passive_scale"')
-    found = held_of(tmp_path, text.replace("factor_sd = 0.35", "factor_sd = 0.5\nat_most = 1.1"), walk)
+    found = applied_to(tmp_path, text.replace("factor_sd = 0.35", "factor_sd = 0.5\nat_most = 1.1"), walk)
     beyond = 0.5 * math.erfc(math.log(1.1) / 0.5 / math.sqrt(2.0))
     assert f"{100 * beyond:.0f} %" in found.notes[0]
 
 
 @pytest.mark.parametrize("scenario", ["walk-dropfoot", "walk-healthy"])
 def test_without_an_orthosis_its_parts_are_left_out_and_told(scenario: str) -> None:
-    found = held(read("usual"), load("scenario", scenario))
+    found = applied(read("usual"), load("scenario", scenario))
     assert {unknown.name for unknown in found.unknowns} >= {"tissue", "toe_extension", "pace", "swing_path"}
     assert not found.fits
     assert {line.partition(":")[0] for line in found.left_out} >= {"muscle_fit", "bore", "cuff", "inlet"}
@@ -118,26 +118,26 @@ def test_without_an_orthosis_its_parts_are_left_out_and_told(scenario: str) -> N
 def test_a_rigid_cuff_is_left_out(walk: Scenario) -> None:
     table = walk.resolved()
     table["orthosis"]["anchor"] = {}
-    found = held(read("usual"), load("scenario", table))
+    found = applied(read("usual"), load("scenario", table))
     told = [line.partition(":")[0] for line in found.left_out]
     assert "cuff" in told and "plate" in told and "bore" not in told
 
 
 def test_a_recorded_path_has_no_error_of_a_derived_one(walk: Scenario) -> None:
     recorded = walk.set({"gait.cycle": "opensim_walk"})
-    found = held(read("usual"), recorded)
+    found = applied(read("usual"), recorded)
     assert "own_walking" not in {unknown.name for unknown in found.unknowns}
     assert any(line.startswith("own_walking: ") for line in found.left_out)
 
 
 def test_a_speed_has_no_stride_time_beside_it(walk: Scenario) -> None:
-    found = held(read("usual"), walk.set({"gait.speed": "1.3 m/s"}))
+    found = applied(read("usual"), walk.set({"gait.speed": "1.3 m/s"}))
     assert any("gait.stride_time has no value here" in line for line in found.left_out)
 
 
 def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> None:
     text = CUFF.replace("orthosis.anchor.shank.stiffness", "orthosis.muscle.*.type.return_stiffness")
-    found = held_of(tmp_path, text, walk)
+    found = applied_to(tmp_path, text, walk)
     assert not found.unknowns and len(found.left_out) == 2 and "zero" in found.left_out[0]
 
 
@@ -182,7 +182,7 @@ def test_no_usual_spread_lifts_the_toe_whichever_way_it_goes() -> None:
     """One that did would make a device look safer, the less is known of it."""
     scenario = load("scenario", "walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"})
     ways: list[dict[str, str]] = []
-    for unknown in held(read("usual"), scenario).unknowns:
+    for unknown in applied(read("usual"), scenario).unknowns:
         for deviate in (-1.0, 1.0):
             values = [(t, float(t.distribution.at(np.array([deviate]), t.own)[0])) for t in unknown.targets]
             ways.append({k: format_quantity(value, t.unit) for t, value in values for k in t.keys})
