@@ -27,26 +27,26 @@ from afo_sim.metrics.words import words
 from afo_sim.simulation.kept_model import to_binary
 from afo_sim.simulation.recording import Recording
 
-TITLES = ("name", "value", "unit", "label")
-QUANTILES = ("quantile_5", "quantile_50", "quantile_95")  # of the draws of a run with bands
+_TITLES = ("name", "value", "unit", "label")
+_QUANTILES = ("quantile_5", "quantile_50", "quantile_95")  # of the draws of a run with bands
 
 
-def write_metrics(recording: Recording, path: pathlib.Path) -> None:
+def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
     """Write a run's metrics, one a line: name, value in its unit, unit, and what it is called.
 
     A run with bands has three columns more: 5, 50 and 95 % of its draws, empty where a metric has no band.
     """
     drawn = recording.studies.get("uncertainty", {}).get("metrics", {})
-    nothing = {"quantiles": [""] * len(QUANTILES)}
+    nothing = {"quantiles": [""] * len(_QUANTILES)}
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow([*TITLES, *(QUANTILES if drawn else ())])
+        writer.writerow([*_TITLES, *(_QUANTILES if drawn else ())])
         for name, metric in recording.metrics.items():
             bands = drawn.get(name, nothing)["quantiles"] if drawn else ()
             writer.writerow([name, float(metric), metric.unit, words(name).label, *bands])
 
 
-def write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
+def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
     """Write a run as the struct `run`.
 
     `run.columns`, `run.names`, `run.units` and `run.signs` have the same fields: values (n × 1, double), the
@@ -138,7 +138,7 @@ def _sto(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     label = legal_names(rows.columns)
     columns = {label[name]: values for name, values in rows.columns.items()}
     write_storage(path, order.recording.scenario["name"], columns, degrees=False, report=order.report)
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
 
@@ -154,20 +154,20 @@ def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
         file = _beside(path, LOADS)
         write_storage(file, file.stem, loads, degrees=False, report=order.report)
         _beside(path, LOADS_XML).write_text(external_loads(path.stem, file.name, side), encoding="utf-8")
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return (*rows.notes, note) if note else rows.notes
 
 
 def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = order.rows()
     write_csv(rows, path, order.report)
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
 
 def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = order.rows()
-    write_mat(order.recording, rows, path)
+    _write_mat(order.recording, rows, path)
     return rows.notes
 
 

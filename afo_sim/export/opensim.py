@@ -26,10 +26,10 @@ from afo_sim.simulation.recording import Recording
 ANKLE_ANGLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
 FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"
 ALONG, HEIGHT, MOMENT = "ankle/position/x", "ankle/position/z", "ankle/moment/ground"
-LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
-NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *LOADS)
+_LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
+NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *_LOADS)
 FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
-AXES = "xyz"
+_AXES = "xyz"
 
 
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
@@ -49,9 +49,9 @@ def ground_loads(rows: Rows) -> dict[str, np.ndarray]:
     force at its point: M − ((px − ax)·Fy + ay·Fx). It is nothing where the recorded force acts. In contact
     the foot is pressed otherwise than recorded, and the moment would be another one without it.
     """
-    if not set(LOADS) <= set(rows.columns):
+    if not set(_LOADS) <= set(rows.columns):
         return {}
-    forward, up, place, along, height, moment = (rows.columns[name] for name in LOADS)
+    forward, up, place, along, height, moment = (rows.columns[name] for name in _LOADS)
     given: Mapping[str, np.ndarray] = {
         f"{FORCE}x": forward,
         f"{FORCE}y": up,
@@ -59,7 +59,7 @@ def ground_loads(rows: Rows) -> dict[str, np.ndarray]:
         f"{TORQUE}z": moment - ((place - along) * up + height * forward),
     }
     none = np.zeros(len(rows.columns[TIME]))
-    labels = [f"{quantity}{axis}" for quantity in (FORCE, POINT, TORQUE) for axis in AXES]
+    labels = [f"{quantity}{axis}" for quantity in (FORCE, POINT, TORQUE) for axis in _AXES]
     return {TIME: rows.columns[TIME]} | {label: given.get(label, none) for label in labels}
 
 
@@ -84,7 +84,7 @@ def external_loads(name: str, data: str, side: str) -> str:
     )
 
 
-UNITS = (
+_UNITS = (
     "Units are S.I. units (second, meters, Newtons, ...)",
     "If the header above contains a line with 'inDegrees', this indicates whether rotational values are in "
     "degrees (yes) or radians (no).",
@@ -114,7 +114,7 @@ def write_storage(
         f"inDegrees={'yes' if degrees else 'no'}",
         "DataType=double",
         "",
-        *UNITS,
+        *_UNITS,
         "",
         "endheader",
         "\t".join(labels),
@@ -125,7 +125,7 @@ def write_storage(
         write_numbers(writer.writerows, list(columns.values()), report)
 
 
-ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
+_ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
 
 
 def side_of(recording: Recording) -> tuple[str, str]:
@@ -134,7 +134,7 @@ def side_of(recording: Recording) -> tuple[str, str]:
     It was stated by the scenario's `side`, or by a leg that is a left one. Without walking it is the leg's.
     """
     leg = recording.scenario["leg"]
-    if leg.get("directions", ANKLE) != ANKLE:
+    if leg.get("directions", _ANKLE) != _ANKLE:
         raise InputError(
             "has no ankle, and OpenSim's coordinates are of a person",
             field="leg",

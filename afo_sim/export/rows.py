@@ -14,7 +14,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.simulation.recording import Recording
 
 TIME = "time"
-OFF = 0.005  # of the rate asked for, from which the one had is reported [-]
+_OFF = 0.005  # of the rate asked for, from which the one had is reported [-]
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,12 @@ def _every(time: np.ndarray, rate: float | None) -> tuple[int, tuple[str, ...]]:
     if rate is None or len(time) < 2:
         return 1, ()
     own = (len(time) - 1) / float(time[-1] - time[0])
-    if not 0.0 < rate <= own * (1.0 + OFF):
+    if not 0.0 < rate <= own * (1.0 + _OFF):
         allowed = f"more than 0 Hz and at most the run's own {own:.5g} Hz"
         raise InputError("is out of range", field="rate", value=f"{rate:g} Hz", allowed=allowed)
     every = max(1, round(own / rate))
     had = own / every
-    if abs(had - rate) <= OFF * rate:
+    if abs(had - rate) <= _OFF * rate:
         return every, ()
     return every, (f"{had:.5g} rows a second instead of {rate:g}: whole rows of the run are kept",)
 
@@ -126,12 +126,12 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
     return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
 
 
-BLOCK = 2000  # rows from one report to the next
+_BLOCK = 2000  # rows from one report to the next
 Report = Callable[[int, int], object]
 Write = Callable[[Iterable[Iterable[float]]], object]
 
 
-def titles(rows: Rows) -> list[str]:
+def _titles(rows: Rows) -> list[str]:
     """Names with units: "ankle/angle [rad]", "gait/phase [-]"."""
     return [f"{name} [{rows.units[name] or '-'}]" for name in rows.columns]
 
@@ -143,7 +143,7 @@ def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line
-        writer.writerow(titles(rows))
+        writer.writerow(_titles(rows))
         write_numbers(writer.writerows, list(rows.columns.values()), report)
 
 
@@ -153,7 +153,7 @@ def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> No
     Units: columns (n,), report (rows done, rows in all).
     """
     count = len(columns[0])
-    for start in range(0, count, BLOCK):
-        block = [column[start : start + BLOCK].tolist() for column in columns]
+    for start in range(0, count, _BLOCK):
+        block = [column[start : start + _BLOCK].tolist() for column in columns]
         write(zip(*block, strict=True))
-        report(min(start + BLOCK, count), count)
+        report(min(start + _BLOCK, count), count)

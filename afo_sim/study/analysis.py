@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-NUMBERS = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]?\d+)?")
-FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
-FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
-BINS = (4, 12)  # at least, at most
-LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
+_NUMBERS = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]?\d+)?")
+_FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
+_FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
+_BINS = (4, 12)  # at least, at most
+_LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
 
 
 def _kind(text: str) -> str:
-    return NUMBERS.sub("#", text)
+    return _NUMBERS.sub("#", text)
 
 
 def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:
@@ -129,7 +129,7 @@ def effect(
     total = float(np.sum((metric - metric.mean()) ** 2))
     explained = counts * (means - metric.mean()) ** 2
     chance = 0.0 if grid else counts * (1.0 - counts / len(metric)) * errors**2
-    few = not grid and counts.mean() < FEWEST_FOR_SHARE
+    few = not grid and counts.mean() < _FEWEST_FOR_SHARE
     if few or len(counts) < 2 or total <= 1e-24 * float(np.sum(metric**2)):
         return Effect(places, means, errors, counts, np.nan)
     # a bin of a single block has no error to estimate chance by: its share is not known
@@ -142,9 +142,9 @@ def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.nda
     if parameter.dtype.kind in "US":
         first = np.argsort(np.unique(parameter, return_index=True)[1])  # in the order they come
         return levels[first], np.argsort(first)[bin_of]
-    if grid or len(levels) <= min(LEVELS, len(parameter) // 2):
+    if grid or len(levels) <= min(_LEVELS, len(parameter) // 2):
         return levels, bin_of
-    wanted = bins or int(np.clip(len(parameter) // FEWEST_IN_BIN, *BINS))
+    wanted = bins or int(np.clip(len(parameter) // _FEWEST_IN_BIN, *_BINS))
     edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
     _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
     return np.bincount(bin_of, parameter) / np.bincount(bin_of), bin_of

@@ -19,9 +19,9 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import Dimension, dimension, read_any_quantity
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 
-LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
-LONGEST = 1000  # characters
-DEEPEST = 60  # levels of nesting
+_LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
+_LONGEST = 1000  # characters
+_DEEPEST = 60  # levels of nesting
 COMPARISONS: dict[type[ast.cmpop], np.ufunc] = {
     ast.Lt: np.less,
     ast.LtE: np.less_equal,
@@ -182,7 +182,7 @@ class _Evaluation:
             else:
                 measures = _product(a.measures, b.measures, 1 if isinstance(node.op, ast.Mult) else -1)
             return _Operand(ARITHMETIC[type(node.op)](a.value, b.value), measures, text)
-        self._refuse(node, "is not of the language of constraints", LANGUAGE)
+        self._refuse(node, "is not of the language of constraints", _LANGUAGE)
 
     def _parameter(self, node: ast.Name) -> tuple[Any, Dimension]:
         names = [*self.constraint.units, *self.constraint.words]
@@ -201,7 +201,7 @@ class _Evaluation:
             except ValueError as error:
                 self._refuse(node, str(error))
         if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
-            self._refuse(node, "is not a number", LANGUAGE)
+            self._refuse(node, "is not a number", _LANGUAGE)
         return np.float64(value), ()
 
     def _require_alike(self, a: _Operand, b: _Operand, node: ast.expr) -> None:
@@ -232,19 +232,19 @@ def _refuse(text: str, at: int, problem: str, allowed: str = "", nearest: str | 
 
 def _parse(text: str) -> ast.expr:
     """The text as Python's grammar has it; nothing of it is ever run."""
-    if len(text) > LONGEST or not text.strip():
-        _refuse(text, 0, "is empty" if not text.strip() else "is too long", f"1 to {LONGEST} characters")
+    if len(text) > _LONGEST or not text.strip():
+        _refuse(text, 0, "is empty" if not text.strip() else "is too long", f"1 to {_LONGEST} characters")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is refused later on
             tree = ast.parse(text, mode="eval").body
         depth = _depth(tree)
     except SyntaxError as error:
-        _refuse(text, max((error.offset or 1) - 1, 0), f"cannot be read: {error.msg}", LANGUAGE)
+        _refuse(text, max((error.offset or 1) - 1, 0), f"cannot be read: {error.msg}", _LANGUAGE)
     except (ValueError, RecursionError, MemoryError):
-        _refuse(text, 0, "cannot be read", LANGUAGE)
-    if depth > DEEPEST:
-        _refuse(text, 0, "is nested too deeply", f"up to {DEEPEST} levels")
+        _refuse(text, 0, "cannot be read", _LANGUAGE)
+    if depth > _DEEPEST:
+        _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
 
 

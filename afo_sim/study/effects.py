@@ -33,10 +33,10 @@ from afo_sim.description.limits import Limits
 from afo_sim.metrics.verdict import Status
 
 CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"
-HEIGHTS = (CLEARANCE, FIRST, LOWEST)
+_HEIGHTS = (CLEARANCE, FIRST, LOWEST)
 TORQUE, TORQUE_PER_MASS = "torque_against_push_off", "torque_against_push_off_per_mass"
 WORK, PITCH, AIR = "work_against_push_off", "foot_pitch_at_contact", "air_per_stride"
-METRICS = (*HEIGHTS, TORQUE, TORQUE_PER_MASS, WORK, PITCH, AIR)
+METRICS = (*_HEIGHTS, TORQUE, TORQUE_PER_MASS, WORK, PITCH, AIR)
 # Below this a difference is none, in the metric's unit: below what can be built, felt or measured.
 NOTICED = {
     CLEARANCE: 0.1,
@@ -115,7 +115,7 @@ class Effect:
 
 Aim = Literal["lift", "heel", "push_off", "air", "spare"]
 ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
-GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
+_GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,9 @@ class Wanted:
         return max(values.get(TORQUE_PER_MASS, 0.0) / self.torque, values.get(WORK, 0.0) / self.work)
 
 
-def lowest(values: Mapping[str, float]) -> float:
+def _lowest(values: Mapping[str, float]) -> float:
     """The lowest known toe clearance [mm]: settled, of the first stride, of all; NaN where one is."""
-    heights = [values[name] for name in HEIGHTS if name in values]
+    heights = [values[name] for name in _HEIGHTS if name in values]
     return math.nan if not heights or any(map(math.isnan, heights)) else min(heights)
 
 
@@ -198,7 +198,7 @@ def _marked(
 def _gain(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> tuple[float, ...]:
     """What a step gives of what is aimed at, the first of all first."""
     if aim == "lift":
-        gain = lowest(_after(effect, base)) - lowest(base)
+        gain = _lowest(_after(effect, base)) - _lowest(base)
         return (-math.inf if math.isnan(gain) else gain,)
     if aim == "heel":
         return (effect.by(PITCH),)
@@ -208,12 +208,12 @@ def _gain(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -
     relief = -math.inf if math.isnan(relief) else relief
     if aim == "push_off" or math.isinf(relief):
         return relief, -effect.by(AIR)
-    return round(relief / GRAIN) * GRAIN, -effect.by(AIR)
+    return round(relief / _GRAIN) * _GRAIN, -effect.by(AIR)
 
 
 def _gains(gain: tuple[float, ...], aim: Aim) -> bool:
     """Whether a step gives something that is noticed."""
-    least = {"lift": NOTICED[CLEARANCE], "heel": NOTICED[PITCH], "air": NOTICED[AIR]}.get(aim, 0.99 * GRAIN)
+    least = {"lift": NOTICED[CLEARANCE], "heel": NOTICED[PITCH], "air": NOTICED[AIR]}.get(aim, 0.99 * _GRAIN)
     if aim == "spare" and gain[0] == 0.0:
         return gain[1] >= NOTICED[AIR]
     return gain[0] >= least
@@ -223,7 +223,13 @@ def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -
     """What a step takes of what goes before the aim: worse than what is wanted, and worse than now."""
     after, before = _after(effect, base), len(ORDER) if aim == "spare" else ORDER.index(aim)
     kept = (
-        ("the toe clears {:.1f} mm, {:g} mm are wanted", 1.0, lowest(base), lowest(after), wanted.clearance),
+        (
+            "the toe clears {:.1f} mm, {:g} mm are wanted",
+            1.0,
+            _lowest(base),
+            _lowest(after),
+            wanted.clearance,
+        ),
         (
             "the foot lands at {:.1f}°, {:g}° are wanted",
             1.0,
@@ -257,10 +263,10 @@ def _class(effect: Effect) -> int:
 
 
 Report = Callable[[int, int, str], None]
-DOING = "trying what to change first"
-PULLS = 1.0  # [N]
-WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
-BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
+_DOING = "trying what to change first"
+_PULLS = 1.0  # [N]
+_WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
+_BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
 @dataclass(frozen=True, repr=False)
@@ -401,7 +407,7 @@ def _hanging(scenario: Scenario, walk: Recording) -> list[str]:
     return [
         name
         for name, group in scenario.orthosis.muscle.items()
-        if all(walk[f"muscle/{name}_{k}/force"].max() < PULLS for k in range(1, group.count + 1))
+        if all(walk[f"muscle/{name}_{k}/force"].max() < _PULLS for k in range(1, group.count + 1))
     ]
 
 
@@ -413,9 +419,9 @@ def _run(
 
     def progress(done: int, count: int) -> None:
         if report is not None:
-            report(done, count, DOING)
+            report(done, count, _DOING)
 
-    return in_order(scenario, cases, asked, threads, BATCH, progress)
+    return in_order(scenario, cases, asked, threads, _BATCH, progress)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:
@@ -432,7 +438,7 @@ def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], 
     beyond = tuple(
         beyond_limit(name, outcome.metrics[name].value)
         for name in SHARES
-        if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + WORSE)
+        if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + _WORSE)
     )
     notes = tuple(warning for warning in outcome.warnings if warning not in walk.warnings)
     return dataclasses.replace(effect, differences=differences, beyond=beyond, notes=notes)

@@ -20,9 +20,9 @@ PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa],
 TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]
 RADIUS, CONTRACTION = 0.005, 0.02  # of a pulley [m], [-]
 STIFFNESS, FLOW = 2.0, 1.5  # factors; FLOW of valves and tubes
-LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
-WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
-PARTS = {"shank": "cuff", "foot": "plate"}
+_LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
+_WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
+_PARTS = {"shank": "cuff", "foot": "plate"}
 SIDES: tuple[Literal["inlet", "outlet"], ...] = ("inlet", "outlet")
 
 Barred = Literal["", "forbidden", "no air"]
@@ -117,7 +117,7 @@ def _supply(scenario: Scenario) -> Iterator[Step]:
     yield lower
     for name, group in groups.items():
         limit = group.type.limits.pressure
-        if scenario.supply.pressure + PRESSURE > limit * LIMIT:
+        if scenario.supply.pressure + PRESSURE > limit * _LIMIT:
             reason = f"the muscles of {name} are allowed {1e-5 * limit:g} bar"
             yield dataclasses.replace(upper, barred="forbidden", reason=reason)
             return
@@ -148,7 +148,7 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
     for end, axis in itertools.product(("origin", "insertion"), (0, 2)):
         anchor = group.origin if end == "origin" else group.insertion
         amount = _Amount(f"{at}.{end}.from_ankle[{axis}]", anchor.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} {end} {WAYS[axis]}, link to match", amount, ANCHOR)
+        both = _added(f"{name} {end} {_WAYS[axis]}, link to match", amount, ANCHOR)
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
             place = tuple(x + by if k == axis else x for k, x in enumerate(anchor.from_ankle))
             moved = group.model_copy(update={end: anchor.model_copy(update={"from_ankle": place})})
@@ -164,7 +164,7 @@ def _guides(name: str, at: str, group: MuscleGroup, link: _Amount) -> Iterator[S
     for number, axis in itertools.product(range(len(group.path)), (0, 2)):
         place = group.path[number]
         amount = _Amount(f"{at}.path[{number}].from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} guide {number} {WAYS[axis]}, link to match", amount, ANCHOR)
+        both = _added(f"{name} guide {number} {_WAYS[axis]}, link to match", amount, ANCHOR)
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
             there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_ankle))
             path = list(group.path)
@@ -249,7 +249,7 @@ def _air(scenario: Scenario, name: str, chamber: Chamber) -> Iterator[Step]:
 def _structure(scenario: Scenario) -> Iterator[Step]:
     """How cuff and plate give, and the thickness of the plate's sole."""
     for segment, mounting in scenario.orthosis.anchor.items():
-        at, name = f"orthosis.anchor.{segment}", f"{PARTS[segment]} stiffness"
+        at, name = f"orthosis.anchor.{segment}", f"{_PARTS[segment]} stiffness"
         assumed = any(source.kind == "assumed" for source in mounting.provenance.values())
         found: list[Step] = []
         if mounting.stiffness is not None:

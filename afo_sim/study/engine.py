@@ -40,12 +40,12 @@ from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
 from afo_sim.simulation.simulate import simulate, simulate_together
 
-M_MMAP_THRESHOLD = -3  # malloc.h of glibc
-LARGE = 1 << 20  # bytes
+_M_MMAP_THRESHOLD = -3  # malloc.h of glibc
+_LARGE = 1 << 20  # bytes
 
 
 @functools.cache
-def keep_flat() -> None:
+def _keep_flat() -> None:
     """Let the collector leave alone what is there, and glibc give large blocks back when they are freed.
 
     A collection looks at everything that was ever imported, for a few objects of a case. glibc raises the
@@ -56,16 +56,16 @@ def keep_flat() -> None:
     if sys.platform != "linux":
         return
     try:
-        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, LARGE)
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
     except (AttributeError, OSError):  # another C library
         return
 
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
 UNSETTLED = "stride-unsettled"  # code of the warning that no stride was found that repeats
-BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
+_BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
 CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
-AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
+_AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ def outcomes(
     asked: Asked = EVERYTHING,
 ) -> Iterator[Numbered]:
     """Run cases."""
-    keep_flat()
-    most_bytes = BATCH_BYTES / (1 if threads < 2 else threads + AHEAD)
+    _keep_flat()
+    most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
     with native.installed():
         yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
@@ -185,7 +185,7 @@ def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
 def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Iterator[Numbered]:
     """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
     running: dict[Future[list[Rolled]], tuple[list[Prepared], Workspace]] = {}
-    free, references = [Workspace({}) for _ in range(threads + AHEAD)], References()
+    free, references = [Workspace({}) for _ in range(threads + _AHEAD)], References()
 
     def collected(how_many: str) -> Iterator[Numbered]:
         for ended in wait(running, return_when=how_many).done:

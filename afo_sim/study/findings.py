@@ -11,11 +11,11 @@ from afo_sim.study.analysis import Effect
 from afo_sim.study.results import OWN_SEED, Results, optional
 from afo_sim.study.scales import Better
 
-DESIGN = "saltelli"
-MOST_FAILED = 0.01  # of the cases
-FEWEST_BLOCKS = 8
-RESAMPLES = 500  # of the bootstrap
-SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib takes 0 for no seed
+_DESIGN = "saltelli"
+_MOST_FAILED = 0.01  # of the cases
+_FEWEST_BLOCKS = 8
+_RESAMPLES = 500  # of the bootstrap
+_SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib takes 0 for no seed
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def varied(results: Results) -> tuple[str, ...]:
     return tuple(name for name in results.parameters if name not in seeds)
 
 
-def block_size(results: Results) -> int:
+def _block_size(results: Results) -> int:
     """Cases of one base sample."""
     return 2 * len(varied(results)) + 2
 
@@ -71,12 +71,12 @@ def indices(results: Results, metric: str) -> Indices:
     values = _blocks(results, metric)
     whole = np.isfinite(values).all(axis=1)
     failed = 1.0 - float(np.isfinite(values).mean())
-    if failed >= MOST_FAILED or whole.sum() < FEWEST_BLOCKS:
+    if failed >= _MOST_FAILED or whole.sum() < _FEWEST_BLOCKS:
         raise InputError(
             f"{100.0 * failed:.2g} % of the cases have no {metric}, and {whole.sum()} base samples are "
             "whole: too few for Sobol' indices",
             file=results.folder,
-            allowed=f"less than {100.0 * MOST_FAILED:g} %, and at least {FEWEST_BLOCKS}",
+            allowed=f"less than {100.0 * _MOST_FAILED:g} %, and at least {_FEWEST_BLOCKS}",
         )
     kept = values[whole].ravel()
     if np.ptp(kept) <= 1e-12 * np.abs(kept).max():
@@ -84,7 +84,7 @@ def indices(results: Results, metric: str) -> Indices:
     names = varied(results)
     problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
     found = optional("SALib.analyze.sobol").analyze(
-        problem, kept, calc_second_order=True, num_resamples=RESAMPLES, seed=SEED
+        problem, kept, calc_second_order=True, num_resamples=_RESAMPLES, seed=_SEED
     )
     return Indices(
         parameters=names,
@@ -101,14 +101,14 @@ def indices(results: Results, metric: str) -> Indices:
 
 def _blocks(results: Results, metric: str) -> np.ndarray:
     """The metric, one row for each base sample (N, 2d + 2)."""
-    size = block_size(results)
-    if results.design != DESIGN:
+    size = _block_size(results)
+    if results.design != _DESIGN:
         raise InputError(
             "Sobol' indices need a sweep of another design",
             file=results.folder,
             field="design",
             value=results.design,
-            allowed=DESIGN,
+            allowed=_DESIGN,
         )
     if results.unfinished or len(results) % size:
         raise InputError(
@@ -118,7 +118,7 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
     return results[metric].reshape(-1, size)
 
 
-BINNED = (
+_BINNED = (
     "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
     "so they are at most the first-order Sobol' indices, which the design saltelli gives"
 )
@@ -157,7 +157,7 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     remarks = _remarks(results, objectives)
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     found = {}
-    for name in known if results.design == DESIGN else ():
+    for name in known if results.design == _DESIGN else ():
         try:
             found[name] = indices(results, name)
         except InputError as error:
@@ -169,7 +169,7 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     effects = {name: effects_of(results, name, found.get(name)) for name in known}
     if effects:
         whole = results.levels() is not None and not any(map(results.lacking, known))
-        remarks += [] if whole else [EXACT if set(found) == set(known) else BINNED]
+        remarks += [] if whole else [EXACT if set(found) == set(known) else _BINNED]
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
         remarks.append("–: too few cases at each value, or nothing varies, to estimate a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
@@ -200,8 +200,8 @@ def effects_of(results: Results, metric: str, indices: Indices | None = None) ->
     Where there are Sobol' indices, the first-order one is the share that is reported: two estimates of one
     quantity would differ, the binned one being low by what the metric does within a bin.
     """
-    saltelli = results.design == DESIGN
-    blocks = results["case"] // block_size(results) if saltelli else None
+    saltelli = results.design == _DESIGN
+    blocks = results["case"] // _block_size(results) if saltelli else None
     grid = results.levels() is not None and not results.lacking(metric)
     found = {
         name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)

@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common.units import in_unit
 
 Relation = Literal["at", "below", "above"]
-FIRST_PHASE = (-1.5 * math.pi, 0.5 * math.pi)  # of the lowest frequency: a lag is likelier than a lead
+_FIRST_PHASE = (-1.5 * math.pi, 0.5 * math.pi)  # of the lowest frequency: a lag is likelier than a lead
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ def first_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> Ha
 
 
 def unwrapped(phase: np.ndarray) -> np.ndarray:
-    """Phases [rad] from the lowest frequency on, without jumps; the first lies within FIRST_PHASE."""
+    """Phases [rad] from the lowest frequency on, without jumps; the first lies within _FIRST_PHASE."""
     followed = np.unwrap(phase)
-    low, high = FIRST_PHASE
+    low, high = _FIRST_PHASE
     turns = math.ceil((followed[0] - high) / (2.0 * math.pi))
     found: np.ndarray = followed - 2.0 * math.pi * turns
     assert low - 1e-12 <= found[0] <= high + 1e-12
@@ -79,8 +79,8 @@ def falls_to(frequencies: np.ndarray, curve: np.ndarray, level: float) -> Crossi
 
 
 HALF_POWER = 20.0 * math.log10(math.sqrt(0.5))  # −3.01 dB
-QUARTER_TURN = -0.5 * math.pi
-SHOWN = {"rad": "deg", "Pa": "bar"}  # units that people read; others as they are
+_QUARTER_TURN = -0.5 * math.pi
+_SHOWN = {"rad": "deg", "Pa": "bar"}  # units that people read; others as they are
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class Curve:
 
         Of an output that falls as its input rises, such as the other chamber's pressure, by 270°.
         """
-        level = QUARTER_TURN - (math.pi if self.phase[0] < 1.5 * QUARTER_TURN else 0.0)
+        level = _QUARTER_TURN - (math.pi if self.phase[0] < 1.5 * _QUARTER_TURN else 0.0)
         return falls_to(self.frequency, self.phase, level)
 
     @property
@@ -139,8 +139,8 @@ class Curve:
         """Unit of `shown_gain`."""
         if self.is_ratio:
             return ""
-        over = SHOWN.get(self.input_unit, self.input_unit)
-        unit = SHOWN.get(self.unit, self.unit)
+        over = _SHOWN.get(self.input_unit, self.input_unit)
+        unit = _SHOWN.get(self.unit, self.unit)
         return f"{unit}/{over}" if over else unit
 
     @property
@@ -168,4 +168,4 @@ class Curve:
 
 def _factor(unit: str) -> float:
     """Factor from an SI unit to the one that people read."""
-    return in_unit(1.0, unit, SHOWN[unit]) if unit in SHOWN else 1.0
+    return in_unit(1.0, unit, _SHOWN[unit]) if unit in _SHOWN else 1.0

@@ -26,12 +26,12 @@ from afo_sim.study.frequency_curve import Curve, Harmonic, first_harmonic, unwra
 Report = Callable[[int, int, str], None]
 Draw = Callable[["FrequencyResponse", pathlib.Path], None]
 FREQUENCIES = (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)  # [Hz]
-PERIODS = 8  # that are run at least; half of them settle, half are analysed
-SHORTEST = 8.0  # [s]
-DOUBLINGS = 3  # of the periods, where the first harmonic has not settled
-SETTLED = 0.01  # change of the first harmonic between the halves of what is analysed [-]
-PRESSURE_AMPLITUDE = 5e4  # by default [Pa]
-FILES = ("bode.csv", "bode.json", "bode.png")
+_PERIODS = 8  # that are run at least; half of them settle, half are analysed
+_SHORTEST = 8.0  # [s]
+_DOUBLINGS = 3  # of the periods, where the first harmonic has not settled
+_SETTLED = 0.01  # change of the first harmonic between the halves of what is analysed [-]
+_PRESSURE_AMPLITUDE = 5e4  # by default [Pa]
+_FILES = ("bode.csv", "bode.json", "bode.png")
 Quantity = float | str | None
 
 
@@ -75,7 +75,7 @@ class FrequencyResponse:
             "chamber": self.chamber,
             "input_unit": self.input_unit,
             "periods": list(self.periods),
-            "settled": SETTLED,
+            "settled": _SETTLED,
             "curves": [curve.to_json() for curve in self.curves.values()],
             "scenario": self.scenario,
         }
@@ -93,7 +93,7 @@ class FrequencyResponse:
     @property
     def tolerance(self) -> float:
         """Change of a first harmonic up to which it counts as settled [-]."""
-        return SETTLED
+        return _SETTLED
 
     def save(self, folder: str | os.PathLike[str], draw: Draw | None = None) -> pathlib.Path:
         """Write bode.csv and bode.json, and bode.png if `draw` is given; together or not at all.
@@ -109,7 +109,7 @@ class FrequencyResponse:
         """
         target = pathlib.Path(folder)
         check_writable(target)
-        with together(target, FILES) as scratch:
+        with together(target, _FILES) as scratch:
             (scratch / "bode.csv").write_text(self.csv(), encoding="utf-8")
             (scratch / "bode.json").write_text(json_text(self.to_json()), encoding="utf-8")
             if draw is not None:
@@ -243,7 +243,7 @@ def _on_pressure(scenario: Scenario, chamber: str, amplitude: Quantity, mean: Qu
     if chamber not in scenario.drive:
         problem = "has no drive that follows a pressure"
         raise InputError(problem, field="chamber", value=chamber, allowed=f"a table [drive.{chamber}]")
-    size = PRESSURE_AMPLITUDE if amplitude is None else _read(amplitude, "Pa", "amplitude")
+    size = _PRESSURE_AMPLITUDE if amplitude is None else _read(amplitude, "Pa", "amplitude")
     middle = 0.5 * scenario.supply.pressure if mean is None else _read(mean, "Pa", "mean")
     if not 0.0 < size <= middle or middle + size > scenario.supply.pressure:
         problem = "goes beyond what can be asked for"
@@ -267,7 +267,7 @@ def _rounded(excitation: Excitation, timestep: float, frequencies: Sequence[floa
     except (TypeError, ValueError):
         wanted = np.array([])
     tick = excitation.tick * timestep
-    lowest, highest = 2.0 * PERIODS / (MAX_STEPS * timestep), 0.125 / tick
+    lowest, highest = 2.0 * _PERIODS / (MAX_STEPS * timestep), 0.125 / tick
     fine = (
         len(wanted) and np.isfinite(wanted).all() and (wanted >= lowest).all() and (wanted <= highest).all()
     )
@@ -284,13 +284,13 @@ def _settled(
     excitation: Excitation, frequency: float, timestep: float
 ) -> tuple[dict[str, tuple[Harmonic, float]], int]:
     """(First harmonic and how much it still changes, of each output; periods that were run)."""
-    periods = PERIODS * 2 ** max(math.ceil(math.log2(SHORTEST * frequency / PERIODS)), 0)
-    for doubling in range(DOUBLINGS + 1):
+    periods = _PERIODS * 2 ** max(math.ceil(math.log2(_SHORTEST * frequency / _PERIODS)), 0)
+    for doubling in range(_DOUBLINGS + 1):
         count = round(periods / (frequency * timestep))
         if count > MAX_STEPS:
             break
         found = _analysed(excitation, frequency, count)
-        if all(change <= SETTLED for _, change in found.values()) or doubling == DOUBLINGS:
+        if all(change <= _SETTLED for _, change in found.values()) or doubling == _DOUBLINGS:
             break
         periods *= 2
     return found, periods

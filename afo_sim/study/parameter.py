@@ -10,7 +10,7 @@ from scipy import stats
 from afo_sim.common.units import format_quantity
 
 # A sample's coordinate may be exactly zero, where a normal distribution has no quantile.
-LEAST_SHARE = 2.0**-33
+_LEAST_SHARE = 2.0**-33
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Normal:
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """The quantiles of shares from 0 to 1 (n,)."""
-        inside = np.clip(share, LEAST_SHARE, 1.0 - LEAST_SHARE)
+        inside = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
         quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
         found = self.centre * np.exp(self.sd * quantile) if self.of_logarithm else None
         found = self.centre + self.sd * quantile if found is None else found

@@ -21,13 +21,13 @@ from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, S
 from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 
 # Each way to state a parameter's values: the key that it is known by, and what goes with it.
-WAYS = {
+_WAYS = {
     "from_seed": ("from_seed",),
     "distribution": ("distribution", "mean", "median", "sd", "from", "to"),
     "values": ("values",),
     "from": ("from", "to", "scale", "steps"),
 }
-ANY_WAY = "from and to, values, distribution, or from_seed = true"
+_ANY_WAY = "from and to, values, distribution, or from_seed = true"
 
 
 class StrictTable(BaseModel):
@@ -130,12 +130,12 @@ class ParameterReader:
         return found
 
     def _spread(self) -> Spread:
-        way = next((way for way in WAYS if way in self.given), "from" if "to" in self.given else "")
+        way = next((way for way in _WAYS if way in self.given), "from" if "to" in self.given else "")
         if not way:
-            raise self._error("is missing: nothing states its values", "from", ANY_WAY)
+            raise self._error("is missing: nothing states its values", "from", _ANY_WAY)
         for option in self.given:
-            if option not in WAYS[way]:
-                raise self._error(f"does not go with {way}", option, ", ".join(WAYS[way]))
+            if option not in _WAYS[way]:
+                raise self._error(f"does not go with {way}", option, ", ".join(_WAYS[way]))
         if way == "from_seed":
             return self._own_seed()
         if way == "values":
@@ -247,7 +247,7 @@ class ParameterReader:
         )
 
 
-BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
+_BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
 
 
 def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
@@ -275,10 +275,10 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
 
 def _bound(facts: dict[str, Any]) -> str:
     """The bound that a number violates, in words."""
-    return ", ".join(f"{words} {facts[name]:g}" for name, words in BOUNDS.items() if name in facts)
+    return ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
 
 
-EXAMPLE = "pressure [bar],patient"
+_EXAMPLE = "pressure [bar],patient"
 
 
 def values_of(
@@ -287,7 +287,7 @@ def values_of(
     """Every parameter's values, as [parameters.NAME] would state them."""
     beside = sweep.parent / name
     file = beside if beside.is_file() else pathlib.Path(name)
-    table = read_table(file, EXAMPLE)
+    table = read_table(file, _EXAMPLE)
     columns = [split_title(title) for title in table.titles]
     titles = [title for title, _ in columns]
     wanted = [parameter for parameter, table in parameters.items() if not table.from_seed]
@@ -300,7 +300,7 @@ def values_of(
         if parameter not in titles:
             raise InputError("this column is missing", file=file, field=parameter, allowed=", ".join(wanted))
     if not table.rows:
-        raise InputError("has no rows: one per case", file=file, allowed=EXAMPLE)
+        raise InputError("has no rows: one per case", file=file, allowed=_EXAMPLE)
     return {
         title: tuple(_value(file, line, title, unit, cells[k]) for line, cells in table.rows)
         for k, (title, unit) in enumerate(columns)

@@ -15,14 +15,14 @@ from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
 from afo_sim.study.results import optional
 
-AHEAD = 3  # chunks that wait for each worker, so that none of them waits
+_AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 
 # The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
 # them.
 _one_chunk = threading.Lock()
 
 
-def chunks(
+def _chunks(
     scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str, asked: Asked = EVERYTHING
 ) -> Iterator[tuple[int, list[Outcome]]]:
     """Chunks as workers return them, in no particular order.
@@ -30,7 +30,7 @@ def chunks(
     A worker that dies takes no row with it and doubles none: its chunk is computed again by another, and
     rows are written here alone.
     """
-    distributed = dask()
+    distributed = _dask()
     try:
         with _client(distributed, scheduler) as client:
             yield from _computed(distributed, client, scenario, jobs, iter(pending), asked)
@@ -52,7 +52,7 @@ def _computed(
 
     def submit() -> None:
         """Keep every worker busy, however many have come or gone."""
-        ahead = AHEAD * max(len(client.nthreads()), 1)
+        ahead = _AHEAD * max(len(client.nthreads()), 1)
         while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
             cases = [(number, jobs.sets(number)) for number in jobs.numbers(chunk)]
             future = client.submit(compute, scenario, cases, mine, asked, pure=False)
@@ -120,12 +120,12 @@ def _client(distributed: Any, scheduler: str) -> Any:
         raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
 
 
-def dask() -> Any:
+def _dask() -> Any:
     """Dask's `distributed`, or what to install."""
     return optional("distributed", "cluster")
 
 
-def local_options(workers: int) -> dict[str, Any]:
+def _local_options(workers: int) -> dict[str, Any]:
     """Of a cluster on this machine, which nobody else can reach."""
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
     return {"n_workers": workers, **options}
@@ -154,7 +154,7 @@ class Pool:
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
-            yield from chunks(scenario, jobs, due, self.scheduler, asked)
+            yield from _chunks(scenario, jobs, due, self.scheduler, asked)
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
@@ -185,7 +185,7 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
     if scheduler or not workers:
         yield Pool(threads or processors(), scheduler)
         return
-    with dask().LocalCluster(**local_options(workers)) as local:
+    with _dask().LocalCluster(**_local_options(workers)) as local:
         yield Pool(threads, local.scheduler_address)
 
 

@@ -27,9 +27,9 @@ from afo_sim.study.sweep_plan import Plan
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
 
-ROW_BYTES = 500.0  # of a row's words; a number takes 8
-CHUNK_BYTES = 7e3  # of what a file says of its columns
-MOST_WORDS = 16  # whose metrics are asked for before the first case is run
+_ROW_BYTES = 500.0  # of a row's words; a number takes 8
+_CHUNK_BYTES = 7e3  # of what a file says of its columns
+_MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 
 @dataclass(frozen=True)
@@ -204,7 +204,7 @@ def _check_room(store: Store) -> None:
     """Of chunks and, beside them until they are taken away, the results."""
     chunks = store.pending()
     needed = (
-        _bytes(store, _cases(store, chunks)) + CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
+        _bytes(store, _cases(store, chunks)) + _CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
     )
     free = shutil.disk_usage(store.folder).free
     if needed > free:
@@ -217,7 +217,7 @@ def _check_room(store: Store) -> None:
 
 
 def _bytes(store: Store, cases: int) -> float:
-    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + ROW_BYTES)
+    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + _ROW_BYTES)
 
 
 def _telling(cases: Cases) -> list[int]:
@@ -229,7 +229,7 @@ def _telling(cases: Cases) -> list[int]:
         if p.words
     ]
     return list(
-        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:MOST_WORDS]])
+        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:_MOST_WORDS]])
     )
 
 

@@ -21,7 +21,7 @@ from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SE
 from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
-GATHERED = 64  # chunks in one row group of the results
+_GATHERED = 64  # chunks in one row group of the results
 SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
@@ -164,8 +164,8 @@ class Store:
         damaged = []
         with keeping(self.folder / RESULTS) as path:
             with pq.ParquetWriter(path, self.schema()) as writer:
-                for first in range(0, self.count, GATHERED):
-                    some = range(first, min(first + GATHERED, self.count))
+                for first in range(0, self.count, _GATHERED):
+                    some = range(first, min(first + _GATHERED, self.count))
                     tables = {chunk: self._read(chunk) for chunk in some}
                     damaged += [chunk for chunk, table in tables.items() if table is None]
                     if not damaged:

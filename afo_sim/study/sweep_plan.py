@@ -30,10 +30,10 @@ from afo_sim.study.parameter_table import (
 )
 from afo_sim.study.uncertainty.draw import joint_parameters
 
-RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
-UNCERTAINTY = "uncertainty"  # joint draws of what is not known
-DESIGNS = ("grid", "list", *RANDOM, UNCERTAINTY)
-CHUNK = 32  # cases
+_RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
+_UNCERTAINTY = "uncertainty"  # joint draws of what is not known
+_DESIGNS = ("grid", "list", *_RANDOM, _UNCERTAINTY)
+_CHUNK = 32  # cases
 
 
 class SweepTable(StrictTable):
@@ -49,13 +49,13 @@ class SweepTable(StrictTable):
     seed: StrictInt = Option(default=0, ge=0)
     metrics: tuple[StrictStr, ...] = ()
     keep: tuple[StrictInt, ...] = ()
-    chunk: StrictInt = Option(default=CHUNK, ge=1)
+    chunk: StrictInt = Option(default=_CHUNK, ge=1)
     set: dict[str, Any] = Option(default_factory=dict)
 
     @field_validator("design")
     @classmethod
     def _is_a_design(cls, design: str) -> str:
-        return one_of(design, DESIGNS, "is not a valid design")
+        return one_of(design, _DESIGNS, "is not a valid design")
 
     @field_validator("metrics")
     @classmethod
@@ -221,7 +221,7 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
         mine = error.field in sets or (error.file is None and error.field)
         field = f"set.{error.field}" if mine else "scenario"
         raise _elsewhere(error, file, field) from None
-    if written.design == UNCERTAINTY:
+    if written.design == _UNCERTAINTY:
         spreads, cases = str(written.spreads), written.cases or 0
         parameters, notes = joint_parameters(file, spreads, base, cases, written.seed)
     else:
@@ -239,8 +239,8 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
 
 def _check_count(file: pathlib.Path, written: SweepFile) -> None:
     """The number of cases, and what else the design asks for or refuses."""
-    joint = written.design == UNCERTAINTY
-    counted = joint or written.design in RANDOM
+    joint = written.design == _UNCERTAINTY
+    counted = joint or written.design in _RANDOM
     if not joint and not written.parameters:
         raise InputError(
             "is missing", file=file, field="parameters", allowed="a table [parameters.NAME] for each"
@@ -253,7 +253,7 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
     for field, refused in (
         ("cases", not counted and written.cases is not None),
         ("file", written.design != "list" and written.file is not None),
-        ("constraints", written.design in ("saltelli", UNCERTAINTY) and bool(written.constraints)),
+        ("constraints", written.design in ("saltelli", _UNCERTAINTY) and bool(written.constraints)),
         ("parameters", joint and bool(written.parameters)),
         ("spreads", not joint and written.spreads is not None),
     ):

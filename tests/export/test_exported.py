@@ -74,7 +74,7 @@ def test_half_an_export_leaves_nothing(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(formats, "write_metrics", full)
+    monkeypatch.setattr(formats, "_write_metrics", full)
     with pytest.raises(InputError, match="the disk is full"):
         export(walked, tmp_path / "a.mot")
     assert not list(tmp_path.iterdir())

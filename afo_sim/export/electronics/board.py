@@ -15,9 +15,9 @@ from afo_sim.description.valve_timer import Timer
 from afo_sim.description.walking import Phases
 
 MICROSECOND = 1e-6  # [s]
-TICKS = (1000, 1)  # of the board's clock, millis() and micros() [us]; the longest that fits is taken
-MOST_TICKS = 2**31 - 1  # of a period: a 32-bit clock must not come round within it
-WHOLE = 1e-6  # of a tick, to which a time counts as whole ticks
+_TICKS = (1000, 1)  # of the board's clock, millis() and micros() [us]; the longest that fits is taken
+_MOST_TICKS = 2**31 - 1  # of a period: a 32-bit clock must not come round within it
+_WHOLE = 1e-6  # of a tick, to which a time counts as whole ticks
 MOST_CHAMBERS = 16  # two bits each in 32
 MOST_NAMES = 254  # states or inputs: 255 marks the end of a table
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
@@ -116,16 +116,16 @@ class Board:
     inputs: tuple[Input, ...] = ()
 
 
-def tick_of(times: Iterable[float]) -> int:
+def _tick_of(times: Iterable[float]) -> int:
     """The longest tick [us] of which all times [s] are whole multiples; 1 where none is."""
     listed = list(times)
-    return next((tick for tick in TICKS if all(is_whole(time, tick) for time in listed)), TICKS[-1])
+    return next((tick for tick in _TICKS if all(is_whole(time, tick) for time in listed)), _TICKS[-1])
 
 
 def is_whole(time: float, tick: int) -> bool:
     """Whether a time [s] is whole ticks [us]."""
     ticks = time / (tick * MICROSECOND)
-    return abs(ticks - round(ticks)) <= WHOLE
+    return abs(ticks - round(ticks)) <= _WHOLE
 
 
 def whole(time: float, tick: int, field: str) -> int:
@@ -133,14 +133,14 @@ def whole(time: float, tick: int, field: str) -> int:
     if not is_whole(time, tick):
         problem = f"is not a whole number of {'milli' if tick == 1000 else 'micro'}seconds, as a board counts"
         raise InputError(problem, field=field, value=f"{time!r} s", allowed=f"{round(time, 6):g} s")
-    return counted(time, tick, field)
+    return _counted(time, tick, field)
 
 
-def counted(time: float, tick: int, field: str) -> int:
+def _counted(time: float, tick: int, field: str) -> int:
     """A time [s] rounded to ticks [us]; InputError where it is too long for a 32-bit clock."""
     ticks = round(time / (tick * MICROSECOND))
-    if not 1 <= ticks <= MOST_TICKS:
-        longest = MOST_TICKS * tick * MICROSECOND
+    if not 1 <= ticks <= _MOST_TICKS:
+        longest = _MOST_TICKS * tick * MICROSECOND
         hint = "" if tick == 1000 else "; whole milliseconds of all times allow 2147483 s"
         allowed = f"{tick * MICROSECOND:g} s to {longest:.0f} s{hint}"
         raise InputError("does not fit a 32-bit clock", field=field, value=f"{time!r} s", allowed=allowed)
@@ -166,8 +166,8 @@ def check_names(names: Iterable[str], what: str, most: int) -> tuple[str, ...]:
 
 
 Intervals = Sequence[tuple[float, float]]  # [s]
-Valves = Mapping[tuple[int, str], Intervals]  # by (number of the chamber, "inlet" or "outlet")
-SIDES = ("inlet", "outlet")
+_Valves = Mapping[tuple[int, str], Intervals]  # by (number of the chamber, "inlet" or "outlet")
+_SIDES = ("inlet", "outlet")
 
 
 def timer_clock(timer: Timer, chambers: Sequence[str]) -> tuple[Clock, int]:
@@ -215,15 +215,15 @@ def _valves(by_chamber: Mapping[str, object], chambers: Sequence[str]) -> dict[t
     return {
         (chambers.index(name), side): getattr(times, side)
         for name, times in by_chamber.items()
-        for side in SIDES
+        for side in _SIDES
     }
 
 
-def _exact(valves: Valves, period: float, place: float, field: str) -> tuple[Clock, int]:
+def _exact(valves: _Valves, period: float, place: float, field: str) -> tuple[Clock, int]:
     """A clock whose events fall at any time, rounded to ticks."""
     times = [time for intervals in valves.values() for event in intervals for time in event]
-    tick = tick_of([period, place, *times])
-    ticks = counted(period, tick, f"{field}: the period")
+    tick = _tick_of([period, place, *times])
+    ticks = _counted(period, tick, f"{field}: the period")
     rounded = {}
     for key, intervals in valves.items():
         rounded[key] = [(_nearest(a, tick), min(_nearest(b, tick), ticks)) for a, b in intervals]
@@ -254,7 +254,7 @@ def _changes(
     found: list[tuple[int, int]] = []
     for place in sorted(place for place in places | {0} if place < period):
         coils = sum(
-            1 << (2 * chamber + SIDES.index(side))
+            1 << (2 * chamber + _SIDES.index(side))
             for (chamber, side), intervals in valves.items()
             if any(start <= place < end for start, end in intervals)
         )
@@ -263,7 +263,7 @@ def _changes(
     return tuple(found)
 
 
-FIELD = "controller.state_machine"
+_FIELD = "controller.state_machine"
 
 
 def states_of(machine: Machine, period: float, chambers: Sequence[str]) -> States:
@@ -273,7 +273,7 @@ def states_of(machine: Machine, period: float, chambers: Sequence[str]) -> State
     """
     names = check_names(machine.states, "state", MOST_NAMES)
     masks = [
-        _masks(commands, chambers, f"{FIELD}.state.{name}")
+        _masks(commands, chambers, f"{_FIELD}.state.{name}")
         for name, commands in zip(names, machine.commands, strict=True)
     ]
     columns = machine.columns()
@@ -324,10 +324,10 @@ def _periods(time: float, period: float) -> int:
 
     The simulated controller compares ticks · period, rounded to a nanosecond; so does this.
     """
-    if time > MOST_TICKS * period:
-        allowed = f"at most {MOST_TICKS * period:.0f} s"
+    if time > _MOST_TICKS * period:
+        allowed = f"at most {_MOST_TICKS * period:.0f} s"
         raise InputError(
-            "does not fit a 32-bit count of periods", field=FIELD, value=f"{time:g} s", allowed=allowed
+            "does not fit a 32-bit count of periods", field=_FIELD, value=f"{time:g} s", allowed=allowed
         )
     count = max(math.floor(time / period) - 1, 0)
     while round(count * period, DIGITS) < time:

@@ -5,8 +5,8 @@ import re
 
 from afo_sim.export.electronics.board import Board, Clock, Rule, States
 
-TEMPLATES = pathlib.Path(__file__).with_name("templates")
-FIRST_PIN = 2  # 0 and 1 are the serial port of most boards
+_TEMPLATES = pathlib.Path(__file__).with_name("templates")
+_FIRST_PIN = 2  # 0 and 1 are the serial port of most boards
 _PLACE = re.compile(r"@([A-Z_]+)@")
 
 
@@ -32,7 +32,7 @@ def header(board: Board) -> str:
 
 def sketch(board: Board) -> str:
     """The text of valves.ino."""
-    pins = [(FIRST_PIN + 2 * k, FIRST_PIN + 2 * k + 1) for k in range(len(board.chambers))]
+    pins = [(_FIRST_PIN + 2 * k, _FIRST_PIN + 2 * k + 1) for k in range(len(board.chambers))]
     return _filled(
         "valves.ino",
         NAME=_comment(board.name),
@@ -40,7 +40,7 @@ def sketch(board: Board) -> str:
             f"  {{ {inlet}, {outlet} }},  // {name}"
             for (inlet, outlet), name in zip(pins, board.chambers, strict=True)
         ),
-        RUN_PIN=FIRST_PIN + 2 * len(board.chambers),
+        RUN_PIN=_FIRST_PIN + 2 * len(board.chambers),
         CHANNELS=_channels(board),
         READ=_template("read_inputs.ino") if board.inputs else _NO_INPUTS,
         CALIBRATED=_CALIBRATED if board.inputs else "",
@@ -174,7 +174,7 @@ def _comment(text: str) -> str:
 
 
 def _template(name: str) -> str:
-    return (TEMPLATES / name).read_text(encoding="utf-8")
+    return (_TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def _filled(template: str, **places: object) -> str:

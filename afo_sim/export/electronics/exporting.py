@@ -37,10 +37,10 @@ from afo_sim.simulation.observing import unit_of
 from afo_sim.simulation.run import run_controlled
 from afo_sim.simulation.simulate import Progress
 
-EXPORTED = (
+_EXPORTED = (
     "a [timer], [phases] with strides of one duration, [controller.timer] or [controller.state_machine]"
 )
-EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
+_EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
 
 
 def board_of(scenario: Scenario) -> Board:
@@ -82,19 +82,19 @@ def _check(scenario: Scenario) -> None:
     """Refuse what no board can do alone."""
     if not scenario.orthosis.chamber:
         problem = "has no chamber, and so no valve to switch"
-        raise InputError(problem, field="orthosis", value=scenario.orthosis.name, allowed=EXPORTED)
+        raise InputError(problem, field="orthosis", value=scenario.orthosis.name, allowed=_EXPORTED)
     controller = scenario.controller
     if controller is not None and controller.kind not in ("timer", "state_machine"):
-        raise InputError("is not exported as C", field="controller", value=controller.kind, allowed=EXPORTED)
+        raise InputError("is not exported as C", field="controller", value=controller.kind, allowed=_EXPORTED)
     if controller is None and scenario.timer is None and scenario.phases is None:
         problem = "switches no valve: there is nothing to export"
-        raise InputError(problem, field="scenario", value=scenario.name or None, allowed=EXPORTED)
+        raise InputError(problem, field="scenario", value=scenario.name or None, allowed=_EXPORTED)
     gait = scenario.gait
     if controller is None and scenario.phases is not None and gait is not None:
         for key, value in (("variability", gait.variability), ("pace", gait.pace)):
             if value:
                 problem = "the strides differ, and a clock without sensors cannot follow them"
-                raise InputError(problem, field=f"gait.{key}", value=value, allowed=EXPORTED)
+                raise InputError(problem, field=f"gait.{key}", value=value, allowed=_EXPORTED)
 
 
 def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
@@ -228,7 +228,7 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
     on = False
     for k in _events(shares):
         share = float(shares[k])
-        whole_step = share <= EDGE or share >= 1.0 - EDGE
+        whole_step = share <= _EDGE or share >= 1.0 - _EDGE
         if whole_step:
             after, time = share > 0.5, k * timestep
             if found and after == on:
@@ -249,14 +249,14 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
 
 def _events(shares: np.ndarray) -> list[int]:
     """Steps that may switch: the first, those of a part, and those that differ from the one before."""
-    part = (shares > EDGE) & (shares < 1.0 - EDGE)
-    differs = np.concatenate([[True], np.abs(np.diff(shares)) > EDGE])
+    part = (shares > _EDGE) & (shares < 1.0 - _EDGE)
+    differs = np.concatenate([[True], np.abs(np.diff(shares)) > _EDGE])
     return [int(k) for k in np.flatnonzero(part | differs)]
 
 
 def _after(shares: np.ndarray, k: int, on: bool) -> bool:
     """Whether a coil has current at the end of a step in which it has some for a part of it."""
     following = float(shares[k + 1]) if k + 1 < len(shares) else float(not on)
-    if following <= EDGE or following >= 1.0 - EDGE:
+    if following <= _EDGE or following >= 1.0 - _EDGE:
         return following > 0.5
     return not on

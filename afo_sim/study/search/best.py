@@ -142,7 +142,7 @@ def _percent(share: float | None) -> str:
     return "–" if share is None else f"{100.0 * share:.3g} %"
 
 
-SIGNS = {"least": ">=", "most": "<="}
+_SIGNS = {"least": ">=", "most": "<="}
 
 
 @dataclass(frozen=True, repr=False)
@@ -216,4 +216,4 @@ def _limit_text(limit: Mapping[str, Any]) -> str:
     """A limit as `optimise` takes it: "toe_clearance >= 10 mm in 95 %"."""
     bound = Metric(limit["bound"], limit["unit"])
     share = "" if limit["share"] == 1.0 else f" in {100.0 * limit['share']:g} %"
-    return f"{limit['metric']} {SIGNS[limit['at']]} {bound}{share}"
+    return f"{limit['metric']} {_SIGNS[limit['at']]} {bound}{share}"

@@ -19,7 +19,7 @@ from afo_sim.study.results import optional
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
 
-CHUNK = 20  # cases that a thread or a worker takes at a time
+_CHUNK = 20  # cases that a thread or a worker takes at a time
 
 Columns = dict[str, np.ndarray]
 
@@ -44,7 +44,7 @@ def answers(
 ) -> Answers:
     """Simulate every design with every patient."""
     jobs = _Jobs(designs, patients)
-    many, chunks = jobs.many, range(-(-len(jobs) // CHUNK))
+    many, chunks = jobs.many, range(-(-len(jobs) // _CHUNK))
     done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
     found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
     shape = len(designs), many
@@ -65,7 +65,7 @@ def answers(
 class _Jobs:
     """Designs times patients as numbered cases."""
 
-    chunk = CHUNK
+    chunk = _CHUNK
 
     def __init__(self, designs: Cases, patients: Cases | None):
         self.designs, self.patients = designs, patients
@@ -80,11 +80,11 @@ class _Jobs:
         return self.designs.sets(design) | own
 
     def numbers(self, chunk: int) -> range:
-        return range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self)))
+        return range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(self)))
 
 
 START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
-CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
+_CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
 
 
 class Evolution:
@@ -108,7 +108,7 @@ class Evolution:
             "seed": math.nan,  # leaves NumPy's own generator alone
             "verbose": -9,
             "signals_filename": "",  # no options from whatever file lies in the current folder
-            "tolx": CONVERGED,
+            "tolx": _CONVERGED,
             # It is given ranks, of which the best is always the same: they show no progress.
             "tolfun": 0.0,
             "tolfunhist": 0.0,

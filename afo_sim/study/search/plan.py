@@ -41,11 +41,11 @@ from afo_sim.study.sweep_plan import (
     planned,
 )
 
-GENERATIONS = 40
+_GENERATIONS = 40
 STARTS = 3
-FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
-JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
-FIXED_COLUMNS = (
+_FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
+_JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
+_FIXED_COLUMNS = (
     "generation",
     "start",
     "design",
@@ -142,7 +142,7 @@ class SearchPlan:
         """Patients that no design has seen: of another seed, and more of them; None where none can be."""
         if self.patients is None or self.patients.cases is None:
             return None
-        count, seed = FRESH * self.patients.cases, self.patients.seed + 1
+        count, seed = _FRESH * self.patients.cases, self.patients.seed + 1
         try:
             return cases_of(self.patients.model_copy(update={"cases": count, "seed": seed}))
         except InputError as error:
@@ -203,7 +203,7 @@ class PatientsTable(StrictTable):
     @field_validator("design")
     @classmethod
     def _is_a_design(cls, design: str) -> str:
-        return one_of(design, JUDGING, "is not a valid design of patients")
+        return one_of(design, _JUDGING, "is not a valid design of patients")
 
 
 class SearchFile(StrictTable):
@@ -212,7 +212,7 @@ class SearchFile(StrictTable):
     description: StrictStr = ""
     scenario: StrictStr | dict[str, Any]
     seed: StrictInt = Option(default=0, ge=0)
-    generations: StrictInt = Option(default=GENERATIONS, ge=1)
+    generations: StrictInt = Option(default=_GENERATIONS, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
     starts: StrictInt = Option(default=STARTS, ge=1, le=100)
     constraints: tuple[StrictStr, ...] = ()
@@ -236,7 +236,7 @@ def read(path: str | os.PathLike[str]) -> SearchPlan:
         The first thing that is wrong, with its field, value and what is allowed.
     """
     file = assets.find("search", os.fspath(path))
-    return of_table(file, assets.read_toml(file))
+    return _of_table(file, assets.read_toml(file))
 
 
 def search_of(
@@ -266,7 +266,7 @@ def search_of(
         "set": dict(options.pop("sets", None) or {}),
         **options,
     }
-    return of_table(file, table | ({"patients": dict(patients)} if patients else {}))
+    return _of_table(file, table | ({"patients": dict(patients)} if patients else {}))
 
 
 def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
@@ -282,7 +282,7 @@ def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
     return table | ({"share": float(share) / 100.0} if share else {})
 
 
-def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
+def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
     try:
         written = SearchFile.model_validate(table)
@@ -330,7 +330,7 @@ def _check_searched(
         field = f"parameters.{parameter.name}.{option}"
         raise InputError(problem, file=file, field=field, value=given.get(option), allowed="from and to")
     taken = {f"{limit.name}_{what}" for limit in limits for what in ("level", "kept", "short")}
-    if parameter.name in FIXED_COLUMNS or parameter.name in taken:
+    if parameter.name in _FIXED_COLUMNS or parameter.name in taken:
         problem = "is what another column of the designs is called"
         raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")
 

@@ -20,10 +20,10 @@ from afo_sim.study.sizing.result import Sizing, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import Trials, shortfall
 
 SIDES = ("both", "inlet", "outlet")
-DM3 = 1e8  # of C: dm³/(s·bar) in one m³/(s·Pa)
-UNIT = "dm³/(s·bar)"
-MEANING = f"C: sonic conductance [{UNIT}]; b: critical pressure ratio; *: assumed"
-HELD = "3/2: its coil stays on until the outlet would open"
+_DM3 = 1e8  # of C: dm³/(s·bar) in one m³/(s·Pa)
+_UNIT = "dm³/(s·bar)"
+_MEANING = f"C: sonic conductance [{_UNIT}]; b: critical pressure ratio; *: assumed"
+_HELD = "3/2: its coil stays on until the outlet would open"
 
 
 def size_valve(trials: Trials, chamber: str, side: str = "both", proportional: bool = False) -> Sizing:
@@ -42,11 +42,11 @@ def size_valve(trials: Trials, chamber: str, side: str = "both", proportional: b
         scenario=trials.scenario.name,
         requirements=trials.requirements,
         air=trials.air,
-        axis=("sonic conductance C", UNIT, DM3),
+        axis=("sonic conductance C", _UNIT, _DM3),
         tried=tuple(tried),
         best=best,
         answer=smallest(tried, trials.requirements, what, "valve"),
-        notes=(MEANING, *larger_is_worse(tried, "valve")),
+        notes=(_MEANING, *larger_is_worse(tried, "valve")),
     )
 
 
@@ -56,13 +56,13 @@ def _valve_candidate(
     ratio = f"{valve.critical_ratio:.3g}"
     source = valve.provenance.get("critical_ratio")
     facts = {
-        "C": f"{DM3 * valve.conductance:.3g}",
+        "C": f"{_DM3 * valve.conductance:.3g}",
         "b": doubted(ratio, "assumed") if source is None or source.kind == "assumed" else ratio,
         "ways": "3/2" if valve.three_way else "2/2",
     }
     reason = why_not(scenario, side, proportional, valve)
     sets = {} if reason else _valve_sets(scenario, chamber, side, name, valve)
-    notes = (HELD,) if not reason and f"phases.{chamber}.outlet" in sets and valve.three_way else ()
+    notes = (_HELD,) if not reason and f"phases.{chamber}.outlet" in sets and valve.three_way else ()
     return Candidate(name, valve.conductance, sets, facts, reason, notes)
 
 
@@ -187,7 +187,7 @@ def size_tube(trials: Trials, length: float) -> Sizing:
 def _tube_candidate(scenario: Scenario, length: float, name: str, tube: Tube) -> Candidate:
     facts = {
         "bore [mm]": f"{1e3 * tube.bore:.3g}",
-        "C": f"{DM3 * tube.conductance(length):.3g}",
+        "C": f"{_DM3 * tube.conductance(length):.3g}",
         "b": f"{tube.critical_ratio(length):.2g}",
         "air [ml]": f"{1e6 * tube.volume(length):.3g}",
     }
@@ -202,7 +202,7 @@ def _tube_candidate(scenario: Scenario, length: float, name: str, tube: Tube) ->
 
 def _tube_notes(trials: Trials, tried: list[Tried], length: float) -> list[str]:
     """What a larger bore costs, and what no run counts."""
-    notes = [f"C, b: sonic conductance [{UNIT}] and critical pressure ratio of the tube alone"]
+    notes = [f"C, b: sonic conductance [{_UNIT}] and critical pressure ratio of the tube alone"]
     notes += larger_is_worse(tried, "tube")
     ran = [each for each in tried if each.status == "run"]
     if len(ran) > 1:
@@ -224,9 +224,9 @@ def _tube_notes(trials: Trials, tried: list[Tried], length: float) -> list[str]:
 
 
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
-SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
-ASKED = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
-NOTES = (
+_SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
+_ASKED = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
+_NOTES = (
     "g, l: mass and volume of the source; mean, peak: flow out of it [l/min] of the free gas",
     "each run begins with a full source; strides and hours are of its content down to the set pressure, "
     "which cools as it gives the mean flow of the run; air before the first step is not taken out",
@@ -239,7 +239,7 @@ def size_supply(trials: Trials, hours: float | None = None, strides: float | Non
     sources = {name: load("source", name) for name in assets.names("source")}
     ordered = sorted(sources.items(), key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0]))
     candidates = [_source_candidate(trials.scenario, *each) for each in ordered]
-    ran = dataclasses.replace(trials, beside=ASKED).run(candidates)
+    ran = dataclasses.replace(trials, beside=_ASKED).run(candidates)
     tried = [_with_lasting(each, sources[each.name], trials.scenario, lasting) for each in ran]
     requirements = (*trials.requirements, *lasting)
     best = next((each for each in tried if each.meets), None)
@@ -252,7 +252,7 @@ def size_supply(trials: Trials, hours: float | None = None, strides: float | Non
         tried=tuple(tried),
         best=best,
         answer=_source_answer(tried, requirements),
-        notes=NOTES,
+        notes=_NOTES,
     )
 
 
@@ -304,18 +304,18 @@ def _with_lasting(each: Tried, source: Source, scenario: Scenario, lasting: tupl
     if each.status != "run":
         return each
     flow, pressure = each.values["mean_flow"], scenario.supply.pressure
-    hours = hours_of(source, flow, pressure)
+    hours = _hours_of(source, flow, pressure)
     values = {**each.values, HOURS: hours, STRIDES: 3600.0 * hours / each.values["stride_time"]}
     short = {r.label: shortfall(r, values[r.metric]) for r in lasting if not r.met(values[r.metric])}
     facts = {"mean": f"{flow:.3g}", "peak": f"{values['peak_flow']:.3g}"}
     candidate = dataclasses.replace(each.candidate, facts={**each.candidate.facts, **facts})
     notes = list(each.notes)
-    if values["supply_sag"] > SAGS:
+    if values["supply_sag"] > _SAGS:
         notes.append(f"its pressure sags by {values['supply_sag']:.0f} %")
     if math.isfinite(values["source_empty_after"]):
         notes.append(f"below the set pressure after {shown(values['source_empty_after'], 's')}")
     if source.kind == "compressor":
-        delivery = delivery_of(source, pressure)
+        delivery = _delivery_of(source, pressure)
         kept = "keeps up" if flow <= delivery else "cannot keep up"
         notes.append(f"the compressor {kept}: it delivers {delivery:.3g} l/min at {bar(pressure)}")
     return dataclasses.replace(
@@ -323,18 +323,18 @@ def _with_lasting(each: Tried, source: Source, scenario: Scenario, lasting: tupl
     )
 
 
-def hours_of(source: Source, flow: float, pressure: float) -> float:
+def _hours_of(source: Source, flow: float, pressure: float) -> float:
     """How long a full source lasts at a mean flow [l/min ANR] down to a gauge pressure [Pa]; inf: endless.
 
     It cools meanwhile. The air before the first step is not taken out.
     """
-    lost = flow - delivery_of(source, pressure)
+    lost = flow - _delivery_of(source, pressure)
     if lost <= 0.0:
         return math.inf
     taken = lost / 6e4 / source.real_gas.litres_per_gram  # [kg/s]: a gram's litres are a kilogram's m³
     return source.given_at(pressure, taken) / taken / 3600.0
 
 
-def delivery_of(source: Source, pressure: float) -> float:
+def _delivery_of(source: Source, pressure: float) -> float:
     """Flow of a running compressor against a gauge pressure [Pa], as free air [l/min]; 0 of others."""
     return 6e4 * source.delivery(pressure) * AIR.litres_per_gram

@@ -20,15 +20,15 @@ from afo_sim.study.sizing.requirement import Candidate, Tried, doubted
 from afo_sim.study.sizing.result import Sizing, best_of, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import FULL, Trials
 
-MEANING = (
+_MEANING = (
     "volume: of all braids at rest; link: so that the muscle is taut at the same ankle angle; "
     "grade: of the muscle's numbers, A measured to D guessed; *: not measured"
 )
-IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry alone
-NOT_MEASURED = "not measured"
-UPPER_BOUND = f"{NOT_MEASURED}, ideal law: an upper bound"
-DERIVED = f"{NOT_MEASURED}, derived from another muscle"
-LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("muscle_")}
+_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry alone
+_NOT_MEASURED = "not measured"
+UPPER_BOUND = f"{_NOT_MEASURED}, ideal law: an upper bound"
+DERIVED = f"{_NOT_MEASURED}, derived from another muscle"
+_LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("muscle_")}
 
 
 def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int] | None = None) -> Sizing:
@@ -56,7 +56,7 @@ def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int]
         best=best,
         answer=smallest(tried, trials.requirements, f"set of {measured}muscles for {name}", "muscle")
         + others,
-        notes=(MEANING, *larger_is_worse(tried, "muscle")),
+        notes=(_MEANING, *larger_is_worse(tried, "muscle")),
     )
 
 
@@ -91,12 +91,12 @@ def doubt_of(muscle: Muscle) -> str:
     """Why a muscle's force is not sure: its law has no number from a measurement; "" where it has one."""
     kinds = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
     if not kinds:
-        return NOT_MEASURED if muscle.grade == "D" else ""
+        return _NOT_MEASURED if muscle.grade == "D" else ""
     if kinds - {"assumed", "derived"}:
         return ""
     if "derived" in kinds:
         return DERIVED
-    return UPPER_BOUND if muscle.law in IDEAL else NOT_MEASURED
+    return UPPER_BOUND if muscle.law in _IDEAL else _NOT_MEASURED
 
 
 def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
@@ -114,7 +114,7 @@ def _within_limits(each: Tried) -> Tried:
     """The same; a muscle that leaves its own limits does not meet what is wanted."""
     beyond = {
         limit: beyond_limit(name, each.values[name])
-        for name, limit in LIMITS.items()
+        for name, limit in _LIMITS.items()
         if each.values.get(name, 0.0) > FULL
     }
     notes = tuple(note for note in each.notes if note not in beyond.values())

@@ -16,15 +16,15 @@ from afo_sim.metrics.metric import OTHER
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import METRICS, UNITS, WORDS, number, words
 
-FIRST_STRIDE = "toe_clearance_stride_1"
-EXAMPLE = "toe_clearance >= 10 mm"
+_FIRST_STRIDE = "toe_clearance_stride_1"
+_EXAMPLE = "toe_clearance >= 10 mm"
 EXAMPLES = '"peak_dorsiflexion_angle >= 5 deg", "peak_dorsiflexion_torque >= 2 N*m", "fill_time <= 3 s"'
-DIRECTIONS = ("dorsiflexion", "plantarflexion")
-OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
-BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
-SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
-TIMES = ("ms", "min", "h")
-SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
+_DIRECTIONS = ("dorsiflexion", "plantarflexion")
+_OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
+_BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
+_SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
+_TIMES = ("ms", "min", "h")
+_SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Requirement:
     def wanted(self) -> str:
         """The bound as people read it: "≥ 10 mm"."""
         unit = UNITS.get(self.unit, self.unit)
-        bound = shown(self.bound, self.unit) if self.unit in SMALLER else _joined(f"{self.bound:g}", unit)
+        bound = shown(self.bound, self.unit) if self.unit in _SMALLER else _joined(f"{self.bound:g}", unit)
         return f"{'≥' if self.at_least else '≤'} {bound.replace('-', '−')}"
 
     def __str__(self) -> str:
@@ -77,13 +77,13 @@ class Requirement:
 
 def shown(value: float, unit: str, *, signed: bool = False) -> str:
     """A value with its unit, for people: short times in the next smaller unit."""
-    if unit in SMALLER and abs(value) < SMALLER[unit][0]:
-        _, factor, unit = SMALLER[unit]
+    if unit in _SMALLER and abs(value) < _SMALLER[unit][0]:
+        _, factor, unit = _SMALLER[unit]
         value *= factor
     if math.isinf(value):
         return "endless"
     digits = "+.0f" if abs(value) >= 100.0 else "+.3g"
-    text = as_number(value, unit) if unit not in TIMES else f"{value:{digits}}".replace("-", "−")
+    text = as_number(value, unit) if unit not in _TIMES else f"{value:{digits}}".replace("-", "−")
     if not math.isfinite(value):
         return "–"
     return _joined(text if signed else text.removeprefix("+"), UNITS.get(unit, unit))
@@ -114,7 +114,7 @@ def read_requirements(
 
 def _check_chamber(metric: str, chambers: Sequence[str], volumes: Sequence[str]) -> None:
     """Refuse the metric of a chamber that the orthosis does not have."""
-    for form in () if metric in METRICS else BY_CHAMBER:
+    for form in () if metric in METRICS else _BY_CHAMBER:
         if not metric.startswith(form.removesuffix("{}")):
             continue
         names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
@@ -126,24 +126,24 @@ def _read(text: str, chamber: str) -> Requirement:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=|≥|≤)\s*(.+?)\s*", str(text))
     if found is None:
         raise InputError(
-            "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{EXAMPLE}"'
+            "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{_EXAMPLE}"'
         )
     metric, sign, bound = found.groups()
-    if metric in OF_CHAMBER:
+    if metric in _OF_CHAMBER:
         if not chamber:
             raise InputError("is of a chamber, and the orthosis has none", field="limit", value=text)
-        metric = OF_CHAMBER[metric].format(chamber)
+        metric = _OF_CHAMBER[metric].format(chamber)
     row = words(metric)
     if row.group == OTHER:
-        filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *DIRECTIONS)]
-        near = instead(metric, [*WORDS, *OF_CHAMBER, *filled])
+        filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *_DIRECTIONS)]
+        near = instead(metric, [*WORDS, *_OF_CHAMBER, *filled])
         problem = told("is not a valid metric", metric)
         raise InputError(problem, field="limit", value=metric, allowed="see `afo-sim run`", nearest=near)
     try:
         value = parse_quantity(bound.replace("%", " percent"), row.unit)
     except ValueError as error:
-        raise InputError(str(error), field="limit", value=text, allowed=f'as "{EXAMPLE}"') from None
-    return Requirement(metric, SIGNS[sign], value)
+        raise InputError(str(error), field="limit", value=text, allowed=f'as "{_EXAMPLE}"') from None
+    return Requirement(metric, _SIGNS[sign], value)
 
 
 def usual(scenario: Scenario) -> tuple[Requirement, ...]:
@@ -156,7 +156,7 @@ def usual(scenario: Scenario) -> tuple[Requirement, ...]:
         return ()
     limits = scenario.limits or load("limits", USUAL_LIMITS)
     wanted = round(1e3 * limits.toe_clearance[0], 9) + 0.0  # [mm]
-    names = ["toe_clearance"] + ([FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
+    names = ["toe_clearance"] + ([_FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
     return tuple(Requirement(name, True, wanted) for name in names)
 
 

@@ -27,7 +27,7 @@ from afo_sim.study.sizing.trial import sentence_of
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
-def table_of(
+def _table_of(
     kind: str, requirements: Sequence[Requirement], air: str, tried: Sequence[Tried], best: Tried | None
 ) -> Table:
     """The margin of each candidate that was run to each limit, its air, and which limits it fails."""
@@ -51,12 +51,12 @@ def _cell(fact: str) -> str:
     return f"{fact.data['value']} *" if isinstance(fact, Notice) else fact
 
 
-def legend(requirements: Sequence[Requirement]) -> list[str]:
+def _legend(requirements: Sequence[Requirement]) -> list[str]:
     """What each number stands for."""
     return [f"{k}: {each.label} {each.wanted}" for k, each in enumerate(requirements, 1)]
 
 
-def remarks_of(tried: Sequence[Tried]) -> Iterator[str]:
+def _remarks_of(tried: Sequence[Tried]) -> Iterator[str]:
     """What was not run, and notes on what was; those that are alike in one line."""
     grouped: dict[str, list[str]] = {}
     for each in tried:
@@ -138,7 +138,7 @@ def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
     return [f"a larger {what} is not better: {shown}{more}"]
 
 
-FILES = ("size.csv", "size.json", "size.png")
+_FILES = ("size.csv", "size.json", "size.png")
 Draw = Callable[["Sizing", pathlib.Path], None]
 
 
@@ -181,12 +181,12 @@ class Sizing:
     @property
     def table(self) -> Table:
         """Title, header and rows for people, of what was run; ▶ marks the best."""
-        return table_of(self.kind, self.requirements, self.air, self.tried, self.best)
+        return _table_of(self.kind, self.requirements, self.air, self.tried, self.best)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What the table's numbers mean, what was not run and why, and what to mind."""
-        return (*legend(self.requirements), *remarks_of(self.tried), *self.notes)
+        return (*_legend(self.requirements), *_remarks_of(self.tried), *self.notes)
 
     def to_json(self) -> dict[str, Any]:
         """Contents of size.json."""
@@ -279,7 +279,7 @@ class Sizing:
         """
         target = pathlib.Path(folder)
         check_writable(target)
-        with together(target, FILES) as scratch:
+        with together(target, _FILES) as scratch:
             (scratch / "size.csv").write_text(self.csv(), encoding="utf-8")
             (scratch / "size.json").write_text(json_text(self.to_json()), encoding="utf-8")
             if draw is not None:

@@ -21,9 +21,9 @@ from afo_sim.study.sizing.requirement import EXAMPLES, Requirement, read_require
 from afo_sim.study.sizing.result import Sizing
 from afo_sim.study.sizing.trial import Report, Trials
 
-KINDS = ("pressure", "valve", "tube", "supply", "muscle")
+_KINDS = ("pressure", "valve", "tube", "supply", "muscle")
 # {option: the kind that has it}
-OWN = {
+_OWN = {
     "at": "pressure",
     "between": "pressure",
     "chamber": "valve",
@@ -35,8 +35,8 @@ OWN = {
     "group": "muscle",
     "count": "muscle",
 }
-CADENCES = (30.0, 240.0)  # [steps/min]
-MOST = 8  # parallel muscles that are tried
+_CADENCES = (30.0, 240.0)  # [steps/min]
+_MOST = 8  # parallel muscles that are tried
 
 
 def size(
@@ -115,8 +115,8 @@ class Request:
 
     def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
         """Run what it takes."""
-        scenario = at_cadence(self.scenario, self.options.get("cadence"))
-        trials = Trials(scenario, self.requirements, threads, report, f"trying {PLURALS[self.kind]}")
+        scenario = _at_cadence(self.scenario, self.options.get("cadence"))
+        trials = Trials(scenario, self.requirements, threads, report, f"trying {_PLURALS[self.kind]}")
         own = {name: value for name, value in self.options.items() if name != "cadence"}
         if self.kind == "pressure":
             found = size_pressure(trials, **own)
@@ -131,7 +131,7 @@ class Request:
         return dataclasses.replace(found, request=self.to_json())
 
 
-PLURALS = {
+_PLURALS = {
     "pressure": "pressures",
     "valve": "valves",
     "tube": "tubes",
@@ -149,27 +149,27 @@ def requested(
     **options: Any,
 ) -> Request:
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
-    if kind not in KINDS:
-        raise unknown(kind, KINDS, field="kind")
+    if kind not in _KINDS:
+        raise unknown(kind, _KINDS, field="kind")
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     for name, value in given.items():
-        if name != "cadence" and name not in OWN:
-            raise unknown(name, [*OWN, "cadence"], field="options", problem="is not a valid option")
-        if name in OWN and OWN[name] != kind:
-            raise InputError(f"is an option of {OWN[name]}, not of {kind}", field=name, value=value)
+        if name != "cadence" and name not in _OWN:
+            raise unknown(name, [*_OWN, "cadence"], field="options", problem="is not a valid option")
+        if name in _OWN and _OWN[name] != kind:
+            raise InputError(f"is an option of {_OWN[name]}, not of {kind}", field=name, value=value)
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
     description = description.set(sets) if sets else description
     if not description.orthosis.chamber:
         raise InputError(
             "has no chambers: there is nothing to size", field="scenario", value=description.name
         )
-    chamber = chamber_of(description, given.pop("chamber", None), given.get("group"))
+    chamber = _chamber_of(description, given.pop("chamber", None), given.get("group"))
     read = {name: _read(name, value, description) for name, value in given.items()}
     if kind == "tube" and "length" not in read:
         raise InputError(
             "is needed: nothing states how long the tubes are", field="length", allowed='as "0.8 m"'
         )
-    at_cadence(description, read.get("cadence"))
+    _at_cadence(description, read.get("cadence"))
     orthosis, texts = description.orthosis, [limits] if isinstance(limits, str) else limits or ()
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
@@ -179,7 +179,7 @@ def requested(
     return Request(kind, description, requirements, chamber, read)
 
 
-def at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
+def _at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
     """A scenario at another cadence [steps/min]; the gait's curves go with the stride."""
     if cadence is None:
         return scenario
@@ -191,7 +191,7 @@ def at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
     return scenario.set({"gait.stride_time": f"{120.0 / cadence:.9g} s"})  # two steps a stride
 
 
-def chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:
+def _chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:
     """A chamber by its name, or that of a group of muscles; by default the first that is filled."""
     chambers = list(scenario.orthosis.chamber)
     if group is not None and group not in scenario.orthosis.muscle:
@@ -228,14 +228,14 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
         return value
     if name in ("hours", "strides", "cadence"):
         number = _positive(name, _quantity(name, value, ""), value)
-        if name == "cadence" and not CADENCES[0] <= number <= CADENCES[1]:
-            allowed = "{:g} to {:g} steps/min".format(*CADENCES)
+        if name == "cadence" and not _CADENCES[0] <= number <= _CADENCES[1]:
+            allowed = "{:g} to {:g} steps/min".format(*_CADENCES)
             raise InputError("is out of range", field=name, value=value, allowed=allowed)
         if name == "strides" and not scenario.walking:
             raise InputError("are of walking", field=name, value=value, allowed="hours")
         return number
     if name == "count":
-        return read_count(value)
+        return _read_count(value)
     return value
 
 
@@ -246,7 +246,7 @@ def _quantity(field: str, value: float | str | None, unit: str) -> float:
         raise InputError(str(error), field=field, value=value) from None
 
 
-def read_count(value: Any) -> tuple[int, int]:
+def _read_count(value: Any) -> tuple[int, int]:
     """Fewest and most muscles: of (1, 4), 3, "3" or "1-4"."""
     ends = list(value) if isinstance(value, tuple | list) else [value, value]
     if isinstance(value, str):
@@ -258,8 +258,8 @@ def read_count(value: Any) -> tuple[int, int]:
                 "is not a whole number", field="count", value=value, allowed='as "3" or "1-4"'
             ) from None
     whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
-    if not (whole and 1 <= ends[0] <= ends[1] <= MOST):
-        raise InputError("is out of range", field="count", value=value, allowed=f"1 to {MOST}, as 1-4")
+    if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):
+        raise InputError("is out of range", field="count", value=value, allowed=f"1 to {_MOST}, as 1-4")
     return ends[0], ends[1]
 
 

@@ -18,9 +18,9 @@ from afo_sim.study.pool import processors
 from afo_sim.study.sizing.requirement import Candidate, Requirement, Status, Tried, shown
 
 Report = Callable[[int, int, str], None]
-BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
-HALVINGS = 4  # of the scenario's time step, at most
-STRETCHED = 1.001  # a step is adjusted to a stride by less
+_BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
+_HALVINGS = 4  # of the scenario's time step, at most
+_STRETCHED = 1.001  # a step is adjusted to a stride by less
 FULL = 100.5  # share of a limit from which on it is reported as beyond it [percent]
 
 
@@ -50,7 +50,7 @@ class Trials:
 
     def run(self, candidates: Sequence[Candidate], beyond: int = 0) -> list[Tried]:
         """Run candidates that are not excluded."""
-        candidates = [each if each.excluded else with_fine_step(self.scenario, each) for each in candidates]
+        candidates = [each if each.excluded else _with_fine_step(self.scenario, each) for each in candidates]
         cases = [dict(each.sets) for each in candidates if not each.excluded]
         asked = Asked(self.metrics, doubts=False)
 
@@ -58,7 +58,7 @@ class Trials:
             if self.report is not None:
                 self.report(beyond + done, beyond + count, self.doing)
 
-        found = in_order(self.scenario, cases, asked, self.threads or processors(), BATCH, progress)
+        found = in_order(self.scenario, cases, asked, self.threads or processors(), _BATCH, progress)
         outcomes = iter(found)
         tried = [
             Tried(each, "excluded", each.excluded) if each.excluded else self.judged(each, next(outcomes))
@@ -100,16 +100,16 @@ class Trials:
             raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
 
 
-def with_fine_step(scenario: Scenario, candidate: Candidate) -> Candidate:
+def _with_fine_step(scenario: Scenario, candidate: Candidate) -> Candidate:
     """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
     try:
         orthosis = scenario.set(candidate.sets).orthosis
     except InputError:  # the case's own trouble, which its run reports
         return candidate
-    for halving in range(HALVINGS + 1):
+    for halving in range(_HALVINGS + 1):
         step = scenario.timestep / 2**halving
-        _, coarse = check_air(orthosis, STRETCHED * step)
-        if coarse and halving < HALVINGS:
+        _, coarse = check_air(orthosis, _STRETCHED * step)
+        if coarse and halving < _HALVINGS:
             continue
         if halving == 0:
             break
@@ -130,7 +130,7 @@ def shortfall(requirement: Requirement, value: float) -> str:
     return f"{label} {by} {way} {requirement.wanted[2:]}"
 
 
-def value_with_limit(requirement: Requirement, value: float) -> str:
+def _value_with_limit(requirement: Requirement, value: float) -> str:
     """A value and its limit, as part of a sentence."""
     label = requirement.label[0].lower() + requirement.label[1:]
     undefined = "not reached" if is_filling(requirement.metric) else "not defined"
@@ -140,4 +140,4 @@ def value_with_limit(requirement: Requirement, value: float) -> str:
 
 def sentence_of(requirements: Sequence[Requirement], values: Mapping[str, Any]) -> str:
     """All values with their limits."""
-    return ", ".join(value_with_limit(each, values.get(each.metric, math.nan)) for each in requirements)
+    return ", ".join(_value_with_limit(each, values.get(each.metric, math.nan)) for each in requirements)

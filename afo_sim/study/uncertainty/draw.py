@@ -31,8 +31,8 @@ from afo_sim.study.uncertainty.spreads import (
     read,
 )
 
-STRIDE_TIME = "gait.stride_time"
-NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
+_STRIDE_TIME = "gait.stride_time"
+_NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
             if table.fit is not None:
                 found = list(_fits(name, table, scenario, left_out))
                 fits += found
-                drawn = [f"{at}.{key}" for fit in found for at in fit.places for key in fitted(fit.muscle)]
+                drawn = [f"{at}.{key}" for fit in found for at in fit.places for key in _fitted(fit.muscle)]
             else:
                 targets = tuple(_targets(name, table, scenario, left_out))
                 unknowns += [Unknown(name, table, targets)] if targets else []
@@ -104,7 +104,7 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
     return Applied(tuple(unknowns), tuple(fits), tuple(left_out), notes)
 
 
-def fitted(muscle: Muscle) -> tuple[str, ...]:
+def _fitted(muscle: Muscle) -> tuple[str, ...]:
     """Keys, below a muscle, of the numbers that were fitted together."""
     return () if muscle.covariance is None else muscle.covariance.parameters
 
@@ -112,7 +112,7 @@ def fitted(muscle: Muscle) -> tuple[str, ...]:
 def _cut_off(unknown: Unknown) -> Iterator[str]:
     for target in unknown.targets:
         share = target.distribution.cut(target.own)
-        if share > NOTABLE:
+        if share > _NOTABLE:
             yield (
                 f"{unknown.name}: {100.0 * share:.0f} % of its spread lies beyond what is allowed and is "
                 "drawn within"
@@ -122,7 +122,7 @@ def _cut_off(unknown: Unknown) -> Iterator[str]:
 def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Target]:
     """Keys by their own value: those that have the same are one target."""
     if table.height is not None:
-        if table.height == DERIVED_PATH and not derived_path(scenario):
+        if table.height == DERIVED_PATH and not _derived_path(scenario):
             left_out.append(f"{name}: the ankle's path of this gait is recorded, not derived")
         else:
             yield Target((), 0.0, "m", _distribution(name, table, "m", 0.0, None))
@@ -144,12 +144,12 @@ def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[s
 
 def _own(field: Field, scenario: Scenario) -> float | None:
     """The scenario's own value of a field; of a stride time that is not stated the recording's."""
-    if field.value is None and field.key == STRIDE_TIME and scenario.gait is not None:
+    if field.value is None and field.key == _STRIDE_TIME and scenario.gait is not None:
         return None if scenario.gait.speed is not None else float(stride_time_of(scenario))
     return None if field.value is None else float(field.value)
 
 
-def derived_path(scenario: Scenario) -> bool:
+def _derived_path(scenario: Scenario) -> bool:
     """Whether the height of the recorded ankle is derived from angles, rather than recorded."""
     assert scenario.gait is not None
     return "ankle_z_m" in recorded_stride(scenario.gait).notes.get("derived", "")
@@ -258,7 +258,7 @@ def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]
             yield Fit(own, table, muscle, tuple(f"orthosis.muscle.{group}.type" for group in members))
 
 
-MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
+_MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +319,7 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
     deviates. The numbers of a fit follow its covariance; draws that are not muscles are rejected whole and
     drawn anew, for clipping would heap them up at a bound, against their correlations.
     """
-    widths = [1] * len(spreads.unknowns) + [len(fitted(fit.muscle)) for fit in spreads.fits]
+    widths = [1] * len(spreads.unknowns) + [len(_fitted(fit.muscle)) for fit in spreads.fits]
     if not widths:
         raise InputError("this scenario has nothing of what the spreads state", field="spreads")
     generator = np.random.default_rng(seed)
@@ -354,7 +354,7 @@ def _columns(unknown: Unknown, deviates: np.ndarray) -> Iterator[Column]:
 def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, int]:
     """Deviates of draws that are muscles, and how many others were drawn on the way."""
     found, rejected = deviates.copy(), 0
-    for _ in range(MOST_TRIES):
+    for _ in range(_MOST_TRIES):
         wrong = ~fit.muscle.legal(fit.muscle.drawn(fit.table.scale * found))
         if not wrong.any():
             return found, rejected
@@ -362,7 +362,7 @@ def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tu
         found[wrong] = generator.standard_normal((int(wrong.sum()), found.shape[1]))
     raise InputError(
         f"hardly any draw of its fit is a muscle: {wrong.sum()} of {len(found)} lie beyond its bounds "
-        f"after {MOST_TRIES} tries",
+        f"after {_MOST_TRIES} tries",
         field=f"parameters.{fit.name}",
         value=fit.muscle.name,
         allowed="a fit with smaller standard errors, or a scale below 1",
@@ -388,7 +388,7 @@ def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[G
         yield Group(name, first.each_stride, first.measure, np.hstack([part for _, part in members]))
 
 
-FEWEST = 2  # draws of a Latin hypercube
+_FEWEST = 2  # draws of a Latin hypercube
 
 
 def joint_parameters(
@@ -398,8 +398,8 @@ def joint_parameters(
     if not scenario.walking:
         problem = "what is not known is drawn of walking, and here nobody walks"
         raise InputError(problem, file=file, field="scenario", allowed="a scenario with a gait")
-    if cases < FEWEST:
-        raise InputError("is too few", file=file, field="cases", value=cases, allowed=f"{FEWEST} or more")
+    if cases < _FEWEST:
+        raise InputError("is too few", file=file, field="cases", value=cases, allowed=f"{_FEWEST} or more")
     drawn = draw(applied(read(spreads, file), scenario), scenario, cases, seed)
     found = []
     for column in drawn.columns:

@@ -23,8 +23,8 @@ from afo_sim.study.pool import processors
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
-QUANTILES = (0.05, 0.5, 0.95)
-ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
+_QUANTILES = (0.05, 0.5, 0.95)
+_ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Explained:
 
 def quantiles(values: np.ndarray) -> list[float]:
     """5, 50 and 95 % quantiles (3,) of values (n,), or of each column of curves, then (3, m), as lists."""
-    found: list[float] = np.quantile(values, QUANTILES, axis=0).tolist()
+    found: list[float] = np.quantile(values, _QUANTILES, axis=0).tolist()
     return found
 
 
@@ -92,7 +92,7 @@ def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | N
 
 def fewest(groups: Sequence[np.ndarray]) -> int:
     """Draws that `explained` needs for such groups."""
-    return int(ROWS_PER_TERM * sum(_terms(deviates[:1]).shape[1] for deviates in groups)) + 2
+    return int(_ROWS_PER_TERM * sum(_terms(deviates[:1]).shape[1] for deviates in groups)) + 2
 
 
 def _terms(deviates: np.ndarray) -> np.ndarray:
@@ -103,13 +103,13 @@ def _terms(deviates: np.ndarray) -> np.ndarray:
 
 
 FEWEST, MOST = 20, 100_000  # draws
-EVERY = 2  # of CYCLE's phases, that are kept
-CHUNK = 32  # draws that are brought to their end together
-MEASURED_NEXT = 3
-CLEARANCE = "toe_clearance"
-EXPLAINED = (CLEARANCE, "torque_against_push_off", "air_per_stride")
-METRICS = (
-    CLEARANCE,
+_EVERY = 2  # of CYCLE's phases, that are kept
+_CHUNK = 32  # draws that are brought to their end together
+_MEASURED_NEXT = 3
+_CLEARANCE = "toe_clearance"
+_EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
+_METRICS = (
+    _CLEARANCE,
     "ball_clearance",
     "peak_swing_dorsiflexion",
     "foot_pitch_at_contact",
@@ -123,10 +123,10 @@ METRICS = (
     "air_per_stride",
     "free_air_per_stride",
 )
-HEIGHTS = (CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
-HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
-FOREFOOT = ("ball/height", "toe/height")
-CURVES = ("ankle/angle", *HIGH, ORTHOSIS)
+_HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
+_HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
+_FOREFOOT = ("ball/height", "toe/height")
+_CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
 
 Report = Callable[[int, int, str], None]
 
@@ -151,12 +151,12 @@ class Found:
     def metric(self, name: str) -> np.ndarray:
         """A metric of every draw (n,); NaN where it has none."""
         found = [float(outcome.metrics.get(name, np.nan)) for outcome in self.outcomes]
-        return np.array(found) + (1e3 * self.heights if name in HEIGHTS else 0.0)
+        return np.array(found) + (1e3 * self.heights if name in _HEIGHTS else 0.0)
 
     def curves(self, column: str) -> np.ndarray:
         """A column of the draws that ended well, over CYCLE (number of them, 201)."""
         found = np.array([o.curves[column] for o in self.outcomes if o.status == OK])
-        return found + self.heights[self.ok, None] if column in HIGH else found
+        return found + self.heights[self.ok, None] if column in _HIGH else found
 
 
 def check_draws(scenario: Scenario, count: int, spreads: str) -> Applied:
@@ -187,26 +187,26 @@ def uncertainty(
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
     found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
-    return {"spreads": spreads} | bands_of(found, recording)
+    return {"spreads": spreads} | _bands_of(found, recording)
 
 
 def _run(
     scenario: Scenario, draws: Draws, recording: Recording, report: Report | None, threads: int
 ) -> list[Outcome]:
     """The outcome of each draw, in order."""
-    kept = frozenset(name for name in METRICS if name in recording.metrics)
+    kept = frozenset(name for name in _METRICS if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
-    asked = Asked(kept, doubts=False, curves=(*CURVES, *pressures))
+    asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
 
     def progress(done: int, count: int) -> None:
         if report is not None:
             report(done, count, "drawing what is not known")
 
     cases = [draws.sets(k) for k in range(draws.count)]
-    return in_order(scenario, cases, asked, threads, CHUNK, progress)
+    return in_order(scenario, cases, asked, threads, _CHUNK, progress)
 
 
-def bands_of(found: Found, recording: Recording) -> dict[str, Any]:
+def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
     bands: dict[str, Any] = {
@@ -225,7 +225,7 @@ def bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     }
     if not ok.any():
         return bands
-    for name in METRICS:
+    for name in _METRICS:
         values = found.metric(name)[ok]
         if name in recording.metrics and np.isfinite(values).any():
             bands["metrics"][name] = {
@@ -234,11 +234,11 @@ def bands_of(found: Found, recording: Recording) -> dict[str, Any]:
                 "quantiles": quantiles(values[np.isfinite(values)]),
                 "undefined": int(np.count_nonzero(~np.isfinite(values))),
             }
-    bands["phase"] = CYCLE[::EVERY].tolist()
+    bands["phase"] = CYCLE[::_EVERY].tolist()
     kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
-    bands["curves"] = {name: quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
+    bands["curves"] = {name: quantiles(found.curves(name)[:, ::_EVERY]) for name in kept}
     bands["trips"] = _trips(found, recording)
-    shares = {name: _explained(found, name) for name in EXPLAINED if name in bands["metrics"]}
+    shares = {name: _explained(found, name) for name in _EXPLAINED if name in bands["metrics"]}
     bands["groups"] = _groups(draws, shares)
     bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
     bands["measure_next"] = _next(bands["groups"])
@@ -265,7 +265,7 @@ def _notes(found: Found, recording: Recording) -> list[str]:
     needed = fewest([group.deviates for group in found.draws.groups])
     if int(found.ok.sum()) < needed:
         notes.append(f"the draws are too few to show what explains the bands: it takes {needed}")
-    for name in METRICS:
+    for name in _METRICS:
         values = found.metric(name)[found.ok & np.isfinite(found.metric(name))]
         own = float(recording.metrics.get(name, np.nan))
         if len(values) and values.min() < values.max() and np.isfinite(own):
@@ -296,12 +296,12 @@ def _drawn(column: Column) -> dict[str, Any]:
 
 def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     """Share of the drawn strides whose forefoot comes to a height, and the band of one wearer's own share."""
-    if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in FOREFOOT):
+    if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
     stride = _last_stride(recording)
     first, *_, last = stride.phase[stride.passing]
     passing = (first <= CYCLE) & (last >= CYCLE)
-    heights = np.min([found.curves(name)[:, passing] for name in FOREFOOT], axis=(0, 2))
+    heights = np.min([found.curves(name)[:, passing] for name in _FOREFOOT], axis=(0, 2))
     path = found.draws.heights(each_stride=True)
     alone = heights - path[found.ok]
     return {
@@ -350,5 +350,5 @@ def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[s
 
 def _next(groups: Sequence[Mapping[str, Any]]) -> list[str]:
     """The groups to measure next: those that explain most of the clearance, and that a measurement gives."""
-    known = [g for g in groups if not g["each_stride"] and g["explained"].get(CLEARANCE, 0.0) > 0.0]
-    return [str(group["name"]) for group in known[:MEASURED_NEXT]]
+    known = [g for g in groups if not g["each_stride"] and g["explained"].get(_CLEARANCE, 0.0) > 0.0]
+    return [str(group["name"]) for group in known[:_MEASURED_NEXT]]

@@ -100,15 +100,15 @@ _INVERSE: dict[str, Callable[[float, float, float], float]] = {
 
 
 EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
-WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
+_WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
     "normal": ("sd", "relative_sd"),
     "lognormal": ("factor_sd",),
     "uniform": ("within", "relative_within"),
     "pearson3": ("sd", "relative_sd"),
 }
-EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
-QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
-NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
+_EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
+_QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
+_NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
 
 
 class SpreadTable(StrictTable):
@@ -197,24 +197,24 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         raise wrong("goes with what a measurement can give, not with what varies", "measure")
     for key in table.keys or filter(None, (table.key,)):
         _check_key(file, name, key)
-    for option in QUANTITIES:
-        if problem := _no_quantity(getattr(table, option), width=option in EVERY_WIDTH):
+    for option in _QUANTITIES:
+        if problem := _no_quantity(getattr(table, option), width=option in _EVERY_WIDTH):
             raise wrong(problem, option, "a text with the unit of what is drawn, or a number if it has none")
-    given = [option for option in EVERY_WIDTH if getattr(table, option) is not None]
+    given = [option for option in _EVERY_WIDTH if getattr(table, option) is not None]
     if table.fit is not None:
         if not _is_place(table.fit):
             raise wrong(
                 "is not a place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *"
             )
-        for option in ("distribution", "skew", "at_least", "at_most", *EVERY_WIDTH):
+        for option in ("distribution", "skew", "at_least", "at_most", *_EVERY_WIDTH):
             if getattr(table, option) is not None:
                 raise wrong("does not go with fit, which has the fit's own covariance", option, "scale")
         return
     if table.scale != 1.0:
         raise wrong("goes with fit alone", "scale")
     if table.distribution is None:
-        raise wrong("is missing", "distribution", ", ".join(WIDTHS))
-    allowed = WIDTHS[table.distribution]
+        raise wrong("is missing", "distribution", ", ".join(_WIDTHS))
+    allowed = _WIDTHS[table.distribution]
     if len(given) != 1 or given[0] not in allowed:
         option = next((one for one in given if one not in allowed), allowed[0])
         raise wrong(
@@ -231,7 +231,7 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
 def _check_key(file: pathlib.Path, name: str, key: str) -> None:
     """Refuse a key that no scenario has, or that is not a property of orthosis, wearer or walk."""
     field = f"parameters.{name}"
-    if key.partition(".")[0] in NOT_DRAWN:
+    if key.partition(".")[0] in _NOT_DRAWN:
         raise InputError("is not a property of orthosis, wearer or walk", file=file, field=field, value=key)
     astray = _astray(key.split("."), Scenario)
     if astray is not None:
@@ -270,7 +270,7 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
         what = ", ".join(
             table.keys or filter(None, (table.key, table.fit, table.height and "the sole's height"))
         )
-        width = next((f"{o} {getattr(table, o)}" for o in EVERY_WIDTH if getattr(table, o) is not None), "")
+        width = next((f"{o} {getattr(table, o)}" for o in _EVERY_WIDTH if getattr(table, o) is not None), "")
         how = "by the fit's covariance" if table.fit else f"{table.distribution}, {width}"
         found.append((name, f"{what}: {how}; {table.kind}: {table.source}"))
     return found
