@@ -222,28 +222,14 @@ def _gains(gain: tuple[float, ...], aim: Aim) -> bool:
 def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> str:
     """What a step takes of what goes before the aim: worse than what is wanted, and worse than now."""
     after, before = _after(effect, base), len(ORDER) if aim == "spare" else ORDER.index(aim)
+    clearance = "the toe clears {:.1f} mm, {:g} mm are wanted"
+    landing = "the foot lands at {:.1f}°, {:g}° are wanted"
+    push_off = "push-off is hindered {:.2f} times as much as is wanted"
+    pitch, pitched = base.get(PITCH, math.inf), after.get(PITCH, math.inf)
     kept = (
-        (
-            "the toe clears {:.1f} mm, {:g} mm are wanted",
-            1.0,
-            _lowest(base),
-            _lowest(after),
-            wanted.clearance,
-        ),
-        (
-            "the foot lands at {:.1f}°, {:g}° are wanted",
-            1.0,
-            base.get(PITCH, math.inf),
-            after.get(PITCH, math.inf),
-            wanted.pitch,
-        ),
-        (
-            "push-off is hindered {:.2f} times as much as is wanted",
-            -1.0,
-            wanted.hindrance(base),
-            wanted.hindrance(after),
-            1.0,
-        ),
+        (clearance, 1.0, _lowest(base), _lowest(after), wanted.clearance),
+        (landing, 1.0, pitch, pitched, wanted.pitch),
+        (push_off, -1.0, wanted.hindrance(base), wanted.hindrance(after), 1.0),
     )
     for text, sign, was, now, limit in kept[:before]:
         if math.isnan(now) or (sign * now < sign * limit and sign * now < sign * was):

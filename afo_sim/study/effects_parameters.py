@@ -6,7 +6,6 @@ same tautness at an ankle angle of zero. The sole's stacks under heel and ball g
 """
 
 import dataclasses
-import itertools
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -145,32 +144,31 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
     if group.origin is None or group.insertion is None:
         return
     link = _Amount(f"{at}.link_length", group.link_length or 0.0, "m", "cm")
-    for end, axis in itertools.product(("origin", "insertion"), (0, 2)):
-        anchor = group.origin if end == "origin" else group.insertion
-        amount = _Amount(f"{at}.{end}.from_ankle[{axis}]", anchor.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} {end} {_WAYS[axis]}, link to match", amount, ANCHOR)
-        for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
-            place = tuple(x + by if k == axis else x for k, x in enumerate(anchor.from_ankle))
-            moved = group.model_copy(update={end: anchor.model_copy(update={"from_ankle": place})})
-            longer = mean_length(moved) - mean_length(group)
-            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
-    yield from _guides(name, at, group, link)
+    for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
+        for place, step in _moves(f"{name} {end}", f"{at}.{end}", anchor):
+            yield _matched(step, group, {end: place}, link)
+    for number, guide in enumerate(group.path):
+        for place, step in _moves(f"{name} guide {number}", f"{at}.path[{number}]", guide):
+            path = (*group.path[:number], place, *group.path[number + 1 :])
+            yield _matched(step, group, {"path": path}, link)
     muscle = _Amount(f"{at}.type.total_length", group.type.total_length, "m", "cm")
     yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
 
 
-def _guides(name: str, at: str, group: MuscleGroup, link: _Amount) -> Iterator[Step]:
-    """Points and surfaces of the path further forward or up, with the link as above."""
-    for number, axis in itertools.product(range(len(group.path)), (0, 2)):
-        place = group.path[number]
-        amount = _Amount(f"{at}.path[{number}].from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} guide {number} {_WAYS[axis]}, link to match", amount, ANCHOR)
+def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Step]]:
+    """A place of the path further back, forward, down and up, and the step that moves it there."""
+    for axis, way in _WAYS.items():
+        amount = _Amount(f"{key}.from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
+        both = _added(f"{name} {way}, link to match", amount, ANCHOR)
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
             there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_ankle))
-            path = list(group.path)
-            path[number] = place.model_copy(update={"from_ankle": there})
-            longer = mean_length(group.model_copy(update={"path": tuple(path)})) - mean_length(group)
-            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
+            yield place.model_copy(update={"from_ankle": there}), step
+
+
+def _matched(step: Step, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Step:
+    """The step with the link as much longer as the path at angle zero."""
+    longer = mean_length(group.model_copy(update=moved)) - mean_length(group)
+    return dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
 
 
 def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:

@@ -7,11 +7,11 @@ import pathlib
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, TypeVar
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.versions import code_fingerprint, versions
-from afo_sim.common.writing import check_writable, disk, keeping, settle
+from afo_sim.common.writing import check_writable, disk, json_text, keeping, settle, together
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -150,6 +150,29 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
     return f" ({', '.join(changes)})" if changes else ""
+
+
+class Answer(Protocol):
+    """What a study finds, as a table and as plain data."""
+
+    def csv(self) -> str: ...
+    def to_json(self) -> dict[str, Any]: ...
+
+
+_A = TypeVar("_A", bound=Answer)
+
+
+def write_answer(
+    folder: pathlib.Path, stem: str, answer: _A, draw: Callable[[_A, pathlib.Path], None] | None
+) -> pathlib.Path:
+    """Write STEM.csv and STEM.json, and STEM.png if it is drawn, together or not at all; the folder."""
+    check_writable(folder)
+    with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
+        (scratch / f"{stem}.csv").write_text(answer.csv(), encoding="utf-8")
+        (scratch / f"{stem}.json").write_text(json_text(answer.to_json()), encoding="utf-8")
+        if draw is not None:
+            draw(answer, scratch / f"{stem}.png")
+    return folder
 
 
 def _write_text(path: pathlib.Path, text: str) -> None:

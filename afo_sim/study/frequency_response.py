@@ -11,7 +11,6 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
-from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import MAX_STEPS, Scenario
 from afo_sim.model.build import Built
@@ -21,6 +20,7 @@ from afo_sim.simulation.observing import frame_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of
+from afo_sim.study.folder import write_answer
 from afo_sim.study.frequency_curve import Curve, Harmonic, first_harmonic, unwrapped
 
 Report = Callable[[int, int, str], None]
@@ -31,7 +31,6 @@ _SHORTEST = 8.0  # [s]
 _DOUBLINGS = 3  # of the periods, where the first harmonic has not settled
 _SETTLED = 0.01  # change of the first harmonic between the halves of what is analysed [-]
 _PRESSURE_AMPLITUDE = 5e4  # by default [Pa]
-_FILES = ("bode.csv", "bode.json", "bode.png")
 Quantity = float | str | None
 
 
@@ -107,14 +106,7 @@ class FrequencyResponse:
         -------
         the folder
         """
-        target = pathlib.Path(folder)
-        check_writable(target)
-        with together(target, _FILES) as scratch:
-            (scratch / "bode.csv").write_text(self.csv(), encoding="utf-8")
-            (scratch / "bode.json").write_text(json_text(self.to_json()), encoding="utf-8")
-            if draw is not None:
-                draw(self, scratch / "bode.png")
-        return target
+        return write_answer(pathlib.Path(folder), "bode", self, draw)
 
 
 def bode(

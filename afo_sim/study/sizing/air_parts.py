@@ -37,14 +37,12 @@ def size_valve(trials: Trials, chamber: str, side: str = "both", proportional: b
     tried = trials.run(candidates)
     best = next((each for each in tried if each.meets), None)
     what = f"valve for {chamber}'s {'inlet and outlet' if side == 'both' else side}"
-    return Sizing(
-        kind="valve",
-        scenario=trials.scenario.name,
-        requirements=trials.requirements,
-        air=trials.air,
-        axis=("sonic conductance C", _UNIT, _DM3),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        trials,
+        "valve",
+        ("sonic conductance C", _UNIT, _DM3),
+        tried,
+        best,
         answer=smallest(tried, trials.requirements, what, "valve"),
         notes=(_MEANING, *larger_is_worse(tried, "valve")),
     )
@@ -171,14 +169,12 @@ def size_tube(trials: Trials, length: float) -> Sizing:
     ordered = sorted(tubes.items(), key=lambda item: (item[1].bore, item[0]))
     tried = trials.run([_tube_candidate(trials.scenario, length, *each) for each in ordered])
     best = next((each for each in tried if each.meets), None)
-    return Sizing(
-        kind="tube",
-        scenario=trials.scenario.name,
-        requirements=trials.requirements,
-        air=trials.air,
-        axis=("bore", "mm", 1e3),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        trials,
+        "tube",
+        ("bore", "mm", 1e3),
+        tried,
+        best,
         answer=smallest(tried, trials.requirements, f"tube of {length:g} m", "tube"),
         notes=tuple(_tube_notes(trials, tried, length)),
     )
@@ -243,14 +239,12 @@ def size_supply(trials: Trials, hours: float | None = None, strides: float | Non
     tried = [_with_lasting(each, sources[each.name], trials.scenario, lasting) for each in ran]
     requirements = (*trials.requirements, *lasting)
     best = next((each for each in tried if each.meets), None)
-    return Sizing(
-        kind="supply",
-        scenario=trials.scenario.name,
-        requirements=requirements,
-        air=trials.air,
-        axis=("mass of the source", "kg", 1.0),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        dataclasses.replace(trials, requirements=requirements),
+        "supply",
+        ("mass of the source", "kg", 1.0),
+        tried,
+        best,
         answer=_source_answer(tried, requirements),
         notes=_NOTES,
     )

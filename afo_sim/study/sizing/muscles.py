@@ -46,14 +46,12 @@ def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int]
     best = best_of(tried)
     measured = "" if best is None or best.candidate.doubt else "measured "
     others = "; no measured one that was tried does" if best is not None and best.candidate.doubt else ""
-    return Sizing(
-        kind="muscle",
-        scenario=trials.scenario.name,
-        requirements=trials.requirements,
-        air=trials.air,
-        axis=("volume of all muscles at rest", "ml", 1e6),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        trials,
+        "muscle",
+        ("volume of all muscles at rest", "ml", 1e6),
+        tried,
+        best,
         answer=smallest(tried, trials.requirements, f"set of {measured}muscles for {name}", "muscle")
         + others,
         notes=(_MEANING, *larger_is_worse(tried, "muscle")),

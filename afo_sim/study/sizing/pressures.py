@@ -51,14 +51,12 @@ def size_pressure(trials: Trials, at: float | None = None, between: Range | None
         below = tried[first - 1].candidate.size if first else float("nan")
         interval = (below, tried[first].candidate.size)
     asked = next((each for each in tried if each.candidate.size == at), None)
-    return Sizing(
-        kind="pressure",
-        scenario=trials.scenario.name,
-        requirements=trials.requirements,
-        air=trials.air,
-        axis=("supply pressure", "bar", 1e-5),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        trials,
+        "pressure",
+        ("supply pressure", "bar", 1e-5),
+        tried,
+        best,
         answer=_answer(trials, tried, best, asked),
         notes=tuple(_notes(tried, best)),
         asked=asked,

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.notice import Notice
-from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.metrics.words import words
 from afo_sim.simulation.shown import shown as pictures
+from afo_sim.study.folder import write_answer
 from afo_sim.study.sizing.requirement import Requirement, Tried
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ from collections.abc import Iterator, Sequence
 
 from afo_sim.metrics.words import UNITS
 from afo_sim.study.sizing.requirement import as_number, closeness
-from afo_sim.study.sizing.trial import sentence_of
+from afo_sim.study.sizing.trial import Trials, sentence_of
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
@@ -138,7 +138,6 @@ def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
     return [f"a larger {what} is not better: {shown}{more}"]
 
 
-_FILES = ("size.csv", "size.json", "size.png")
 Draw = Callable[["Sizing", pathlib.Path], None]
 
 
@@ -172,6 +171,21 @@ class Sizing:
     asked: Tried | None = None
     interval: tuple[float, float] | None = None
     request: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        trials: Trials,
+        kind: str,
+        axis: tuple[str, str, float],
+        tried: Sequence[Tried],
+        best: Tried | None,
+        **said: Any,
+    ) -> "Sizing":
+        """The answer of candidates that were tried; `said` are answer, notes, asked and interval."""
+        return cls(
+            kind, trials.scenario.name, trials.requirements, trials.air, axis, tuple(tried), best, **said
+        )
 
     @property
     def holds(self) -> bool:
@@ -277,14 +291,7 @@ class Sizing:
         -------
         the folder
         """
-        target = pathlib.Path(folder)
-        check_writable(target)
-        with together(target, _FILES) as scratch:
-            (scratch / "size.csv").write_text(self.csv(), encoding="utf-8")
-            (scratch / "size.json").write_text(json_text(self.to_json()), encoding="utf-8")
-            if draw is not None:
-                draw(self, scratch / "size.png")
-        return target
+        return write_answer(pathlib.Path(folder), "size", self, draw)
 
     def __repr__(self) -> str:
         ran = sum(each.status == "run" for each in self.tried)

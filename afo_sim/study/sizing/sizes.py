@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -21,7 +21,14 @@ from afo_sim.study.sizing.requirement import EXAMPLES, Requirement, read_require
 from afo_sim.study.sizing.result import Sizing
 from afo_sim.study.sizing.trial import Report, Trials
 
-_KINDS = ("pressure", "valve", "tube", "supply", "muscle")
+_SIZED_BY: dict[str, Callable[..., Sizing]] = {
+    "pressure": size_pressure,
+    "valve": size_valve,
+    "tube": size_tube,
+    "supply": size_supply,
+    "muscle": size_muscle,
+}
+_PLURALS = {each: f"{each}s" for each in _SIZED_BY} | {"supply": "sources"}
 # {option: the kind that has it}
 _OWN = {
     "at": "pressure",
@@ -118,26 +125,8 @@ class Request:
         scenario = _at_cadence(self.scenario, self.options.get("cadence"))
         trials = Trials(scenario, self.requirements, threads, report, f"trying {_PLURALS[self.kind]}")
         own = {name: value for name, value in self.options.items() if name != "cadence"}
-        if self.kind == "pressure":
-            found = size_pressure(trials, **own)
-        elif self.kind == "valve":
-            found = size_valve(trials, self.chamber, **own)
-        elif self.kind == "tube":
-            found = size_tube(trials, **own)
-        elif self.kind == "supply":
-            found = size_supply(trials, **own)
-        else:
-            found = size_muscle(trials, **own)
-        return dataclasses.replace(found, request=self.to_json())
-
-
-_PLURALS = {
-    "pressure": "pressures",
-    "valve": "valves",
-    "tube": "tubes",
-    "supply": "sources",
-    "muscle": "muscles",
-}
+        own |= {"chamber": self.chamber} if self.kind == "valve" else {}
+        return dataclasses.replace(_SIZED_BY[self.kind](trials, **own), request=self.to_json())
 
 
 def requested(
@@ -149,8 +138,8 @@ def requested(
     **options: Any,
 ) -> Request:
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
-    if kind not in _KINDS:
-        raise unknown(kind, _KINDS, field="kind")
+    if kind not in _SIZED_BY:
+        raise unknown(kind, _SIZED_BY, field="kind")
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     for name, value in given.items():
         if name != "cadence" and name not in _OWN:
