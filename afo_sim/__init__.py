@@ -53,11 +53,11 @@ if TYPE_CHECKING:
     from afo_sim.simulation.simulators import Simulators as Simulators
     from afo_sim.study.effects import effects as effects
     from afo_sim.study.frequency_response import bode as bode
-    from afo_sim.study.library import optimise as optimise
-    from afo_sim.study.library import sweep as sweep
     from afo_sim.study.parameter import span as span
+    from afo_sim.study.python_calls import optimise as optimise
+    from afo_sim.study.python_calls import sweep as sweep
+    from afo_sim.study.python_calls import uncertainty as uncertainty
     from afo_sim.study.sizing.sizes import size as size
-    from afo_sim.study.uncertainty.library import uncertainty as uncertainty
 
 _PUBLIC = {
     "run": "simulation.run",
@@ -82,10 +82,10 @@ _PUBLIC = {
     "fit": "lab.fitting.law_result",
     "fit_run": "lab.fitting.run_fit",
     "fit_torque": "lab.fitting.torque_fit",
-    "sweep": "study.library",
+    "sweep": "study.python_calls",
     "span": "study.parameter",
-    "uncertainty": "study.uncertainty.library",
-    "optimise": "study.library",
+    "uncertainty": "study.python_calls",
+    "optimise": "study.python_calls",
     "effects": "study.effects",
     "bode": "study.frequency_response",
     "size": "study.sizing.sizes",

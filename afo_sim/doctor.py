@@ -141,7 +141,7 @@ def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
 
 def _check_sweep(path: pathlib.Path) -> list[tuple[str, str]]:
     from afo_sim.study.design import cases_of
-    from afo_sim.study.sweep_file import read
+    from afo_sim.study.sweep_plan import read
 
     plan = read(path)
     cases = cases_of(plan)

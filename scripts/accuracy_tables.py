@@ -16,7 +16,7 @@ import numpy as np
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.study import sweep_file
+from afo_sim.study import sweep_plan
 from afo_sim.study.design import cases_of
 
 Sets = Mapping[str, Any]
@@ -131,7 +131,7 @@ def drawn(kind: str, name: str, count: int) -> tuple[str, list[dict[str, Any]]]:
     kept: dict[str, Any] = {
         key: table[key] for key in ("scenario", "constraints", "set", "parameters") if key in table
     }
-    plan = sweep_file.of_table(file, {**kept, "design": "random", "cases": count, "seed": 1})
+    plan = sweep_plan.of_table(file, {**kept, "design": "random", "cases": count, "seed": 1})
     cases = cases_of(plan)
     return table["scenario"], [dict(cases.sets(case)) for case in range(count)]
 

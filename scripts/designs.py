@@ -14,8 +14,8 @@ from afo_sim import native
 from afo_sim.description.reader import expand
 from afo_sim.model.start import walking_start
 from afo_sim.simulation.examine import EVERYTHING, Asked
-from afo_sim.study import design, engine, runner, sweep_file
-from afo_sim.study.plan import Plan
+from afo_sim.study import design, engine, runner, sweep_plan
+from afo_sim.study.sweep_plan import Plan
 
 SCENARIO = "walk-dropfoot-afo"
 SWEEP = """
@@ -56,7 +56,7 @@ def plan_of(count: int, sets: Mapping[str, str], folder: pathlib.Path) -> Plan:
     file = folder / "sweep.toml"
     lines = "\n".join(f'{key} = "{value}"' for key, value in sets.items())
     file.write_text(SWEEP.format(scenario=SCENARIO, cases=count, sets=lines), encoding="utf-8")
-    return sweep_file.read(file)
+    return sweep_plan.read(file)
 
 
 def cases_of(count: int, sets: Mapping[str, str]) -> list[dict[str, object]]:

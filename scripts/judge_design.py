@@ -18,7 +18,7 @@ from afo_sim.metrics.words import words
 from afo_sim.study.design import Cases
 from afo_sim.study.pool import pool, processors
 from afo_sim.study.runner import probe
-from afo_sim.study.search.answers import answers
+from afo_sim.study.search.loop import answers
 from afo_sim.study.search.plan import SearchPlan, read
 
 
@@ -31,7 +31,7 @@ def main() -> None:
     options = asked.parse_args()
     search = read(options.search)
     sets = search.designs.set | dict(one.split("=", 1) for one in options.set)
-    search = replace(search, designs=replace(search.designs, set=sets))
+    search = replace(search, designs=search.designs.model_copy(update={"set": sets}))
     written = dict(one.split("=", 1) for one in options.values)
     units = {parameter.name: parameter.unit for parameter in search.designs.parameters}
     values = {

@@ -7,7 +7,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from afo_sim.study import runner, sweep_file
+from afo_sim.study import runner, sweep_plan
 from afo_sim.study.design import cases_of
 from afo_sim.study.engine import Outcome
 from afo_sim.study.store import Store
@@ -77,7 +77,7 @@ def written(folder: pathlib.Path, text: str = SWEEP, chunk: int = 4) -> pathlib.
 
 
 def opened(file: pathlib.Path, out: pathlib.Path, **options: Any) -> Store:
-    chosen = sweep_file.read(file)
+    chosen = sweep_plan.read(file)
     return runner.open_store(chosen, cases_of(chosen), out, **options)
 
 

@@ -47,7 +47,8 @@ def optimise(
         from afo_sim.show.numbers import unseen
         from afo_sim.show.search_figure import draw_search
         from afo_sim.study.pool import pool, processors
-        from afo_sim.study.search import plan, runner, store, words
+        from afo_sim.study.search import plan, runner, store
+        from afo_sim.study.search.best import statement, tables
 
         search = plan.read(source)
         search = search.walked() if plain else search
@@ -67,9 +68,9 @@ def optimise(
         if not opened.finished or not figure.is_file():
             with replacing(figure) as path:
                 draw_search(opened.problem, opened.units, store.read_designs(folder), path)
-    for title, header, rows in words.tables(best):
+    for title, header, rows in tables(best):
         print_table(title, header, rows)
-    for line in words.statement(best):
+    for line in statement(best):
         print(line)
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)

@@ -61,7 +61,7 @@ def run(
         from afo_sim.description.reader import load
         from afo_sim.model.person import with_person
         from afo_sim.simulation.run import run_scenario
-        from afo_sim.study.told import check_studies, with_studies
+        from afo_sim.study.run_studies import check_studies, with_studies
 
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))

@@ -73,10 +73,10 @@ def sweep(
     which = _part(part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show.numbers import unseen
-        from afo_sim.study import design, pool, runner, sweep_file
+        from afo_sim.study import design, pool, runner, sweep_plan
         from afo_sim.study.store import SWEEP
 
-        plan = sweep_file.read(source)
+        plan = sweep_plan.read(source)
         plan = plan.walked() if plain else plan
         folder = out or pathlib.Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if yes_many else design.MOST)
@@ -131,7 +131,7 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
         from afo_sim.show.sweep_tables import tables
         from afo_sim.study.findings import findings
         from afo_sim.study.results import read
-        from afo_sim.study.words import chosen
+        from afo_sim.study.scales import chosen
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))

@@ -36,7 +36,7 @@ def export(
     force: bool = False,
     report: Callable[[int, int], object] = lambda done, total: None,
 ) -> Exported:
-    """Write a run as a file of another program; `Recording.export` tells of the arguments.
+    """Write a run as a file of another program; `Recording.export` describes the arguments.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def export(
     if path.exists() and not force:
         raise _there(path, path)
     check_writable(path.parent)
-    with together(path.parent, group) as scratch, warnings.catch_warnings(record=True) as told:
+    with together(path.parent, group) as scratch, warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         notes = kind.write(Order(recording, rate, patterns, report), scratch / path.name)
         written = [name for name in group if (scratch / name).is_file()]
@@ -57,7 +57,7 @@ def export(
             _check_beside(path, scratch, group)
     if not recording.ok and kind.rows:
         notes = (f"the run stopped early, and its rows up to there are written: {recording.status}", *notes)
-    notes = (*(str(warning.message) for warning in told), *notes)
+    notes = (*(str(warning.message) for warning in warned), *notes)
     return Exported(
         tuple(path.with_name(n) for n in written), kind.opens.format(name=path.name), kind.minds, notes
     )
@@ -72,7 +72,7 @@ def format_of(to: str) -> Format:
         There is none: it lists them, and the nearest one.
     """
     if to.removeprefix(".").lower() not in FORMATS:
-        raise unknown(to, FORMATS, field="to", problem="is no format")
+        raise unknown(to, FORMATS, field="to", problem="is not a valid format")
     return FORMATS[to.removeprefix(".").lower()]
 
 
@@ -84,7 +84,7 @@ def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
     if to is None and path.suffix.removeprefix(".").lower() not in FORMATS:
         endings = [f".{name}" for name in FORMATS]
         raise InputError(
-            "has no ending that tells the format",
+            "has no ending of a format",
             field="out",
             value=str(path),
             allowed=f"{', '.join(endings)}; or `to`",

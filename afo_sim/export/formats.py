@@ -1,28 +1,105 @@
 """The formats that a run can be exported to: what each writes, and how it is opened."""
 
+import csv
+import json
+import math
 import pathlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.export.coordinates import ANKLE, NEEDED, coordinates, external_loads, ground_loads
-from afo_sim.export.csv_rows import Report, write_csv
-from afo_sim.export.finite import finite
-from afo_sim.export.mat import write_mat
-from afo_sim.export.metrics_table import write_metrics
-from afo_sim.export.names import legal_names
-from afo_sim.export.rows import Rows, rows_of
-from afo_sim.export.side import side_of
-from afo_sim.export.storage import write_storage
+from afo_sim.common.writing import json_text
+from afo_sim.export.opensim import (
+    ANKLE_ANGLE,
+    NEEDED,
+    coordinates,
+    external_loads,
+    ground_loads,
+    side_of,
+    write_storage,
+)
+from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_csv
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.words import words
 from afo_sim.simulation.kept_model import to_binary
 from afo_sim.simulation.recording import Recording
+
+_TITLES = ("name", "value", "unit", "label")
+_QUANTILES = ("quantile_5", "quantile_50", "quantile_95")  # of the draws of a run with bands
+
+
+def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
+    """Write a run's metrics, one a line: name, value in its unit, unit, and what it is called.
+
+    A run with bands has three columns more: 5, 50 and 95 % of its draws, empty where a metric has no band.
+    """
+    drawn = recording.studies.get("uncertainty", {}).get("metrics", {})
+    nothing = {"quantiles": [""] * len(_QUANTILES)}
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*_TITLES, *(_QUANTILES if drawn else ())])
+        for name, metric in recording.metrics.items():
+            bands = drawn.get(name, nothing)["quantiles"] if drawn else ()
+            writer.writerow([name, float(metric), metric.unit, words(name).label, *bands])
+
+
+def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
+    """Write a run as the struct `run`.
+
+    `run.columns`, `run.names`, `run.units` and `run.signs` have the same fields: values (n × 1, double), the
+    column's own name, unit and sign. `run.metrics.NAME` has `value` and `unit`; `run.strides` a column of
+    values of each metric. `run.scenario`, `run.studies` and `run.versions` are JSON: jsondecode reads them.
+    """
+    from scipy.io import savemat
+
+    field = legal_names(rows.columns)
+    run = {
+        "name": recording.scenario["name"],
+        "status": recording.status,
+        "time": rows.columns["time"],
+        "columns": {field[name]: values for name, values in rows.columns.items()},
+        "names": {field[name]: name for name in rows.columns},
+        "units": {field[name]: unit for name, unit in rows.units.items()},
+        "signs": {field[name]: sign for name, sign in rows.signs.items()},
+        "metrics": _metrics(recording.metrics),
+        "strides": _strides(recording.strides),
+        "warnings": np.array(recording.warnings, dtype=object),
+        "scenario": _json(recording.scenario),
+        "studies": _json(recording.studies),
+        "versions": _json(recording.versions),
+    }
+    savemat(path, {"run": run}, appendmat=False, long_field_names=True, do_compression=True, oned_as="column")
+
+
+def _json(value: object) -> str:
+    """Plain data as JSON in ASCII: Octave's jsondecode takes no other letters from a .mat."""
+    return json.dumps(json.loads(json_text(value)))
+
+
+def _metrics(metrics: dict[str, Metric]) -> dict[str, Any]:
+    legal = legal_names(metrics)
+    return {legal[name]: {"value": float(m), "unit": m.unit} for name, m in metrics.items()}
+
+
+def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
+    """`stride`, the number of each, and the values of each metric, NaN where a stride has none."""
+    legal = legal_names(["stride", *dict.fromkeys(name for values in strides.values() for name in values)])
+    found = {"stride": np.array(list(strides), float)}
+    for name, fieldname in legal.items():
+        if name != "stride":
+            found[fieldname] = np.array([float(values.get(name, math.nan)) for values in strides.values()])
+    return found
+
 
 METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  # after a file's stem
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be written: a run, its rate [Hz] and columns, and whom to tell of progress."""
+    """What is to be written: a run, its rate [Hz] and columns, and whom to report progress to."""
 
     recording: Recording
     rate: float | None
@@ -61,7 +138,7 @@ def _sto(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     label = legal_names(rows.columns)
     columns = {label[name]: values for name, values in rows.columns.items()}
     write_storage(path, order.recording.scenario["name"], columns, degrees=False, report=order.report)
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
 
@@ -69,28 +146,28 @@ def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     side, note = side_of(order.recording)
     present = [name for name in NEEDED if name in order.recording.columns]
     rows = finite(order.rows(columns=present), failed=not order.recording.ok)
-    if ANKLE not in rows.columns:
-        raise InputError("is not a finite number in every row", field=ANKLE)
+    if ANKLE_ANGLE not in rows.columns:
+        raise InputError("is not a finite number in every row", field=ANKLE_ANGLE)
     angles, loads = coordinates(rows, side), ground_loads(rows)
     write_storage(path, path.stem, angles, degrees=True, report=order.report)
     if loads:
         file = _beside(path, LOADS)
         write_storage(file, file.stem, loads, degrees=False, report=order.report)
         _beside(path, LOADS_XML).write_text(external_loads(path.stem, file.name, side), encoding="utf-8")
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return (*rows.notes, note) if note else rows.notes
 
 
 def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = order.rows()
     write_csv(rows, path, order.report)
-    write_metrics(order.recording, _beside(path, METRICS))
+    _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 
 
 def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = order.rows()
-    write_mat(order.recording, rows, path)
+    _write_mat(order.recording, rows, path)
     return rows.notes
 
 

@@ -1,7 +1,11 @@
-"""The rows and columns of a run that leave it."""
+"""Rows of a run that leave it: which columns, how often, finite or not, by which names, and as CSV."""
 
+import csv
+import dataclasses
 import fnmatch
-from collections.abc import Iterable, Mapping
+import pathlib
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +14,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.simulation.recording import Recording
 
 TIME = "time"
-OFF = 0.005  # of the rate asked for, from which the one had is told [-]
+_OFF = 0.005  # of the rate asked for, from which the one had is reported [-]
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,11 @@ def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[s
         raise InputError("time does not increase from row to row", field=TIME)
     every, notes = _every(time, rate)
     names = [TIME, *(name for name in _chosen(recording, columns) if name != TIME)]
-    told = {name: recording.describe(name) for name in names}
+    described = {name: recording.describe(name) for name in names}
     return Rows(
         {name: np.asarray(recording[name][::every], float) for name in names},
-        {name: unit for name, (unit, _) in told.items()},
-        {name: sign for name, (_, sign) in told.items()},
+        {name: unit for name, (unit, _) in described.items()},
+        {name: sign for name, (_, sign) in described.items()},
         notes,
     )
 
@@ -52,12 +56,12 @@ def _every(time: np.ndarray, rate: float | None) -> tuple[int, tuple[str, ...]]:
     if rate is None or len(time) < 2:
         return 1, ()
     own = (len(time) - 1) / float(time[-1] - time[0])
-    if not 0.0 < rate <= own * (1.0 + OFF):
+    if not 0.0 < rate <= own * (1.0 + _OFF):
         allowed = f"more than 0 Hz and at most the run's own {own:.5g} Hz"
         raise InputError("is out of range", field="rate", value=f"{rate:g} Hz", allowed=allowed)
     every = max(1, round(own / rate))
     had = own / every
-    if abs(had - rate) <= OFF * rate:
+    if abs(had - rate) <= _OFF * rate:
         return every, ()
     return every, (f"{had:.5g} rows a second instead of {rate:g}: whole rows of the run are kept",)
 
@@ -78,3 +82,78 @@ def _chosen(recording: Recording, patterns: Iterable[str]) -> list[str]:
             )
         found |= set(fitting)
     return [name for name in recording.columns if name in found or not wanted]
+
+
+LONGEST = 63  # of a MATLAB name (namelengthmax)
+
+
+def legal_names(names: Iterable[str]) -> dict[str, str]:
+    """{name: the same in letters, digits and underscores, different from all others}.
+
+    A space splits a label in OpenSim's Storage, and a slash makes it a path to a component of a model; MATLAB
+    allows neither. "muscle/dorsiflexor_1/force" is muscle_dorsiflexor_1_force.
+    """
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+        plain = plain if re.match("[A-Za-z]", plain) else f"x_{plain}"
+        legal, number = plain[:LONGEST], 2
+        while legal.lower() in taken:
+            ending = f"_{number}"
+            legal, number = plain[: LONGEST - len(ending)] + ending, number + 1
+        taken.add(legal.lower())
+        found[name] = legal
+    return found
+
+
+def finite(rows: Rows, *, failed: bool) -> Rows:
+    """Rows of finite numbers only, with notes on what is left out.
+
+    A run that failed ends before its first row with such a number; of one that did not, columns with such a
+    number are left out.
+    """
+    columns, notes = dict(rows.columns), list(rows.notes)
+    whole = np.logical_and.reduce([np.isfinite(values) for values in columns.values()])
+    if failed and whole[0] and not whole.all():
+        end = int(np.argmin(whole))
+        columns = {name: values[:end] for name, values in columns.items()}
+        notes.append(f"the last {len(whole) - end} rows are left out: they hold numbers that are not finite")
+    bad = [name for name, values in columns.items() if name != TIME and not np.isfinite(values).all()]
+    if bad:
+        notes.append(f"left out, since they are not finite in every row: {', '.join(bad)}")
+    kept = {name: values for name, values in columns.items() if name not in bad}
+    return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
+
+
+_BLOCK = 2000  # rows from one report to the next
+Report = Callable[[int, int], object]
+Write = Callable[[Iterable[Iterable[float]]], object]
+
+
+def _titles(rows: Rows) -> list[str]:
+    """Names with units: "ankle/angle [rad]", "gait/phase [-]"."""
+    return [f"{name} [{rows.units[name] or '-'}]" for name in rows.columns]
+
+
+def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
+    """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf.
+
+    Units: report (rows done, rows in all).
+    """
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)  # CR LF after each line
+        writer.writerow(_titles(rows))
+        write_numbers(writer.writerows, list(rows.columns.values()), report)
+
+
+def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:
+    """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits.
+
+    Units: columns (n,), report (rows done, rows in all).
+    """
+    count = len(columns[0])
+    for start in range(0, count, _BLOCK):
+        block = [column[start : start + _BLOCK].tolist() for column in columns]
+        write(zip(*block, strict=True))
+        report(min(start + _BLOCK, count), count)

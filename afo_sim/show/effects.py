@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from afo_sim.metrics.words import UNITS, number
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.effect import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect
-from afo_sim.study.effects import Effects
-from afo_sim.study.told import EFFECTS, LEFT_OUT
+from afo_sim.study.effects import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect, Effects
+from afo_sim.study.run_studies import EFFECTS, LEFT_OUT
 
 TOP = 5
 LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]

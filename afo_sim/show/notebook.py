@@ -19,10 +19,10 @@ from afo_sim.show.run_figure import draw_angle, draw_torque
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.findings import findings
 from afo_sim.study.results import Results
-from afo_sim.study.search import words as search_words
+from afo_sim.study.scales import chosen
+from afo_sim.study.search import best as search_best
 from afo_sim.study.search.best import BestDesign
 from afo_sim.study.sizing.result import Sizing
-from afo_sim.study.words import chosen
 
 WIDTH = 380  # of a figure [px]
 RIGHT, LEFT = "text-align: right", "text-align: left"
@@ -40,7 +40,7 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueF
         found = findings(result, chosen(result, []))
         return _element(repr(result), sweep_tables.tables(found, BEST_CASES), found.remarks)
     if isinstance(result, BestDesign):
-        tables, lines = search_words.tables(result.summary), search_words.statement(result.summary)
+        tables, lines = search_best.tables(result.summary), search_best.statement(result.summary)
         return _element(repr(result), tables, lines)
     if isinstance(result, StaticFit):
         return _element(repr(result), law_report.tables(result), law_report.remarks(result))

@@ -9,9 +9,9 @@ import numpy as np
 
 from afo_sim.metrics import words as metric_words
 from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
+from afo_sim.study.scales import human_scale
 from afo_sim.study.search.aim import OBJECTIVE, Limit
 from afo_sim.study.search.loop import Columns, Problem, best_of
-from afo_sim.study.words import human_scale
 
 LABEL = 24  # characters of a line beside an axis
 ACROSS = 3  # panels side by side

@@ -8,8 +8,7 @@ import numpy as np
 
 from afo_sim.metrics.words import UNITS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
-from afo_sim.study.sizing.candidate import Tried
-from afo_sim.study.sizing.requirement import Requirement
+from afo_sim.study.sizing.requirement import Requirement, Tried
 from afo_sim.study.sizing.result import Sizing
 
 WIDTH, HEAD, PANEL = 6.4, 1.3, 1.6  # [inch]

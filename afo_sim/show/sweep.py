@@ -10,10 +10,9 @@ import numpy as np
 from afo_sim.common.writing import check_writable, together
 from afo_sim.show import sweep_figures as figures
 from afo_sim.show.style import write_figure
-from afo_sim.study import sobol
-from afo_sim.study.findings import Findings, findings
+from afo_sim.study.findings import Findings, findings, varied
 from afo_sim.study.results import Results
-from afo_sim.study.words import Better, chosen
+from afo_sim.study.scales import Better, chosen
 
 FIGURES = "figures"  # the folder in a sweep's own
 IN_ONE = 3  # metrics in one figure
@@ -49,7 +48,7 @@ Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [
 
 
 def _of_metrics(found: Findings) -> Iterator[Drawing]:
-    results, count = found.results, len(sobol.varied(found.results))
+    results, count = found.results, len(varied(found.results))
     across = min(count, figures.MOST_PARAMETERS)
     for suffix, names in _batches(list(found.effects)):
         high = len(names)

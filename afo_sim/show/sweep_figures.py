@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from afo_sim.show.style import COLOURS, plain
-from afo_sim.study import pareto
-from afo_sim.study.analysis import Effect, spread
+from afo_sim.study.analysis import Effect, ranks, spread
+from afo_sim.study.findings import Indices
 from afo_sim.study.results import Results
-from afo_sim.study.sobol import Indices
-from afo_sim.study.words import Better, Scale, scale
+from afo_sim.study.scales import Better, Scale, scale
 
 CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
 MOST_DOTS = 3000  # cases drawn as dots
@@ -205,7 +204,7 @@ def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better])
         lowest = tuple(objectives[name] == "lowest" for name in names)
         looks = [scale(results, name) for name in names]
         points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])
-        front = np.flatnonzero(pareto.ranks(points, lowest) == 0)
+        front = np.flatnonzero(ranks(points, lowest) == 0)
         front = front[np.lexsort((points[front, 1], points[front, 0]))]
         rest = np.setdiff1d(_some(len(points)), front)
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from afo_sim.study import analysis, pareto, sobol
-from afo_sim.study.findings import Findings
+from afo_sim.study import analysis
+from afo_sim.study.findings import Findings, Indices, varied
 from afo_sim.study.results import Results
-from afo_sim.study.sobol import Indices
-from afo_sim.study.words import scale
+from afo_sim.study.scales import scale
 
 EFFECTS = "main effects: share of the variance, mean from low to high"
 NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
@@ -70,7 +69,7 @@ def _metric_table(found: Findings) -> Table:
 def _effect_table(found: Findings) -> Table:
     results = found.results
     rows = []
-    for parameter in sobol.varied(results):
+    for parameter in varied(results):
         row = [_named(found, parameter)]
         for metric, effects in found.effects.items():
             effect, look = effects[parameter], scale(results, metric)
@@ -95,7 +94,7 @@ def _index_table(results: Results, metric: str, found: Indices) -> Table:
 
 def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
     results = found.results
-    names = [*sobol.varied(results), *found.objectives]
+    names = [*varied(results), *found.objectives]
     looks = [scale(results, name) for name in names]
     columns = [results[name][cases] for name in names]
     rows = [
@@ -110,7 +109,7 @@ def _front_table(found: Findings, count: int) -> Table:
     two = list(found.effects)[:2]
     ends = [found.objectives[name] for name in two]
     points = np.column_stack([found.results[name] for name in two])
-    front = np.flatnonzero(pareto.ranks(points, tuple(end == "lowest" for end in ends)) == 0)
+    front = np.flatnonzero(analysis.ranks(points, tuple(end == "lowest" for end in ends)) == 0)
     front = front[np.argsort(points[front, 0], kind="stable")]
     some = front[np.unique(np.linspace(0, len(front) - 1, min(count, len(front))).round().astype(int))]
     title = " and ".join(f"{end} {_lower(found, name)}" for name, end in zip(two, ends, strict=True))

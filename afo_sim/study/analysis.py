@@ -1,16 +1,17 @@
-"""Cases of a sweep → what they say: spread of a metric, best cases, effect of each parameter."""
+"""Cases of a sweep → what they say: spread of a metric, best cases and fronts, effect of each parameter."""
 
+import bisect
 import re
 from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
-NUMBERS = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]?\d+)?")
-FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
-FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
-BINS = (4, 12)  # at least, at most
-LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
+_NUMBERS = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]?\d+)?")
+_FEWEST_IN_BIN = 20  # cases, where there are enough for bins at all
+_FEWEST_FOR_SHARE = 5  # cases in a bin on average, below which a share is little but chance
+_BINS = (4, 12)  # at least, at most
+_LEVELS = 12  # distinct values up to which each is a bin of its own, if it has two cases on average
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def spread(values: np.ndarray) -> Spread:
 def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
     """[(status, reason, number of cases)], the most frequent first; "ok" is none of them.
 
-    Reasons that differ in their numbers only are one, told by the first.
+    Reasons that differ in their numbers only are one, shown by the first.
     """
     failed = [(s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok"]
     found = Counter((s, _kind(r)) for s, r in failed)
@@ -70,7 +71,7 @@ def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int
 def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
     """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,).
 
-    Those that differ in their numbers only are one, told by the first.
+    Those that differ in their numbers only are one, shown by the first.
     """
     lines = [text.splitlines() for text in warnings.tolist() if text]
     found = Counter(kind for each in lines for kind in dict.fromkeys(map(_kind, each)))
@@ -79,7 +80,7 @@ def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
 
 
 def _kind(text: str) -> str:
-    return NUMBERS.sub("#", text)
+    return _NUMBERS.sub("#", text)
 
 
 def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:
@@ -128,10 +129,10 @@ def effect(
     total = float(np.sum((metric - metric.mean()) ** 2))
     explained = counts * (means - metric.mean()) ** 2
     chance = 0.0 if grid else counts * (1.0 - counts / len(metric)) * errors**2
-    few = not grid and counts.mean() < FEWEST_FOR_SHARE
+    few = not grid and counts.mean() < _FEWEST_FOR_SHARE
     if few or len(counts) < 2 or total <= 1e-24 * float(np.sum(metric**2)):
         return Effect(places, means, errors, counts, np.nan)
-    # a bin of a single block has no error to tell chance by: its share is not known
+    # a bin of a single block has no error to estimate chance by: its share is not known
     return Effect(places, means, errors, counts, float(np.sum(explained - chance)) / total)
 
 
@@ -141,9 +142,9 @@ def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.nda
     if parameter.dtype.kind in "US":
         first = np.argsort(np.unique(parameter, return_index=True)[1])  # in the order they come
         return levels[first], np.argsort(first)[bin_of]
-    if grid or len(levels) <= min(LEVELS, len(parameter) // 2):
+    if grid or len(levels) <= min(_LEVELS, len(parameter) // 2):
         return levels, bin_of
-    wanted = bins or int(np.clip(len(parameter) // FEWEST_IN_BIN, *BINS))
+    wanted = bins or int(np.clip(len(parameter) // _FEWEST_IN_BIN, *_BINS))
     edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))
     _, bin_of = np.unique(np.searchsorted(edges, parameter, side="right"), return_inverse=True)
     return np.bincount(bin_of, parameter) / np.bincount(bin_of), bin_of
@@ -157,3 +158,61 @@ def _errors(residual: np.ndarray, bin_of: np.ndarray, blocks: np.ndarray, counts
     with np.errstate(divide="ignore", invalid="ignore"):
         variance = np.bincount(of_bin, sums**2) / counts**2 * (m / (m - 1.0))
     return np.where(m > 1, np.sqrt(variance), np.nan)
+
+
+def ranks(points: np.ndarray, lowest: tuple[bool, ...]) -> np.ndarray:
+    """Number of the front that each case is on; 0 is the Pareto front.
+
+    A case dominates another if it is as good in all metrics and better in one; a front is what is not
+    dominated once the fronts before it are taken away. Equal cases are on the same front.
+
+    Parameters
+    ----------
+    points : cases and metrics (n, m)
+    lowest : for each metric whether low values are good (m,)
+
+    Returns
+    -------
+    int (n,); −1 where a metric is NaN
+
+    References
+    ----------
+    Two metrics in O(n log n): Jensen 2003, doi 10.1109/TEVC.2003.817234; more of them front by front: Zhang
+    et al. 2015 (ENS-SS), doi 10.1109/TEVC.2014.2308305.
+    """
+    found = np.full(len(points), -1)
+    known = np.isfinite(points).all(axis=1)
+    if not known.any():
+        return found
+    costs = np.where(np.array(lowest), points[known], -points[known])
+    distinct, member = np.unique(costs, axis=0, return_inverse=True)  # sorted by the first metric, then on
+    front = _two(distinct) if distinct.shape[1] == 2 else _many(distinct)
+    found[known] = front[member.ravel()]
+    return found
+
+
+def _two(costs: np.ndarray) -> np.ndarray:
+    """Fronts of sorted, distinct costs (n, 2): a front's last point has the least second cost on it."""
+    tails: list[float] = []  # of each front, ascending
+    found = np.empty(len(costs), int)
+    for row, cost in enumerate(costs[:, 1].tolist()):
+        front = bisect.bisect_right(tails, cost)
+        tails[front : front + 1] = [cost]
+        found[row] = front
+    return found
+
+
+def _many(costs: np.ndarray) -> np.ndarray:
+    """Fronts of sorted, distinct costs (n, m): no point is dominated by a later one."""
+    fronts: list[list[int]] = []
+    found = np.empty(len(costs), int)
+    for row, cost in enumerate(costs):
+        for front, members in enumerate(fronts):  # noqa: B007 the number is used below
+            if not (costs[members] <= cost).all(axis=1).any():
+                break
+        else:
+            front = len(fronts)
+            fronts.append([])
+        fronts[front].append(row)
+        found[row] = front
+    return found

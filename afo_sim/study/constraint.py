@@ -19,9 +19,9 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import Dimension, dimension, read_any_quantity
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 
-LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
-LONGEST = 1000  # characters
-DEEPEST = 60  # levels of nesting
+_LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
+_LONGEST = 1000  # characters
+_DEEPEST = 60  # levels of nesting
 COMPARISONS: dict[type[ast.cmpop], np.ufunc] = {
     ast.Lt: np.less,
     ast.LtE: np.less_equal,
@@ -83,7 +83,7 @@ def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
 
 @dataclass(frozen=True)
 class _Operand:
-    """Numbers [SI] and what they measure, as far as the text tells: a word's values measure nothing."""
+    """Numbers [SI] and what they measure, as far as the text states: a word's values measure nothing."""
 
     value: Any
     measures: Dimension
@@ -140,7 +140,7 @@ class _Evaluation:
 
     def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr, whole: ast.expr) -> Any:
         if type(op) not in COMPARISONS:
-            self._refuse(whole, "is no comparison that is known here", "< <= > >= == !=")
+            self._refuse(whole, "is not a comparison that is known here", "< <= > >= == !=")
         for name, other in ((left, right), (right, left)):
             if isinstance(name, ast.Name) and name.id in self.constraint.words:
                 same = self.values[name.id] == self._word(name.id, other)
@@ -159,7 +159,7 @@ class _Evaluation:
         word = node.value if isinstance(node, ast.Constant) else None
         if word not in words:
             nearest = nearest_name(word, words) if isinstance(word, str) else None
-            self._refuse(node, f"is no value of {name!r}", ", ".join(map(repr, words)), nearest)
+            self._refuse(node, f"is not a value of {name!r}", ", ".join(map(repr, words)), nearest)
         return word
 
     def _number(self, node: ast.expr) -> _Operand:
@@ -182,13 +182,13 @@ class _Evaluation:
             else:
                 measures = _product(a.measures, b.measures, 1 if isinstance(node.op, ast.Mult) else -1)
             return _Operand(ARITHMETIC[type(node.op)](a.value, b.value), measures, text)
-        self._refuse(node, "is not of the language of constraints", LANGUAGE)
+        self._refuse(node, "is not of the language of constraints", _LANGUAGE)
 
     def _parameter(self, node: ast.Name) -> tuple[Any, Dimension]:
         names = [*self.constraint.units, *self.constraint.words]
         if node.id not in names:
             nearest = nearest_name(node.id, names)
-            self._refuse(node, "is no parameter that a constraint can name", ", ".join(names), nearest)
+            self._refuse(node, "is not a parameter that a constraint can name", ", ".join(names), nearest)
         if node.id in self.constraint.words:
             self._refuse(node, "is a word, not a number", f"{node.id} == 'a word'")
         return self.values[node.id], dimension(self.constraint.units[node.id])
@@ -201,7 +201,7 @@ class _Evaluation:
             except ValueError as error:
                 self._refuse(node, str(error))
         if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
-            self._refuse(node, "is not a number", LANGUAGE)
+            self._refuse(node, "is not a number", _LANGUAGE)
         return np.float64(value), ()
 
     def _require_alike(self, a: _Operand, b: _Operand, node: ast.expr) -> None:
@@ -232,19 +232,19 @@ def _refuse(text: str, at: int, problem: str, allowed: str = "", nearest: str | 
 
 def _parse(text: str) -> ast.expr:
     """The text as Python's grammar has it; nothing of it is ever run."""
-    if len(text) > LONGEST or not text.strip():
-        _refuse(text, 0, "is empty" if not text.strip() else "is too long", f"1 to {LONGEST} characters")
+    if len(text) > _LONGEST or not text.strip():
+        _refuse(text, 0, "is empty" if not text.strip() else "is too long", f"1 to {_LONGEST} characters")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is refused later on
             tree = ast.parse(text, mode="eval").body
         depth = _depth(tree)
     except SyntaxError as error:
-        _refuse(text, max((error.offset or 1) - 1, 0), f"cannot be read: {error.msg}", LANGUAGE)
+        _refuse(text, max((error.offset or 1) - 1, 0), f"cannot be read: {error.msg}", _LANGUAGE)
     except (ValueError, RecursionError, MemoryError):
-        _refuse(text, 0, "cannot be read", LANGUAGE)
-    if depth > DEEPEST:
-        _refuse(text, 0, "is nested too deeply", f"up to {DEEPEST} levels")
+        _refuse(text, 0, "cannot be read", _LANGUAGE)
+    if depth > _DEEPEST:
+        _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
 
 

@@ -12,16 +12,16 @@ from scipy.stats import qmc
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
-from afo_sim.study.plan import Plan
+from afo_sim.study.sweep_plan import Plan
 
 MOST = 10_000_000  # cases, beyond which a number is taken for a slip
-BLOCK = 1 << 16  # samples at a time
-RARE = 1e-3  # share of samples within the constraints below which a sweep is refused …
-JUDGED = 20_000  # … once so many are drawn
-STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is told of a slip
-FEW = 48  # cases that are all checked before the first is run
+_BLOCK = 1 << 16  # samples at a time
+_RARE = 1e-3  # share of samples within the constraints below which a sweep is refused …
+_JUDGED = 20_000  # … once so many are drawn
+STEP_SECONDS, ROW_BYTES = 4e-6, 600.0  # what a step and a row take, roughly, for what is reported of a slip
+_FEW = 48  # cases that are all checked before the first is run
 
-ROW_BY_ROW = ("list", "uncertainty")  # designs whose parameters hold a value for each case
+_ROW_BY_ROW = ("list", "uncertainty")  # designs whose parameters hold a value for each case
 
 Columns = dict[str, np.ndarray]
 
@@ -78,13 +78,13 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     ------
     InputError
         Too many cases, none or hardly any within the constraints, a kept case that does not exist, or a
-        case that is no valid scenario.
+        case that is not a valid scenario.
     """
     _check_count(plan, most)
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
     if plan.design == "grid":
         values, dropped = _within(plan, _grid(varied))
-    elif plan.design in ROW_BY_ROW:
+    elif plan.design in _ROW_BY_ROW:
         values, dropped = _within(plan, {p.name: _levels(p) for p in varied})
     elif plan.design == "saltelli":
         values, dropped = _spread(varied, _saltelli(plan, len(varied))), 0
@@ -116,7 +116,7 @@ def _count(plan: Plan) -> int:
     if plan.design == "grid":
         steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
         return math.prod([*levels, *steps])
-    if plan.design in ROW_BY_ROW:
+    if plan.design in _ROW_BY_ROW:
         return plan.cases or levels[0]
     varied = sum(not isinstance(p.spread, OwnSeed) for p in plan.parameters)
     return (plan.cases or 0) * (2 * varied + 2 if plan.design == "saltelli" else 1)
@@ -188,7 +188,7 @@ def _drawn(plan: Plan, varied: list[Parameter]) -> tuple[Columns, int]:
             drawn += int(inside[-1]) + 1
             break
         drawn += len(share)
-        if drawn >= JUDGED and found < RARE * drawn:
+        if drawn >= _JUDGED and found < _RARE * drawn:
             raise _contradiction(plan, f"leave {found} of {drawn} samples")
     return {p.name: np.concatenate([part[p.name] for part in kept]) for p in varied}, drawn - wanted
 
@@ -204,7 +204,7 @@ def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
     A random or Sobol' sequence goes on from block to block; a Latin hypercube is followed by another.
     """
     generator = np.random.default_rng(plan.seed)
-    block = min(1 << max((plan.cases or 1) - 1, 1).bit_length(), BLOCK)
+    block = min(1 << max((plan.cases or 1) - 1, 1).bit_length(), _BLOCK)
     draw: Callable[[], np.ndarray]
     if plan.design == "random":
         draw = lambda: generator.random((block, dimensions))  # noqa: E731
@@ -250,7 +250,7 @@ def _check_cases(cases: Cases) -> None:
 
 
 def _telling(cases: Cases) -> list[int]:
-    if len(cases) <= FEW:
+    if len(cases) <= _FEW:
         return list(range(len(cases)))
     found: set[int] = set()
     for parameter in cases.plan.parameters:
@@ -277,5 +277,5 @@ def _case_error(cases: Cases, case: int, error: InputError) -> InputError:
     field, about = "parameters", error.field
     if len(blamed) == 1 or (blamed and at == blamed[0][1]):
         field, about = f"parameters.{blamed[0][0].name}", blamed[0][1]
-    problem = f"case {case} is no valid scenario: {about}: {error.problem}; {cases.in_words(case)}"
+    problem = f"case {case} is not a valid scenario: {about}: {error.problem}; {cases.in_words(case)}"
     return InputError(problem, file=plan.file, field=field, allowed=error.allowed, nearest=error.nearest)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric
@@ -17,20 +18,241 @@ from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.judged import limits_of, verdict_of
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
-from afo_sim.study.effect import METRICS, SHARES, Effect, Run
 from afo_sim.study.effects_parameters import Step, steps
-from afo_sim.study.effects_ranking import Aim, aim_of, rank, wanted_of
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors
 
 if TYPE_CHECKING:
     import pandas
 
+from dataclasses import field
+from typing import Literal
+
+from afo_sim.common.units import in_unit
+from afo_sim.description.limits import Limits
+from afo_sim.metrics.verdict import Status
+
+CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"
+_HEIGHTS = (CLEARANCE, FIRST, LOWEST)
+TORQUE, TORQUE_PER_MASS = "torque_against_push_off", "torque_against_push_off_per_mass"
+WORK, PITCH, AIR = "work_against_push_off", "foot_pitch_at_contact", "air_per_stride"
+METRICS = (*_HEIGHTS, TORQUE, TORQUE_PER_MASS, WORK, PITCH, AIR)
+# Below this a difference is none, in the metric's unit: below what can be built, felt or measured.
+NOTICED = {
+    CLEARANCE: 0.1,
+    FIRST: 0.1,
+    LOWEST: 0.1,
+    TORQUE: 0.03,
+    TORQUE_PER_MASS: 0.0005,
+    WORK: 0.0001,
+    PITCH: 0.1,
+    AIR: 0.0005,
+}
+
+# {metric: whose limit it is a share of}; beyond 100 % the limit is left
+SHARES = {
+    "muscle_share_of_pressure": "the muscles' limit of pressure",
+    "muscle_share_of_force": "the muscles' limit of force",
+    "muscle_share_of_contraction": "the muscles' limit of contraction",
+    "muscle_share_of_stretch": "the muscles' limit of stretch",
+    "cuff_share_of_pain": "the pressure at which the cuff hurts",
+    "plate_share_of_pain": "the pressure at which the strap hurts",
+}
+
+BEYOND_LIMIT = "beyond-limit"
+
+
+def beyond_limit(share: str, percent: float) -> Notice:
+    """That a share of a limit, a metric of SHARES, is beyond it."""
+    return Notice(
+        BEYOND_LIMIT, "{percent:.0f} % of {limit}", subject=share, percent=percent, limit=SHARES[share]
+    )
+
+
+Run = Literal["run", "no air", "forbidden", "refused", "failed"]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One step of one parameter, and by how much the metrics differ from the walk as it is.
+
+    name : of the parameter, as "dorsiflexor link_length"
+    before, after : its value with its unit
+    sets : what `--set` takes to make the step
+    status : "run", or why it was not: no air enters the chamber, a limit forbids it, the description refuses
+        it, the run failed
+    reason : of that, in words
+    differences : {metric: with the step less without, in the metric's unit}; only of what was run
+    assumed : whether nobody has measured the value before: then it wants measuring first
+    beyond : limits that the step leaves, where the walk as it is keeps them or leaves them by less
+    notes : warnings that the walk as it is does not have
+    helps : whether the ranking counts it as a help
+    """
+
+    name: str
+    before: str
+    after: str
+    sets: dict[str, Any] = field(default_factory=dict)
+    status: Run = "run"
+    reason: str = ""
+    differences: dict[str, float] = field(default_factory=dict)
+    assumed: bool = False
+    beyond: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    helps: bool = False
+
+    @property
+    def noticed(self) -> bool:
+        """Whether any metric differs by more than can be noticed, or is defined no more."""
+        found = self.differences.items()
+        return any(math.isnan(value) or abs(value) >= NOTICED[name] for name, value in found)
+
+    def by(self, metric: str) -> float:
+        """Difference of a metric; 0 where there is none, or it is not defined."""
+        value = self.differences.get(metric, 0.0)
+        return value if math.isfinite(value) else 0.0
+
+
+Aim = Literal["lift", "heel", "push_off", "air", "spare"]
+ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
+_GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a walk, in the metrics' units: clearance and pitch at least, the others at most."""
+
+    clearance: float
+    pitch: float
+    torque: float
+    work: float
+
+    def hindrance(self, values: Mapping[str, float]) -> float:
+        """Torque and work against push-off by what is wanted, the larger of the two [-]."""
+        return max(values.get(TORQUE_PER_MASS, 0.0) / self.torque, values.get(WORK, 0.0) / self.work)
+
+
+def _lowest(values: Mapping[str, float]) -> float:
+    """The lowest known toe clearance [mm]: settled, of the first stride, of all; NaN where one is."""
+    heights = [values[name] for name in _HEIGHTS if name in values]
+    return math.nan if not heights or any(map(math.isnan, heights)) else min(heights)
+
+
+def wanted_of(limits: Limits) -> Wanted:
+    """The first of each pair of limits, in the metrics' units."""
+    tiny = 1e-12  # a limit may be zero
+    return Wanted(
+        clearance=in_unit(limits.toe_clearance[0], "m", "mm"),
+        pitch=in_unit(limits.contact_pitch[0], "rad", "deg"),
+        torque=max(limits.torque_against_push_off[0], tiny),
+        work=max(limits.work_against_push_off[0], tiny),
+    )
+
+
+def aim_of(statuses: Mapping[str, Status]) -> Aim:
+    """What is to be bettered first.
+
+    What is bad goes before what is doubtful; among alike ones a toe that trips before a foot that does not
+    land on its heel, that before a hindered push-off, and that before air.
+    """
+    for status in ("bad", "doubtful"):
+        for aim in ORDER:
+            if statuses.get(aim) == status:
+                return aim
+    return "spare"
+
+
+def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, aim: Aim) -> list[Effect]:
+    """Effects with what helps most first, those that help marked.
+
+    - "lift", "heel": by the gain in the lowest toe clearance, or in the foot's pitch at contact. What that
+      costs in push-off and air is reported, and does not count.
+    - "push_off": by the relief, of torque or work, whichever is further beyond what is wanted.
+    - "air": by the air saved.
+    - "spare" (all is good): by the relief of push-off, to a hundredth of what is wanted; among alike ones by
+      the air saved.
+
+    A step does not help that costs the walk what is asked before: clearance, then heel contact, then
+    push-off (worse than what is wanted, and worse than now). Nor does a step of any kind that leaves a limit
+    of the muscles, or that makes cuff or strap hurt, where the walk as it is does not. What helps stands
+    first, then what was run and is noticed, then what makes no noticed difference, then what was not run.
+
+    Units: base [metric's unit].
+    """
+    marked = [_marked(effect, _gain(effect, base, wanted, aim), base, wanted, aim) for effect in effects]
+    marked.sort(key=lambda pair: (_class(pair[0]), tuple(-part for part in pair[1])))  # stable
+    return [effect for effect, _ in marked]
+
+
+def _marked(
+    effect: Effect, gain: tuple[float, ...], base: Mapping[str, float], wanted: Wanted, aim: Aim
+) -> tuple[Effect, tuple[float, ...]]:
+    """The effect, marked where it helps, with the reason where it would but breaks something; its gain."""
+    if effect.status != "run" or not _gains(gain, aim):
+        return effect, gain
+    lost = _lost(effect, base, wanted, aim)
+    helps = not (lost or effect.beyond)
+    return dataclasses.replace(effect, helps=helps, reason=lost), gain
+
+
+def _gain(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> tuple[float, ...]:
+    """What a step gives of what is aimed at, the first of all first."""
+    if aim == "lift":
+        gain = _lowest(_after(effect, base)) - _lowest(base)
+        return (-math.inf if math.isnan(gain) else gain,)
+    if aim == "heel":
+        return (effect.by(PITCH),)
+    if aim == "air":
+        return (-effect.by(AIR),)
+    relief = wanted.hindrance(base) - wanted.hindrance(_after(effect, base))
+    relief = -math.inf if math.isnan(relief) else relief
+    if aim == "push_off" or math.isinf(relief):
+        return relief, -effect.by(AIR)
+    return round(relief / _GRAIN) * _GRAIN, -effect.by(AIR)
+
+
+def _gains(gain: tuple[float, ...], aim: Aim) -> bool:
+    """Whether a step gives something that is noticed."""
+    least = {"lift": NOTICED[CLEARANCE], "heel": NOTICED[PITCH], "air": NOTICED[AIR]}.get(aim, 0.99 * _GRAIN)
+    if aim == "spare" and gain[0] == 0.0:
+        return gain[1] >= NOTICED[AIR]
+    return gain[0] >= least
+
+
+def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> str:
+    """What a step takes of what goes before the aim: worse than what is wanted, and worse than now."""
+    after, before = _after(effect, base), len(ORDER) if aim == "spare" else ORDER.index(aim)
+    clearance = "the toe clears {:.1f} mm, {:g} mm are wanted"
+    landing = "the foot lands at {:.1f}°, {:g}° are wanted"
+    push_off = "push-off is hindered {:.2f} times as much as is wanted"
+    pitch, pitched = base.get(PITCH, math.inf), after.get(PITCH, math.inf)
+    kept = (
+        (clearance, 1.0, _lowest(base), _lowest(after), wanted.clearance),
+        (landing, 1.0, pitch, pitched, wanted.pitch),
+        (push_off, -1.0, wanted.hindrance(base), wanted.hindrance(after), 1.0),
+    )
+    for text, sign, was, now, limit in kept[:before]:
+        if math.isnan(now) or (sign * now < sign * limit and sign * now < sign * was):
+            return text.format(now, limit)
+    return ""
+
+
+def _after(effect: Effect, base: Mapping[str, float]) -> dict[str, float]:
+    """Metrics with the step; NaN where the step leaves one undefined."""
+    return {name: value + effect.differences.get(name, 0.0) for name, value in base.items()}
+
+
+def _class(effect: Effect) -> int:
+    if effect.status != "run":
+        return 3
+    return 0 if effect.helps else 1 if effect.noticed else 2
+
+
 Report = Callable[[int, int, str], None]
-DOING = "trying what to change first"
-PULLS = 1.0  # [N]
-WORSE = 1.0  # by which a share of a limit that is left already must grow to be told [percent]
-BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
+_DOING = "trying what to change first"
+_PULLS = 1.0  # [N]
+_WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
+_BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,7 +264,7 @@ class Effects:
     ranked : Effect of every step, also of those that could not be run
     timestep : of all runs [s]
 
-    Each step was run alone; nothing is told of two steps together, nor of a step twice as large.
+    Each step was run alone; nothing is known of two steps together, nor of a step twice as large.
     """
 
     aim: Aim
@@ -92,17 +314,17 @@ class Effects:
         """
         import pandas
 
-        told = ("name", "before", "after", "status", "reason", "helps")
-        rows = [{key: getattr(e, key) for key in told} | e.differences for e in self.ranked]
-        found = pandas.DataFrame(rows, columns=[*told, *self.base])
+        plain = ("name", "before", "after", "status", "reason", "helps")
+        rows = [{key: getattr(e, key) for key in plain} | e.differences for e in self.ranked]
+        found = pandas.DataFrame(rows, columns=[*plain, *self.base])
         found.attrs["units"] = {name: metric.unit for name, metric in self.base.items()}
         return found
 
     def __repr__(self) -> str:
         run = sum(effect.status == "run" for effect in self.ranked)
         best = [f"{effect.name} {effect.before} → {effect.after}" for effect in self.helping[:3]]
-        told = "; ".join(best) or "no single step helps"
-        return f"<Effects for {self.aim!r}, {run} steps run: {told}>"
+        steps = "; ".join(best) or "no single step helps"
+        return f"<Effects for {self.aim!r}, {run} steps run: {steps}>"
 
 
 def effects(
@@ -171,7 +393,7 @@ def _hanging(scenario: Scenario, walk: Recording) -> list[str]:
     return [
         name
         for name, group in scenario.orthosis.muscle.items()
-        if all(walk[f"muscle/{name}_{k}/force"].max() < PULLS for k in range(1, group.count + 1))
+        if all(walk[f"muscle/{name}_{k}/force"].max() < _PULLS for k in range(1, group.count + 1))
     ]
 
 
@@ -181,11 +403,11 @@ def _run(
     """Outcomes of cases, in order."""
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
 
-    def told(done: int, count: int) -> None:
+    def progress(done: int, count: int) -> None:
         if report is not None:
-            report(done, count, DOING)
+            report(done, count, _DOING)
 
-    return in_order(scenario, cases, asked, threads, BATCH, told)
+    return in_order(scenario, cases, asked, threads, _BATCH, progress)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:
@@ -200,9 +422,9 @@ def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], 
     undefined = Metric(math.nan)
     differences = {name: outcome.metrics.get(name, undefined).value - was.value for name, was in base.items()}
     beyond = tuple(
-        f"{outcome.metrics[name].value:.0f} % of {limit}"
-        for name, limit in SHARES.items()
-        if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + WORSE)
+        beyond_limit(name, outcome.metrics[name].value)
+        for name in SHARES
+        if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + _WORSE)
     )
     notes = tuple(warning for warning in outcome.warnings if warning not in walk.warnings)
     return dataclasses.replace(effect, differences=differences, beyond=beyond, notes=notes)

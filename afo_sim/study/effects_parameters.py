@@ -6,7 +6,6 @@ same tautness at an ankle angle of zero. The sole's stacks under heel and ball g
 """
 
 import dataclasses
-import itertools
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -20,9 +19,9 @@ PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa],
 TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]
 RADIUS, CONTRACTION = 0.005, 0.02  # of a pulley [m], [-]
 STIFFNESS, FLOW = 2.0, 1.5  # factors; FLOW of valves and tubes
-LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
-WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
-PARTS = {"shank": "cuff", "foot": "plate"}
+_LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
+_WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
+_PARTS = {"shank": "cuff", "foot": "plate"}
 SIDES: tuple[Literal["inlet", "outlet"], ...] = ("inlet", "outlet")
 
 Barred = Literal["", "forbidden", "no air"]
@@ -88,9 +87,9 @@ def takes_air(scenario: Scenario, chamber: str) -> bool:
     """Whether air can enter a chamber: its inlet opens, a controller may open it, or it is filled before."""
     if scenario.controller is not None:
         return True
-    told = (scenario.phases or scenario.timer), scenario.start
-    times = told[0].chambers.get(chamber) if told[0] else None
-    return bool(times and times.inlet) or bool(told[1] and chamber in told[1].chambers)
+    times_of, start = (scenario.phases or scenario.timer), scenario.start
+    times = times_of.chambers.get(chamber) if times_of else None
+    return bool(times and times.inlet) or bool(start and chamber in start.chambers)
 
 
 def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -> Iterator[Step]:
@@ -117,7 +116,7 @@ def _supply(scenario: Scenario) -> Iterator[Step]:
     yield lower
     for name, group in groups.items():
         limit = group.type.limits.pressure
-        if scenario.supply.pressure + PRESSURE > limit * LIMIT:
+        if scenario.supply.pressure + PRESSURE > limit * _LIMIT:
             reason = f"the muscles of {name} are allowed {1e-5 * limit:g} bar"
             yield dataclasses.replace(upper, barred="forbidden", reason=reason)
             return
@@ -130,7 +129,7 @@ def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
     if group.link_length is not None:
         link = _Amount(f"{at}.link_length", group.link_length, "m", "cm")
         slack = _Amount(f"{at}.slack", group.slack, "m", "cm")
-        loose = group.link_length < LINK <= group.slack  # both act alike: one of them is told
+        loose = group.link_length < LINK <= group.slack  # both act alike: one of them is stepped
         yield from _added(f"{name} slack" if loose else f"{name} link_length", slack if loose else link, LINK)
     for count in (group.count - 1, group.count + 1):
         yield Step(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
@@ -145,32 +144,31 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
     if group.origin is None or group.insertion is None:
         return
     link = _Amount(f"{at}.link_length", group.link_length or 0.0, "m", "cm")
-    for end, axis in itertools.product(("origin", "insertion"), (0, 2)):
-        anchor = group.origin if end == "origin" else group.insertion
-        amount = _Amount(f"{at}.{end}.from_ankle[{axis}]", anchor.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} {end} {WAYS[axis]}, link to match", amount, ANCHOR)
-        for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
-            place = tuple(x + by if k == axis else x for k, x in enumerate(anchor.from_ankle))
-            moved = group.model_copy(update={end: anchor.model_copy(update={"from_ankle": place})})
-            longer = mean_length(moved) - mean_length(group)
-            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
-    yield from _guides(name, at, group, link)
+    for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
+        for place, step in _moves(f"{name} {end}", f"{at}.{end}", anchor):
+            yield _matched(step, group, {end: place}, link)
+    for number, guide in enumerate(group.path):
+        for place, step in _moves(f"{name} guide {number}", f"{at}.path[{number}]", guide):
+            path = (*group.path[:number], place, *group.path[number + 1 :])
+            yield _matched(step, group, {"path": path}, link)
     muscle = _Amount(f"{at}.type.total_length", group.type.total_length, "m", "cm")
     yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
 
 
-def _guides(name: str, at: str, group: MuscleGroup, link: _Amount) -> Iterator[Step]:
-    """Points and surfaces of the path further forward or up, with the link as above."""
-    for number, axis in itertools.product(range(len(group.path)), (0, 2)):
-        place = group.path[number]
-        amount = _Amount(f"{at}.path[{number}].from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
-        both = _added(f"{name} guide {number} {WAYS[axis]}, link to match", amount, ANCHOR)
+def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Step]]:
+    """A place of the path further back, forward, down and up, and the step that moves it there."""
+    for axis, way in _WAYS.items():
+        amount = _Amount(f"{key}.from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
+        both = _added(f"{name} {way}, link to match", amount, ANCHOR)
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
             there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_ankle))
-            path = list(group.path)
-            path[number] = place.model_copy(update={"from_ankle": there})
-            longer = mean_length(group.model_copy(update={"path": tuple(path)})) - mean_length(group)
-            yield dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
+            yield place.model_copy(update={"from_ankle": there}), step
+
+
+def _matched(step: Step, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Step:
+    """The step with the link as much longer as the path at angle zero."""
+    longer = mean_length(group.model_copy(update=moved)) - mean_length(group)
+    return dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
 
 
 def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
@@ -187,8 +185,8 @@ def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
 def _timing(scenario: Scenario, chamber: str) -> Iterator[Step]:
     """Begin and end of every interval in which a chamber's valves are open."""
     kind = "phases" if scenario.phases is not None else "timer"
-    told = scenario.phases or scenario.timer
-    times = told.chambers.get(chamber) if told is not None else None
+    times_of = scenario.phases or scenario.timer
+    times = times_of.chambers.get(chamber) if times_of is not None else None
     for side in SIDES if times is not None else ():
         intervals = getattr(times, side)
         for k in range(len(intervals)):
@@ -249,7 +247,7 @@ def _air(scenario: Scenario, name: str, chamber: Chamber) -> Iterator[Step]:
 def _structure(scenario: Scenario) -> Iterator[Step]:
     """How cuff and plate give, and the thickness of the plate's sole."""
     for segment, mounting in scenario.orthosis.anchor.items():
-        at, name = f"orthosis.anchor.{segment}", f"{PARTS[segment]} stiffness"
+        at, name = f"orthosis.anchor.{segment}", f"{_PARTS[segment]} stiffness"
         assumed = any(source.kind == "assumed" for source in mounting.provenance.values())
         found: list[Step] = []
         if mounting.stiffness is not None:

@@ -5,8 +5,12 @@ and is, to the last bit, what it is alone. A case that cannot be built or become
 with its reason. With two threads or more, cases are built while others are rolled out.
 """
 
+import ctypes
+import functools
+import gc
 import math
 import pathlib
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -16,6 +20,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import ControllerError, InputError, SimulationError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.first_strides import undefined
@@ -34,12 +39,33 @@ from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
 from afo_sim.simulation.simulate import simulate, simulate_together
-from afo_sim.study.memory import keep_flat
+
+_M_MMAP_THRESHOLD = -3  # malloc.h of glibc
+_LARGE = 1 << 20  # bytes
+
+
+@functools.cache
+def _keep_flat() -> None:
+    """Let the collector leave alone what is there, and glibc give large blocks back when they are freed.
+
+    A collection looks at everything that was ever imported, for a few objects of a case. glibc raises the
+    size from which it gives back whenever such a block is freed, up to 32 MB. Rows of hundreds of steps then
+    lie between small things that live longer, and the heap grows by some 60 kB a case.
+    """
+    gc.freeze()
+    if sys.platform != "linux":
+        return
+    try:
+        ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
+    except (AttributeError, OSError):  # another C library
+        return
+
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
-BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
+UNSETTLED = "stride-unsettled"  # code of the warning that no stride was found that repeats
+_BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
 CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
-AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
+_AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @dataclass(frozen=True)
@@ -121,8 +147,8 @@ def outcomes(
     asked: Asked = EVERYTHING,
 ) -> Iterator[Numbered]:
     """Run cases."""
-    keep_flat()
-    most_bytes = BATCH_BYTES / (1 if threads < 2 else threads + AHEAD)
+    _keep_flat()
+    most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
     with native.installed():
         yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
@@ -159,7 +185,7 @@ def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
 def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Iterator[Numbered]:
     """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
     running: dict[Future[list[Rolled]], tuple[list[Prepared], Workspace]] = {}
-    free, references = [Workspace({}) for _ in range(threads + AHEAD)], References()
+    free, references = [Workspace({}) for _ in range(threads + _AHEAD)], References()
 
     def collected(how_many: str) -> Iterator[Numbered]:
         for ended in wait(running, return_when=how_many).done:
@@ -284,7 +310,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
         if rollout is not None and rollout.failure is not None:
             return _failed(rollout.failure)
     try:
-        totals, warnings, curves = _told(case, rolled, asked)
+        totals, warnings, curves = _results(case, rolled, asked)
         if asked.reference and case.built.scenario.reference is not None:
             other = references.of(case.built.scenario)
             totals = totals | reference_metrics(totals, other.metrics)
@@ -296,7 +322,7 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
     return Outcome(OK, "", finite, (*case.built.warnings, *warnings), curves)
 
 
-def _told(
+def _results(
     case: Prepared, rolled: Rolled, asked: Asked
 ) -> tuple[dict[str, Metric], tuple[str, ...], dict[str, np.ndarray]]:
     """Metrics, warnings and curves of a case that has run."""
@@ -307,11 +333,17 @@ def _told(
     curves = _curves(case.built, columns, asked.curves)
     if settled is None:
         return found.totals, found.warnings, curves
-    totals, warnings = found.totals | settled_metrics(settled), (*unsettled_warning(settled), *found.warnings)
+    totals, warnings = found.totals | settled_metrics(settled), (*_unsettled(settled), *found.warnings)
     if case.first is None or rolled.first is None:
         return totals, warnings, curves
     first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked)
     return totals | first, (*warnings, *left_out), curves
+
+
+def _unsettled(settled: Settled) -> tuple[str, ...]:
+    """What is said of a settled stride; that none was found is recognised by its code."""
+    texts = unsettled_warning(settled)
+    return texts if settled.found else tuple(Notice(UNSETTLED, "{text}", text=text) for text in texts)
 
 
 def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, np.ndarray]:
@@ -323,7 +355,7 @@ def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[st
 
 
 def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> dict[str, Metric]:
-    """What is asked of the first strides, undefined: a column of rows, whether the case at hand tells it."""
+    """What is asked of the first strides, undefined: a column of every row, also of this case."""
     scenario = case.built.scenario
     if not (scenario.walking and totals):
         return {}

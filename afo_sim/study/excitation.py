@@ -21,8 +21,8 @@ from afo_sim.simulation.policy import Policy, fixed
 
 What = Literal["reference", "pressure", "valves"]
 WHATS: tuple[What, ...] = ("reference", "pressure", "valves")
-SQUARE = 4.0 / math.pi  # first harmonic of a square wave from −1 to 1
-ANGLE = "ankle/angle"
+_SQUARE = 4.0 / math.pi  # first harmonic of a square wave from −1 to 1
+_ANGLE = "ankle/angle"
 
 
 class Excitation(Protocol):
@@ -90,7 +90,7 @@ class OnReference:
         sensor = known.get(column.removeprefix(SENSOR))
         chambers = [name for name in (it.raises, it.lowers) if name is not None]
         true = column if sensor is None else sensor.column
-        return tuple(dict.fromkeys((true, ANGLE, *(f"chamber/{name}/pressure" for name in chambers))))
+        return tuple(dict.fromkeys((true, _ANGLE, *(f"chamber/{name}/pressure" for name in chambers))))
 
     @property
     def tick(self) -> int:
@@ -144,7 +144,7 @@ class OnPressure:
     @property
     def outputs(self) -> tuple[str, ...]:
         """The chamber's pressure, and the ankle's angle."""
-        return f"chamber/{self.chamber}/pressure", ANGLE
+        return f"chamber/{self.chamber}/pressure", _ANGLE
 
     def begun(self, frequency: float, n_step: int) -> tuple[Built, Policy]:
         """The drive's pressure, step by step."""
@@ -174,12 +174,12 @@ class OnValves:
     @property
     def phasor(self) -> complex:
         """Of the square wave's first harmonic, 4/π sin(ωt)."""
-        return -1j * SQUARE
+        return -1j * _SQUARE
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """The chamber's pressure, and the ankle's angle."""
-        return f"chamber/{self.chamber}/pressure", ANGLE
+        return f"chamber/{self.chamber}/pressure", _ANGLE
 
     def begun(self, frequency: float, n_step: int) -> tuple[Built, Policy]:
         """The coils, step by step."""

@@ -6,15 +6,121 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.study import analysis, sobol
+from afo_sim.study import analysis
 from afo_sim.study.analysis import Effect
-from afo_sim.study.results import Results
-from afo_sim.study.sobol import Indices
-from afo_sim.study.words import Better
+from afo_sim.study.results import OWN_SEED, Results, optional
+from afo_sim.study.scales import Better
 
-BINNED = (
+_DESIGN = "saltelli"
+_MOST_FAILED = 0.01  # of the cases
+_FEWEST_BLOCKS = 8
+_RESAMPLES = 500  # of the bootstrap
+_SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib takes 0 for no seed
+
+
+@dataclass(frozen=True, eq=False)
+class Indices:
+    """Sobol' indices of one metric, and the half-widths of their 95 % intervals.
+
+    first : share of the variance that a parameter explains alone (d,)
+    total : share that it has any part in (d,)
+    second : share that two explain together beyond both alone (d, d), above the diagonal, NaN elsewhere
+    left_out : base samples left out, because one of their cases failed; of `blocks`
+    """
+
+    parameters: tuple[str, ...]
+    first: np.ndarray
+    first_interval: np.ndarray
+    total: np.ndarray
+    total_interval: np.ndarray
+    second: np.ndarray
+    second_interval: np.ndarray
+    blocks: int
+    left_out: int
+
+    def pairs(self) -> list[tuple[str, str, float, float]]:
+        """[(parameter, parameter, second-order index, half-width)], the strongest first."""
+        names, d = self.parameters, len(self.parameters)
+        upper = [(i, j) for i in range(d) for j in range(i + 1, d)]
+        upper.sort(key=lambda ij: -self.second[ij])
+        return [
+            (names[i], names[j], float(self.second[i, j]), float(self.second_interval[i, j]))
+            for i, j in upper
+        ]
+
+
+def varied(results: Results) -> tuple[str, ...]:
+    """The parameters that the design varies: every case's own seed is none of them."""
+    seeds = {p["name"] for p in results.sweep["parameters"] if p.get("distribution") == OWN_SEED}
+    return tuple(name for name in results.parameters if name not in seeds)
+
+
+def _block_size(results: Results) -> int:
+    """Cases of one base sample."""
+    return 2 * len(varied(results)) + 2
+
+
+def indices(results: Results, metric: str) -> Indices:
+    """First-order, second-order and total Sobol' indices of a metric, by SALib.
+
+    References
+    ----------
+    Saltelli et al. 2010, doi 10.1016/j.cpc.2009.09.018; second order: Saltelli 2002,
+    doi 10.1016/S0010-4655(02)00280-1. Intervals by bootstrap of the base samples, as normal ones.
+    """
+    values = _blocks(results, metric)
+    whole = np.isfinite(values).all(axis=1)
+    failed = 1.0 - float(np.isfinite(values).mean())
+    if failed >= _MOST_FAILED or whole.sum() < _FEWEST_BLOCKS:
+        raise InputError(
+            f"{100.0 * failed:.2g} % of the cases have no {metric}, and {whole.sum()} base samples are "
+            "whole: too few for Sobol' indices",
+            file=results.folder,
+            allowed=f"less than {100.0 * _MOST_FAILED:g} %, and at least {_FEWEST_BLOCKS}",
+        )
+    kept = values[whole].ravel()
+    if np.ptp(kept) <= 1e-12 * np.abs(kept).max():
+        raise InputError(f"{metric} does not vary: it has no Sobol' indices", file=results.folder)
+    names = varied(results)
+    problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+    found = optional("SALib.analyze.sobol").analyze(
+        problem, kept, calc_second_order=True, num_resamples=_RESAMPLES, seed=_SEED
+    )
+    return Indices(
+        parameters=names,
+        first=np.asarray(found["S1"]),
+        first_interval=np.asarray(found["S1_conf"]),
+        total=np.asarray(found["ST"]),
+        total_interval=np.asarray(found["ST_conf"]),
+        second=np.asarray(found["S2"]),
+        second_interval=np.asarray(found["S2_conf"]),
+        blocks=len(whole),
+        left_out=int((~whole).sum()),
+    )
+
+
+def _blocks(results: Results, metric: str) -> np.ndarray:
+    """The metric, one row for each base sample (N, 2d + 2)."""
+    size = _block_size(results)
+    if results.design != _DESIGN:
+        raise InputError(
+            "Sobol' indices need a sweep of another design",
+            file=results.folder,
+            field="design",
+            value=results.design,
+            allowed=_DESIGN,
+        )
+    if results.unfinished or len(results) % size:
+        raise InputError(
+            f"Sobol' indices need every case of the sweep, and {len(results)} of {results.planned} are here",
+            file=results.folder,
+        )
+    return results[metric].reshape(-1, size)
+
+
+_BINNED = (
     "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
-    "so they are at most the first-order Sobol' indices, which the design saltelli tells"
+    "so they are at most the first-order Sobol' indices, which the design saltelli gives"
 )
 EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
@@ -51,9 +157,9 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     remarks = _remarks(results, objectives)
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     found = {}
-    for name in known if results.design == sobol.DESIGN else ():
+    for name in known if results.design == _DESIGN else ():
         try:
-            found[name] = sobol.indices(results, name)
+            found[name] = indices(results, name)
         except InputError as error:
             remarks.append(error.problem)
             continue
@@ -63,9 +169,9 @@ def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
     effects = {name: effects_of(results, name, found.get(name)) for name in known}
     if effects:
         whole = results.levels() is not None and not any(map(results.lacking, known))
-        remarks += [] if whole else [EXACT if set(found) == set(known) else BINNED]
+        remarks += [] if whole else [EXACT if set(found) == set(known) else _BINNED]
     if any(not np.isfinite(effect.share) for each in effects.values() for effect in each.values()):
-        remarks.append("–: too few cases at each value, or nothing that varies, to tell a share of variance")
+        remarks.append("–: too few cases at each value, or nothing varies, to estimate a share of variance")
     return Findings(results, dict(objectives), effects, found, tuple(dict.fromkeys(remarks)))
 
 
@@ -91,15 +197,15 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
 def effects_of(results: Results, metric: str, indices: Indices | None = None) -> dict[str, Effect]:
     """{parameter: its main effect on a metric}, as the sweep's design allows.
 
-    Where there are Sobol' indices, the first-order one is the share that is told: two estimates of one
+    Where there are Sobol' indices, the first-order one is the share that is reported: two estimates of one
     quantity would differ, the binned one being low by what the metric does within a bin.
     """
-    saltelli = results.design == sobol.DESIGN
-    blocks = results["case"] // sobol.block_size(results) if saltelli else None
+    saltelli = results.design == _DESIGN
+    blocks = results["case"] // _block_size(results) if saltelli else None
     grid = results.levels() is not None and not results.lacking(metric)
     found = {
         name: analysis.effect(results[name], results[metric], blocks=blocks, grid=grid)
-        for name in sobol.varied(results)
+        for name in varied(results)
     }
     if indices is None:
         return found

@@ -7,11 +7,11 @@ import pathlib
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, TypeVar
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.versions import code_fingerprint, versions
-from afo_sim.common.writing import check_writable, disk, keeping, settle
+from afo_sim.common.writing import check_writable, disk, json_text, keeping, settle, together
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -63,21 +63,21 @@ class FolderKind:
         now = known["fingerprint"]
         manifest = self._continued(folder, now, changed)
         if manifest is None:
-            new = holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
+            new = _holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
             manifest = dict(first())
             if not new:
                 self.clear(folder)
         mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
         if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
             manifest = manifest | known | mixed
-            write_json(folder / self.manifest, manifest)
+            _write_json(folder / self.manifest, manifest)
         return manifest
 
     def _continued(
         self, folder: pathlib.Path, now: Mapping[str, Any], changed: Changed
     ) -> dict[str, Any] | None:
         """The manifest of the study that goes on in the folder; None where a new one begins."""
-        if holds_nothing(folder):
+        if _holds_nothing(folder):
             return None
         if not (folder / self.manifest).is_file():
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
@@ -104,7 +104,7 @@ class FolderKind:
             problem = f"the folder holds another {self.name}, or this one before it was changed"
             allowed = f"another folder, or {throws}"
         elif changed == "refuse":
-            problem = f"the folder's results were computed by other code{differences(before, now)}"
+            problem = f"the folder's results were computed by other code{_differences(before, now)}"
             allowed = f"{throws}, or `changed=continue`, which mixes"
         else:
             return
@@ -125,7 +125,7 @@ class FolderKind:
                     path.unlink(missing_ok=True)
 
 
-def holds_nothing(folder: pathlib.Path) -> bool:
+def _holds_nothing(folder: pathlib.Path) -> bool:
     """True where a folder is new; unfinished files of a killed process, `.NAME`, do not count."""
     return not folder.is_dir() or all(path.name.startswith(".") for path in folder.iterdir())
 
@@ -142,7 +142,7 @@ def program() -> dict[str, Any]:
     return {"code": code_fingerprint(), "versions": versions()}
 
 
-def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """In which versions two programs, or fingerprints, differ: " (mujoco 3.17.0 → 3.18.0)"; "" in none."""
     old = before.get("versions")
     old = old if isinstance(old, dict) else {}
@@ -152,15 +152,38 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     return f" ({', '.join(changes)})" if changes else ""
 
 
-def write_text(path: pathlib.Path, text: str) -> None:
+class Answer(Protocol):
+    """What a study finds, as a table and as plain data."""
+
+    def csv(self) -> str: ...
+    def to_json(self) -> dict[str, Any]: ...
+
+
+_A = TypeVar("_A", bound=Answer)
+
+
+def write_answer(
+    folder: pathlib.Path, stem: str, answer: _A, draw: Callable[[_A, pathlib.Path], None] | None
+) -> pathlib.Path:
+    """Write STEM.csv and STEM.json, and STEM.png if it is drawn, together or not at all; the folder."""
+    check_writable(folder)
+    with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
+        (scratch / f"{stem}.csv").write_text(answer.csv(), encoding="utf-8")
+        (scratch / f"{stem}.json").write_text(json_text(answer.to_json()), encoding="utf-8")
+        if draw is not None:
+            draw(answer, scratch / f"{stem}.png")
+    return folder
+
+
+def _write_text(path: pathlib.Path, text: str) -> None:
     """A text, on disk whole or not at all."""
     with disk(path.parent, AGAIN), keeping(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
-def write_json(path: pathlib.Path, data: Mapping[str, Any]) -> None:
+def _write_json(path: pathlib.Path, data: Mapping[str, Any]) -> None:
     """Plain data, as `write_text`."""
-    write_text(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+    _write_text(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
 
 
 def _version(package: str) -> str:

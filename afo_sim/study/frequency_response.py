@@ -11,7 +11,6 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
-from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import MAX_STEPS, Scenario
 from afo_sim.model.build import Built
@@ -21,18 +20,17 @@ from afo_sim.simulation.observing import frame_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of
-from afo_sim.study.frequency_curve import Curve
-from afo_sim.study.harmonic import Harmonic, first_harmonic, unwrapped
+from afo_sim.study.folder import write_answer
+from afo_sim.study.frequency_curve import Curve, Harmonic, first_harmonic, unwrapped
 
 Report = Callable[[int, int, str], None]
 Draw = Callable[["FrequencyResponse", pathlib.Path], None]
 FREQUENCIES = (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)  # [Hz]
-PERIODS = 8  # that are run at least; half of them settle, half are analysed
-SHORTEST = 8.0  # [s]
-DOUBLINGS = 3  # of the periods, where the first harmonic has not settled
-SETTLED = 0.01  # change of the first harmonic between the halves of what is analysed [-]
-PRESSURE_AMPLITUDE = 5e4  # by default [Pa]
-FILES = ("bode.csv", "bode.json", "bode.png")
+_PERIODS = 8  # that are run at least; half of them settle, half are analysed
+_SHORTEST = 8.0  # [s]
+_DOUBLINGS = 3  # of the periods, where the first harmonic has not settled
+_SETTLED = 0.01  # change of the first harmonic between the halves of what is analysed [-]
+_PRESSURE_AMPLITUDE = 5e4  # by default [Pa]
 Quantity = float | str | None
 
 
@@ -64,8 +62,8 @@ class FrequencyResponse:
         return self.curves[output]
 
     def __repr__(self) -> str:
-        told = "; ".join(f"{name} −3 dB {c.bandwidth}, −90° {c.quarter}" for name, c in self.curves.items())
-        return f"<FrequencyResponse of {self.scenario['name']!r} to {self.what}: {told}>"
+        curves = "; ".join(f"{name} −3 dB {c.bandwidth}, −90° {c.quarter}" for name, c in self.curves.items())
+        return f"<FrequencyResponse of {self.scenario['name']!r} to {self.what}: {curves}>"
 
     def to_json(self) -> dict[str, Any]:
         """Contents of bode.json."""
@@ -76,7 +74,7 @@ class FrequencyResponse:
             "chamber": self.chamber,
             "input_unit": self.input_unit,
             "periods": list(self.periods),
-            "settled": SETTLED,
+            "settled": _SETTLED,
             "curves": [curve.to_json() for curve in self.curves.values()],
             "scenario": self.scenario,
         }
@@ -94,7 +92,7 @@ class FrequencyResponse:
     @property
     def tolerance(self) -> float:
         """Change of a first harmonic up to which it counts as settled [-]."""
-        return SETTLED
+        return _SETTLED
 
     def save(self, folder: str | os.PathLike[str], draw: Draw | None = None) -> pathlib.Path:
         """Write bode.csv and bode.json, and bode.png if `draw` is given; together or not at all.
@@ -108,14 +106,7 @@ class FrequencyResponse:
         -------
         the folder
         """
-        target = pathlib.Path(folder)
-        check_writable(target)
-        with together(target, FILES) as scratch:
-            (scratch / "bode.csv").write_text(self.csv(), encoding="utf-8")
-            (scratch / "bode.json").write_text(json_text(self.to_json()), encoding="utf-8")
-            if draw is not None:
-                draw(self, scratch / "bode.png")
-        return target
+        return write_answer(pathlib.Path(folder), "bode", self, draw)
 
 
 def bode(
@@ -169,7 +160,13 @@ def bode(
     """
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
     description = description.set(sets) if sets else description
-    excitation = excited(description, what, amplitude, mean, chamber)
+    return _response(description, excited(description, what, amplitude, mean, chamber), frequencies, report)
+
+
+def _response(
+    description: Scenario, excitation: Excitation, frequencies: Sequence[float], report: Report | None
+) -> FrequencyResponse:
+    """The response to an excitation, frequency by frequency."""
     rounded = _rounded(excitation, description.timestep, frequencies)
     found = []
     for k, frequency in enumerate(rounded):
@@ -236,9 +233,9 @@ def _on_reference(
 
 def _on_pressure(scenario: Scenario, chamber: str, amplitude: Quantity, mean: Quantity) -> OnPressure:
     if chamber not in scenario.drive:
-        problem = "has no drive that could be asked for a pressure"
+        problem = "has no drive that follows a pressure"
         raise InputError(problem, field="chamber", value=chamber, allowed=f"a table [drive.{chamber}]")
-    size = PRESSURE_AMPLITUDE if amplitude is None else _read(amplitude, "Pa", "amplitude")
+    size = _PRESSURE_AMPLITUDE if amplitude is None else _read(amplitude, "Pa", "amplitude")
     middle = 0.5 * scenario.supply.pressure if mean is None else _read(mean, "Pa", "mean")
     if not 0.0 < size <= middle or middle + size > scenario.supply.pressure:
         problem = "goes beyond what can be asked for"
@@ -258,17 +255,19 @@ def _read(value: float | str, unit: str, field: str) -> float:
 def _rounded(excitation: Excitation, timestep: float, frequencies: Sequence[float]) -> np.ndarray:
     """Frequencies whose half period is a whole number of control periods, rising [Hz] (n,)."""
     try:
-        asked = np.array(frequencies, float).ravel()
+        wanted = np.array(frequencies, float).ravel()
     except (TypeError, ValueError):
-        asked = np.array([])
+        wanted = np.array([])
     tick = excitation.tick * timestep
-    lowest, highest = 2.0 * PERIODS / (MAX_STEPS * timestep), 0.125 / tick
-    fine = len(asked) and np.isfinite(asked).all() and (asked >= lowest).all() and (asked <= highest).all()
-    if not fine or (np.diff(asked) <= 0.0).any():
-        problem = "are no rising frequencies that can be run"
+    lowest, highest = 2.0 * _PERIODS / (MAX_STEPS * timestep), 0.125 / tick
+    fine = (
+        len(wanted) and np.isfinite(wanted).all() and (wanted >= lowest).all() and (wanted <= highest).all()
+    )
+    if not fine or (np.diff(wanted) <= 0.0).any():
+        problem = "are not rising frequencies that can be run"
         allowed = f"rising numbers from {lowest:.2g} to {highest:g} Hz, an eighth of the control rate"
         raise InputError(problem, field="frequencies", value=frequencies, allowed=allowed)
-    halves = np.maximum(np.round(0.5 / (asked * tick)), 1.0)
+    halves = np.maximum(np.round(0.5 / (wanted * tick)), 1.0)
     found: np.ndarray = np.unique(0.5 / (halves * tick))
     return found
 
@@ -277,13 +276,13 @@ def _settled(
     excitation: Excitation, frequency: float, timestep: float
 ) -> tuple[dict[str, tuple[Harmonic, float]], int]:
     """(First harmonic and how much it still changes, of each output; periods that were run)."""
-    periods = PERIODS * 2 ** max(math.ceil(math.log2(SHORTEST * frequency / PERIODS)), 0)
-    for doubling in range(DOUBLINGS + 1):
+    periods = _PERIODS * 2 ** max(math.ceil(math.log2(_SHORTEST * frequency / _PERIODS)), 0)
+    for doubling in range(_DOUBLINGS + 1):
         count = round(periods / (frequency * timestep))
         if count > MAX_STEPS:
             break
         found = _analysed(excitation, frequency, count)
-        if all(change <= SETTLED for _, change in found.values()) or doubling == DOUBLINGS:
+        if all(change <= _SETTLED for _, change in found.values()) or doubling == _DOUBLINGS:
             break
         periods *= 2
     return found, periods

@@ -10,7 +10,7 @@ from scipy import stats
 from afo_sim.common.units import format_quantity
 
 # A sample's coordinate may be exactly zero, where a normal distribution has no quantile.
-LEAST_SHARE = 2.0**-33
+_LEAST_SHARE = 2.0**-33
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Span:
     scale: str = "linear"
 
     def table(self) -> dict[str, Any]:
-        """As a sweep's file tells it."""
+        """As a sweep's file states it."""
         scale = {} if self.scale == "linear" else {"scale": self.scale}
         return {"from": self.lower, "to": self.upper} | ({"steps": self.steps} if self.steps else {}) | scale
 
@@ -88,7 +88,7 @@ class Choice:
         return self.levels()[np.minimum((share * count).astype(np.intp), count - 1)]
 
     def levels(self) -> np.ndarray:
-        """The values, as they were told (n,)."""
+        """The values, as they were stated (n,)."""
         words = bool(self.values) and isinstance(self.values[0], str)
         return np.array(self.values, dtype=object if words else np.float64)
 
@@ -110,7 +110,7 @@ class Normal:
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """The quantiles of shares from 0 to 1 (n,)."""
-        inside = np.clip(share, LEAST_SHARE, 1.0 - LEAST_SHARE)
+        inside = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
         quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
         found = self.centre * np.exp(self.sd * quantile) if self.of_logarithm else None
         found = self.centre + self.sd * quantile if found is None else found
@@ -150,7 +150,7 @@ Spread = Range | Choice | Normal | OwnSeed | Joint
 class Parameter:
     """One parameter: its name, the dotted keys that it sets alike, its values and their SI unit.
 
-    `unit` is "" for bare numbers and words; `whole` tells whole numbers; `description` is the kind of
+    `unit` is "" for bare numbers and words; `whole` says that they are whole; `description` is the kind of
     description that its words name; `files` are the whole paths of words that are paths beside the sweep.
     """
 

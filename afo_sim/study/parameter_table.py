@@ -1,4 +1,4 @@
-"""[parameters.NAME] of a sweep's file → Parameter: which keys, which values, in which unit."""
+"""Tables of a study's TOML file, [parameters.NAME] → Parameter, and the rows of a list design's CSV."""
 
 import keyword
 import math
@@ -6,26 +6,28 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, model_validator
+from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, ValidationError, model_validator
 from pydantic import Field as Option
 
+from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.field import Field, field_at
 from afo_sim.description.quantity import refusal
+from afo_sim.description.reader import PROBLEMS
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, words
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 
-# Each way to tell a parameter's values: the key that it is known by, and what goes with it.
-WAYS = {
+# Each way to state a parameter's values: the key that it is known by, and what goes with it.
+_WAYS = {
     "from_seed": ("from_seed",),
     "distribution": ("distribution", "mean", "median", "sd", "from", "to"),
     "values": ("values",),
     "from": ("from", "to", "scale", "steps"),
 }
-ANY_WAY = "from and to, values, distribution, or from_seed = true"
+_ANY_WAY = "from and to, values, distribution, or from_seed = true"
 
 
 class StrictTable(BaseModel):
@@ -36,6 +38,8 @@ class StrictTable(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _knows_its_keys(cls, table: Any) -> Any:
+        if isinstance(table, cls):
+            return table
         known = [option.alias or name for name, option in cls.model_fields.items()]
         if not isinstance(table, Mapping):
             raise refusal("is not a table", f"a table with {', '.join(known)}")
@@ -94,7 +98,9 @@ class ParameterReader:
     def _check_name(self) -> None:
         if not self.name.isascii() or not self.name.isidentifier() or keyword.iskeyword(self.name):
             allowed = "letters, digits and _, a letter first; no word of Python's such as and, from, not"
-            raise InputError("is no name for a column", file=self.file, field=self._at(""), allowed=allowed)
+            raise InputError(
+                "is not a valid name for a column", file=self.file, field=self._at(""), allowed=allowed
+            )
         if not is_free(self.name):
             problem = "is the name of another column of the results"
             raise InputError(problem, file=self.file, field=self._at(""), allowed="a name of its own")
@@ -103,7 +109,7 @@ class ParameterReader:
         keys, table = self.table.keys or (), self.table
         if (table.key is None) == (table.keys is None) or (table.keys is not None and not keys):
             raise self._error(
-                "which field of the scenario is meant is not told, or twice", "key", "key or keys"
+                "which field of the scenario is meant is not stated, or twice", "key", "key or keys"
             )
         found = []
         for key in keys or (str(table.key),):
@@ -124,25 +130,25 @@ class ParameterReader:
         return found
 
     def _spread(self) -> Spread:
-        way = next((way for way in WAYS if way in self.given), "from" if "to" in self.given else "")
+        way = next((way for way in _WAYS if way in self.given), "from" if "to" in self.given else "")
         if not way:
-            raise self._error("is missing: nothing tells its values", "from", ANY_WAY)
+            raise self._error("is missing: nothing states its values", "from", _ANY_WAY)
         for option in self.given:
-            if option not in WAYS[way]:
-                raise self._error(f"does not go with {way}", option, ", ".join(WAYS[way]))
+            if option not in _WAYS[way]:
+                raise self._error(f"does not go with {way}", option, ", ".join(_WAYS[way]))
         if way == "from_seed":
             return self._own_seed()
         if way == "values":
             return self._choice()
         if self.field.kind == "word":
-            raise self._error("is no way to tell words", way, "values")
+            raise self._error("is not a way to state words", way, "values")
         if self.design == "list" or (self.design == "grid" and way == "distribution"):
             raise self._error(f"does not go with the design {self.design!r}", way, "values")
         return self._range() if way == "from" else self._normal()
 
     def _own_seed(self) -> OwnSeed:
         if not self.table.from_seed:
-            raise self._error("tells nothing", "from_seed", "true", False)
+            raise self._error("states nothing", "from_seed", "true", False)
         if self.field.kind != "integer":
             raise self._error("goes to whole numbers only", "from_seed", "a key such as gait.seed")
         for field in self.fields:
@@ -239,3 +245,78 @@ class ParameterReader:
             allowed=allowed,
             nearest=nearest,
         )
+
+
+_BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
+
+
+def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
+    """The first validation error, as a message for people."""
+    first = error.errors(include_url=False)[0]
+    facts = first.get("ctx", {})
+    path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
+    value = table
+    for part in path:
+        if isinstance(value, list):
+            value = value[int(part)] if part.isdigit() and int(part) < len(value) else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else None
+    return InputError(
+        (PROBLEMS | {"dict_type": "is not a table", "too_short": "is empty"}).get(
+            first["type"], first["msg"]
+        ),
+        file=file,
+        field=".".join(path),
+        value=None if isinstance(value, dict) else value,
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or _bound(facts)),
+        nearest=facts.get("nearest") or None,
+    )
+
+
+def _bound(facts: dict[str, Any]) -> str:
+    """The bound that a number violates, in words."""
+    return ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
+
+
+_EXAMPLE = "pressure [bar],patient"
+
+
+def values_of(
+    sweep: pathlib.Path, name: str, parameters: Mapping[str, ParameterTable]
+) -> dict[str, tuple[Any, ...]]:
+    """Every parameter's values, as [parameters.NAME] would state them."""
+    beside = sweep.parent / name
+    file = beside if beside.is_file() else pathlib.Path(name)
+    table = read_table(file, _EXAMPLE)
+    columns = [split_title(title) for title in table.titles]
+    titles = [title for title, _ in columns]
+    wanted = [parameter for parameter, table in parameters.items() if not table.from_seed]
+    for title in titles:
+        if title not in wanted or titles.count(title) > 1:
+            problem = "is there twice" if title in wanted else "is not a parameter of the sweep"
+            near = nearest_name(title, wanted)
+            raise InputError(problem, file=file, field=title, allowed=", ".join(wanted), nearest=near)
+    for parameter in wanted:
+        if parameter not in titles:
+            raise InputError("this column is missing", file=file, field=parameter, allowed=", ".join(wanted))
+    if not table.rows:
+        raise InputError("has no rows: one per case", file=file, allowed=_EXAMPLE)
+    return {
+        title: tuple(_value(file, line, title, unit, cells[k]) for line, cells in table.rows)
+        for k, (title, unit) in enumerate(columns)
+    }
+
+
+def _value(file: pathlib.Path, line: int, title: str, unit: str, cell: str) -> Any:
+    """A cell as a TOML value: a quantity in the title's unit, else a whole number, a number or a text."""
+    if unit in RATIOS:
+        return number(file, line, title, cell) * RATIOS[unit]
+    if unit:
+        number(file, line, title, cell)
+        return f"{cell} {unit}"
+    for kind in (int, float):
+        try:
+            return kind(cell)
+        except ValueError:
+            pass
+    return cell

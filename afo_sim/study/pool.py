@@ -1,14 +1,135 @@
-"""Simulation of a study's cases by threads of this process, or by a Dask cluster."""
+"""Simulation of a study's cases by threads of this process, or by a Dask cluster, here or somewhere."""
 
 import os
+import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from afo_sim.common.errors import InputError
 from afo_sim.simulation.examine import EVERYTHING, Asked
-from afo_sim.study import cluster, engine
+from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
+from afo_sim.study.folder import program
+from afo_sim.study.results import optional
+
+_AHEAD = 3  # chunks that wait for each worker, so that none of them waits
+
+# The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
+# them.
+_one_chunk = threading.Lock()
+
+
+def _chunks(
+    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str, asked: Asked = EVERYTHING
+) -> Iterator[tuple[int, list[Outcome]]]:
+    """Chunks as workers return them, in no particular order.
+
+    A worker that dies takes no row with it and doubles none: its chunk is computed again by another, and
+    rows are written here alone.
+    """
+    distributed = _dask()
+    try:
+        with _client(distributed, scheduler) as client:
+            yield from _computed(distributed, client, scenario, jobs, iter(pending), asked)
+    except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
+        raise _broken(error) from None
+
+
+def _computed(
+    distributed: Any,
+    client: Any,
+    scenario: Mapping[str, Any],
+    jobs: Jobs,
+    waiting: Iterator[int],
+    asked: Asked,
+) -> Iterator[tuple[int, list[Outcome]]]:
+    running = distributed.as_completed()
+    numbers: dict[str, int] = {}
+    mine = program()
+
+    def submit() -> None:
+        """Keep every worker busy, however many have come or gone."""
+        ahead = _AHEAD * max(len(client.nthreads()), 1)
+        while len(numbers) < ahead and (chunk := next(waiting, None)) is not None:
+            cases = [(number, jobs.sets(number)) for number in jobs.numbers(chunk)]
+            future = client.submit(compute, scenario, cases, mine, asked, pure=False)
+            numbers[future.key] = chunk
+            running.add(future)
+
+    submit()
+    lost = []
+    for future in running:
+        chunk = numbers.pop(future.key)
+        error = future.exception()
+        if isinstance(error, distributed.KilledWorker):
+            lost.append(chunk)
+        elif error is not None:
+            raise error if isinstance(error, InputError) else _broken(error)
+        else:
+            yield chunk, future.result()
+        submit()
+    if lost:
+        raise InputError(
+            f"chunks {', '.join(map(str, lost))} killed every worker that took them (out of memory?); "
+            "all others are computed",
+            field="workers",
+            allowed="the same command with fewer workers, or a smaller chunk in the sweep file (in another "
+            "folder)",
+        )
+
+
+def compute(
+    scenario: Mapping[str, Any],
+    cases: list[tuple[int, dict[str, Any]]],
+    wanted: Mapping[str, Any] | None = None,
+    asked: Asked = EVERYTHING,
+) -> list[Outcome]:
+    """A chunk's outcomes in order, on whatever machine this is called."""
+    here = program()
+    if wanted is not None and here != wanted:
+        each = [f"{name} {here['versions'].get(name)}, not {v}" for name, v in wanted["versions"].items()
+                if here["versions"].get(name) != v]  # fmt: skip
+        raise InputError(f"a worker runs other code than this process: {', '.join(each) or 'of afo-sim'}")
+    with _one_chunk:
+        found = dict(engine.outcomes(scenario, cases, _threads(), len(cases), asked))
+    return [found[number] for number, _ in cases]
+
+
+def _threads() -> int:
+    """Of the worker that this runs in."""
+    from distributed import get_worker
+
+    try:
+        return int(get_worker().state.nthreads)
+    except ValueError:  # in none
+        return 1
+
+
+def _broken(error: BaseException) -> InputError:
+    problem = f"a chunk could not be computed: {type(error).__name__}: {error}"
+    return InputError(problem, allowed="the same command again; what is computed is kept")
+
+
+def _client(distributed: Any, scheduler: str) -> Any:
+    try:
+        return distributed.Client(scheduler, timeout="20 s")
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
+
+
+def _dask() -> Any:
+    """Dask's `distributed`, or what to install."""
+    return optional("distributed", "cluster")
+
+
+def _local_options(workers: int) -> dict[str, Any]:
+    """Of a cluster on this machine, which nobody else can reach."""
+    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    return {"n_workers": workers, **options}
+
 
 Evaluate = Callable[
     [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int, Asked],
@@ -33,7 +154,7 @@ class Pool:
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
-            yield from cluster.chunks(scenario, jobs, due, self.scheduler, asked)
+            yield from _chunks(scenario, jobs, due, self.scheduler, asked)
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
@@ -64,7 +185,7 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
     if scheduler or not workers:
         yield Pool(threads or processors(), scheduler)
         return
-    with cluster.library().LocalCluster(**cluster.local_options(workers)) as local:
+    with _dask().LocalCluster(**_local_options(workers)) as local:
         yield Pool(threads, local.scheduler_address)
 
 

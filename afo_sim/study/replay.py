@@ -53,7 +53,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
         There is no such sweep or case, or the case cannot be built: with the reason.
     """
     results = read(folder)
-    row = row_of(results, case)
+    row = _row_of(results, case)
     scenario = SWEEP.read(folder)["scenario"]
     try:
         description = load("scenario", scenario, json.loads(row[OVERRIDES]))
@@ -71,7 +71,7 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
     return Replay(case, recording, row["status"], different)
 
 
-def row_of(results: Results, case: int) -> dict[str, Any]:
+def _row_of(results: Results, case: int) -> dict[str, Any]:
     """The row of a case."""
     where = (results["case"] == case).nonzero()[0]
     if not len(where):

@@ -148,7 +148,7 @@ def read(folder: str | os.PathLike[str]) -> Results:
     Raises
     ------
     InputError
-        The folder is no sweep, has no case yet, or a file in it is damaged.
+        The folder is not a sweep, has no case yet, or a file in it is damaged.
     """
     folder = pathlib.Path(folder)
     whole = folder / RESULTS
@@ -186,7 +186,7 @@ def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
             raise InputError(f"cannot be read: {error}", file=path) from None
         missing = [name for name in EVERY_ROW if name not in table.column_names]
         if missing or b"sweep" not in (table.schema.metadata or {}):
-            raise InputError("is no result of a sweep of this program", file=path)
+            raise InputError("is not a result of a sweep of this program", file=path)
         tables.append(table)
     sweep = json.loads(tables[0].schema.metadata[b"sweep"])
     return pa.concat_tables(tables, promote_options="permissive").sort_by("case"), sweep

@@ -19,17 +19,17 @@ from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.folder import Changed
-from afo_sim.study.plan import Plan
 from afo_sim.study.pool import Evaluate, pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
+from afo_sim.study.sweep_plan import Plan
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
 
-ROW_BYTES = 500.0  # of a row's words; a number takes 8
-CHUNK_BYTES = 7e3  # of what a file says of its columns
-MOST_WORDS = 16  # whose metrics are asked for before the first case is run
+_ROW_BYTES = 500.0  # of a row's words; a number takes 8
+_CHUNK_BYTES = 7e3  # of what a file says of its columns
+_MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def run(
     workers : processes of a Dask cluster made for this, on this machine
     scheduler : address of a running Dask cluster
     part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
-    report : told after every chunk
+    report : called after every chunk
     evaluate : what computes cases in this process
 
     Raises
@@ -204,7 +204,7 @@ def _check_room(store: Store) -> None:
     """Of chunks and, beside them until they are taken away, the results."""
     chunks = store.pending()
     needed = (
-        _bytes(store, _cases(store, chunks)) + CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
+        _bytes(store, _cases(store, chunks)) + _CHUNK_BYTES * len(chunks) + _bytes(store, len(store.cases))
     )
     free = shutil.disk_usage(store.folder).free
     if needed > free:
@@ -217,11 +217,11 @@ def _check_room(store: Store) -> None:
 
 
 def _bytes(store: Store, cases: int) -> float:
-    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + ROW_BYTES)
+    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + _ROW_BYTES)
 
 
 def _telling(cases: Cases) -> list[int]:
-    """Cases that tell what metrics there are: first, middle, last, and the first with each word."""
+    """Cases that show what metrics there are: first, middle, last, and the first with each word."""
     last = len(cases) - 1
     words = [
         [int((cases.values[p.name] == word).argmax()) for word in dict.fromkeys(cases.values[p.name])]
@@ -229,7 +229,7 @@ def _telling(cases: Cases) -> list[int]:
         if p.words
     ]
     return list(
-        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:MOST_WORDS]])
+        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:_MOST_WORDS]])
     )
 
 
@@ -245,7 +245,7 @@ def _tried(
     known = units | comparisons(scenario, sets, units)
     for name in plan.metrics:
         if name not in known:
-            problem, near = told("is no metric of this scenario", name), instead(name, known)
+            problem, near = told("is not a metric of this scenario", name), instead(name, known)
             allowed = ", ".join(sorted(known))
             raise InputError(
                 problem, file=plan.file, field="metrics", value=name, allowed=allowed, nearest=near

@@ -17,11 +17,11 @@ from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
-from afo_sim.study.plan import Plan
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
-GATHERED = 64  # chunks in one row group of the results
+_GATHERED = 64  # chunks in one row group of the results
 SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
@@ -29,7 +29,7 @@ SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"c
 class Store:
     """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file.
 
-    `sweep` is the fingerprint of the sweep, by which a file of another one is told; `mixed` says that other
+    `sweep` is the fingerprint of the sweep, by which a file of another one is known; `mixed` says that other
     code has computed some of the rows.
     """
 
@@ -164,8 +164,8 @@ class Store:
         damaged = []
         with keeping(self.folder / RESULTS) as path:
             with pq.ParquetWriter(path, self.schema()) as writer:
-                for first in range(0, self.count, GATHERED):
-                    some = range(first, min(first + GATHERED, self.count))
+                for first in range(0, self.count, _GATHERED):
+                    some = range(first, min(first + _GATHERED, self.count))
                     tables = {chunk: self._read(chunk) for chunk in some}
                     damaged += [chunk for chunk, table in tables.items() if table is None]
                     if not damaged:

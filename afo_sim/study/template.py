@@ -10,7 +10,7 @@ from afo_sim.common.writing import check_writable, replacing
 from afo_sim.description.new import base_of, reference, target_of
 from afo_sim.study.search.plan import STARTS
 
-PARAMETERS = """\
+_PARAMETERS = """\
 # The parameters: one table each. Its name is a column of the results.
 [parameters.pressure]
 key = "supply.pressure"    # what it sets; afo-sim keys {scenario} lists every key
@@ -62,7 +62,7 @@ metrics = ["{metric}", "{other}"]
 duration = "{duration}"
 
 """
-    + PARAMETERS
+    + _PARAMETERS
     + """\
 steps = 3                  # of a grid, at least 2
 # scale = "log"            # "linear" by default
@@ -106,7 +106,7 @@ starts = 1
 duration = "{duration}"
 
 """
-    + PARAMETERS
+    + _PARAMETERS
     + """\
 # scale = "log"            # "linear" by default
 
@@ -123,7 +123,7 @@ at_least = "{bound}"       # or at_most
 # at_most = "40 deg"
 # share = 1.0              # of the patients in which it must be kept, above 0, to 1
 
-# Patients by which every design is judged, as a sweep tells its cases; default the scenario's own.
+# Patients by which every design is judged, as a sweep states its cases; default the scenario's own.
 # [patients]
 # design = "latin-hypercube"
 # cases = 20
@@ -137,9 +137,9 @@ at_least = "{bound}"       # or at_most
 # to = 0.5
 """
 )
-TEXTS = {"sweep": SWEEP, "search": SEARCH}
-SEATED = {"metric": "range_of_motion", "other": "air_per_cycle", "bound": "15 deg", "duration": "8 s"}
-WALKING = {"metric": "toe_clearance", "other": "air_per_stride", "bound": "0 mm", "duration": "7.2 s"}
+_TEXTS = {"sweep": SWEEP, "search": SEARCH}
+_SEATED = {"metric": "range_of_motion", "other": "air_per_cycle", "bound": "15 deg", "duration": "8 s"}
+_WALKING = {"metric": "toe_clearance", "other": "air_per_stride", "bound": "0 mm", "duration": "7.2 s"}
 
 
 def new_study(
@@ -182,8 +182,8 @@ def new_study(
         chosen = (uses or {}).get("scenario", "seated")
         scenario = reference("scenario", chosen, target.parent)
         walks = "gait" in assets.read_toml(assets.find("scenario", chosen))
-        text = TEXTS[kind].format(
-            name=name, scenario=scenario, starts=STARTS, **(WALKING if walks else SEATED)
+        text = _TEXTS[kind].format(
+            name=name, scenario=scenario, starts=STARTS, **(_WALKING if walks else _SEATED)
         )
     check_writable(target.parent)
     with replacing(target) as temporary:

@@ -12,7 +12,7 @@ from afo_sim.description.reader import load
 from afo_sim.lab.fitting.log import read_log
 from afo_sim.metrics.words import words
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.told import with_studies
+from afo_sim.study.run_studies import with_studies
 
 
 def read(path: pathlib.Path) -> list[list[str]]:

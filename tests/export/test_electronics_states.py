@@ -10,8 +10,8 @@ from export.boards import MACHINE, compile_host, compile_sketch, controlled, exp
 from afo_sim.common.errors import InputError
 from afo_sim.control.state_machine import Machine, Transition
 from afo_sim.control.switch_log import differences, read_log
+from afo_sim.export.electronics.board import states_of
 from afo_sim.export.electronics.exporting import board_of, commanded
-from afo_sim.export.electronics.states import states_of
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 

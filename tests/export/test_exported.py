@@ -25,9 +25,12 @@ def test_ending_tells_the_format_and_format_the_ending(
             {"out": "a.sot"},
             r"a.sot': has no ending .*; allowed: .sto, .mot, .csv, .mat, .mjb.*did you mean '.sto'",
         ),
-        ({"out": "a.csv", "to": "cvs"}, "to = 'cvs': is no format; allowed: sto, .*did you mean 'csv'"),
+        (
+            {"out": "a.csv", "to": "cvs"},
+            "to = 'cvs': is not a valid format; allowed: sto, .*did you mean 'csv'",
+        ),
         ({"out": "a.csv", "to": "sto"}, "not named as sto is"),
-        ({"out": "a"}, "has no ending that tells the format"),
+        ({"out": "a"}, "has no ending of a format"),
         ({"out": ".", "to": "csv"}, "out = .*: is a folder; allowed: a file in it, such as .*recording.csv"),
         ({"out": "a.mjb", "rate": 100.0}, "rate = '100 Hz': does not go with mjb"),
         ({"out": "a.mot", "columns": ["ankle/*"]}, "does not go with mot"),
@@ -71,7 +74,7 @@ def test_half_an_export_leaves_nothing(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(formats, "write_metrics", full)
+    monkeypatch.setattr(formats, "_write_metrics", full)
     with pytest.raises(InputError, match="the disk is full"):
         export(walked, tmp_path / "a.mot")
     assert not list(tmp_path.iterdir())

@@ -10,9 +10,8 @@ from afo_sim.show import effects as shown
 from afo_sim.show.report import page
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.effect import AIR, CLEARANCE, FIRST, TORQUE, Effect
-from afo_sim.study.effects import Effects
-from afo_sim.study.told import EFFECTS, LEFT_OUT
+from afo_sim.study.effects import AIR, CLEARANCE, FIRST, TORQUE, Effect, Effects
+from afo_sim.study.run_studies import EFFECTS, LEFT_OUT
 
 BASE = {
     CLEARANCE: Metric(4.0, "mm"),

@@ -18,8 +18,8 @@ from afo_sim.cli.sweep import show_folder
 from afo_sim.common.errors import InputError
 from afo_sim.show import sweep as show
 from afo_sim.show import sweep_figures as figures
-from afo_sim.study import analysis, pareto, sobol, words
-from afo_sim.study.findings import EXACT, effects_of, findings
+from afo_sim.study import analysis, scales
+from afo_sim.study.findings import EXACT, effects_of, findings, indices
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}
@@ -141,7 +141,7 @@ def test_a_run_is_no_sweep(tmp_path: pathlib.Path) -> None:
     import pyarrow.parquet as pq
 
     pq.write_table(pa.table({"time": [0.0]}), tmp_path / "results.parquet")
-    with pytest.raises(InputError, match="no result of a sweep"):
+    with pytest.raises(InputError, match="not a result of a sweep"):
         afo_sim.study.read(tmp_path)
 
 
@@ -157,7 +157,7 @@ def test_a_missing_library_is_named(
     asked: dict[str, Any] = {
         "pandas": results.to_pandas,
         "xarray": results.to_xarray,
-        "SALib": lambda: sobol.indices(results, "y"),
+        "SALib": lambda: indices(results, "y"),
     }
     with pytest.raises(InputError, match=rf"{missing}.*pip install 'afo-sim\[sweep\]'"):
         asked[missing]()
@@ -307,13 +307,13 @@ def test_fronts_are_those_of_every_pair(data: st.DataObject, m: int, n: int) -> 
     points = data.draw(arrays(float, (n, m), elements=st.integers(-5, 5).map(float)))  # many ties
     lowest = data.draw(st.tuples(*[st.booleans()] * m))
     costs = np.where(lowest, points, -points)
-    assert pareto.ranks(points, lowest).tolist() == brute_ranks(costs).tolist()
+    assert analysis.ranks(points, lowest).tolist() == brute_ranks(costs).tolist()
 
 
 def test_a_case_without_a_metric_is_on_no_front() -> None:
     points = np.array([[1.0, 2.0], [np.nan, 0.0], [2.0, 3.0]])
-    assert pareto.ranks(points, (True, True)).tolist() == [0, -1, 1]
-    assert pareto.ranks(np.full((2, 2), np.nan), (True, True)).tolist() == [-1, -1]
+    assert analysis.ranks(points, (True, True)).tolist() == [0, -1, 1]
+    assert analysis.ranks(np.full((2, 2), np.nan), (True, True)).tolist() == [-1, -1]
 
 
 # Sobol' indices.
@@ -322,7 +322,7 @@ def test_a_case_without_a_metric_is_on_no_front() -> None:
 def test_indices_of_ishigami(tmp_path: pathlib.Path) -> None:
     x = saltelli(PI, 1024)
     results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
-    found = sobol.indices(results, "y")
+    found = indices(results, "y")
     first, total, second = ishigami_indices()
     assert np.abs(found.first - first).max() < 0.03
     assert np.abs(found.total - total).max() < 0.03
@@ -332,7 +332,7 @@ def test_indices_of_ishigami(tmp_path: pathlib.Path) -> None:
     assert (one, other) == ("x1", "x3") and abs(strongest - second) < interval
     assert all(abs(index) < 2.0 * width for _, _, index, width in found.pairs()[1:])
     assert (found.blocks, found.left_out) == (1024, 0)
-    again = sobol.indices(results, "y")
+    again = indices(results, "y")
     assert np.array_equal(again.first_interval, found.first_interval)
 
 
@@ -392,7 +392,7 @@ def test_of_a_sum_first_order_is_total(tmp_path: pathlib.Path) -> None:
     x = saltelli({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)}, 1024)
     y = 3.0 * x["a"] + 2.0 * x["b"] + x["c"]
     results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (y, "")}))
-    found = sobol.indices(results, "y")
+    found = indices(results, "y")
     expected = np.array([9.0, 4.0, 1.0]) / 14.0
     assert np.abs(found.first - expected).max() < 0.01
     assert np.abs(found.total - expected).max() < 0.01
@@ -404,7 +404,7 @@ def test_every_case_s_own_seed_has_no_part_in_the_indices(tmp_path: pathlib.Path
     y = 3.0 * x["a"] + x["b"]
     folder = write_sweep(tmp_path, "saltelli", columns, {"y": (y, "")}, seeds=("noise",))
     results = afo_sim.study.read(folder)
-    found = sobol.indices(results, "y")
+    found = indices(results, "y")
     assert found.parameters == ("a", "b") and found.blocks == 1024
     assert np.abs(found.first - [0.9, 0.1]).max() < 0.01
     assert set(effects_of(results, "y")) == {"a", "b"}
@@ -415,12 +415,12 @@ def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> No
     bad = dict.fromkeys([8 * 17 + 2, 8 * 17 + 3, 8 * 300], ("unstable", "NaN"))
     y = {"y": (ishigami(x), "")}
     results = afo_sim.study.read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=bad))
-    found = sobol.indices(results, "y")
+    found = indices(results, "y")
     assert (found.blocks, found.left_out) == (512, 2)
     whole = np.setdiff1d(np.arange(512), [17, 300])
     kept = {name: values.reshape(512, 8)[whole].ravel() for name, values in x.items()}
     again = write_sweep(tmp_path / "b", "saltelli", bare(kept), {"y": (ishigami(kept), "")})
-    same = sobol.indices(afo_sim.study.read(again), "y")
+    same = indices(afo_sim.study.read(again), "y")
     assert np.array_equal(found.first, same.first) and np.array_equal(found.total, same.total)
     assert any("2 of 512 base samples" in r for r in findings(results, {"y": "lowest"}).remarks)
 
@@ -431,17 +431,17 @@ def test_indices_that_cannot_be_are_refused(tmp_path: pathlib.Path) -> None:
     many = dict.fromkeys(range(0, 256, 80), ("unstable", "NaN"))  # 4 of 256
     failed = afo_sim.study.read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=many))
     with pytest.raises(InputError, match=r"1\.6 % of the cases have no y.*less than 1 %"):
-        sobol.indices(failed, "y")
+        indices(failed, "y")
     assert "1.6 % of the cases have no y" in " ".join(findings(failed, {"y": "lowest"}).remarks)
     whole = afo_sim.study.read(write_sweep(tmp_path / "b", "saltelli", bare(x), y))
     with pytest.raises(InputError, match="does not vary"):
-        sobol.indices(whole, "flat")
+        indices(whole, "flat")
     part = afo_sim.study.read(write_sweep(tmp_path / "c", "saltelli", bare(x), y, chunks=[np.arange(80)]))
     with pytest.raises(InputError, match=r"every case.*80 of 256"):
-        sobol.indices(part, "y")
+        indices(part, "y")
     other = afo_sim.study.read(write_sweep(tmp_path / "d", "random", bare(x), y))
     with pytest.raises(InputError, match="allowed: saltelli"):
-        sobol.indices(other, "y")
+        indices(other, "y")
 
 
 # What is shown.
@@ -565,9 +565,9 @@ def test_metrics_that_matter_most_come_by_themselves(tmp_path: pathlib.Path) -> 
     x = design_of(6)
     y = walk_metrics(x)
     results = afo_sim.study.read(write_sweep(tmp_path / "a", "random", x, y))
-    assert list(words.chosen(results, [])) == [name for name in y if name != "stance"]
+    assert list(scales.chosen(results, [])) == [name for name in y if name != "stance"]
     plain = {name: (np.arange(6.0), "") for name in "wxyz"}
-    assert list(words.chosen(afo_sim.study.read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == [
+    assert list(scales.chosen(afo_sim.study.read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == [
         "w",
         "x",
         "y",
@@ -594,5 +594,5 @@ def test_axes_are_in_units_that_people_read(
     tmp_path: pathlib.Path, unit: str, largest: float, factor: float, shown: str
 ) -> None:
     x = {"x": (np.linspace(0.0, largest, 4), unit)}
-    look = words.scale(afo_sim.study.read(write_sweep(tmp_path, "random", x, {"y": (np.ones(4), "")})), "x")
+    look = scales.scale(afo_sim.study.read(write_sweep(tmp_path, "random", x, {"y": (np.ones(4), "")})), "x")
     assert look.factor == pytest.approx(factor, rel=1e-12) and look.unit == shown

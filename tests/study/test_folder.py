@@ -15,9 +15,11 @@ from afo_sim.common import assets, versions
 from afo_sim.common.errors import InputError
 from afo_sim.description.portable import portable
 from afo_sim.description.reader import load
-from afo_sim.study import folder, runner
+from afo_sim.study import folder
+from afo_sim.study.runner import sweep
 from afo_sim.study.search import plan as search_plan
-from afo_sim.study.search import store, words
+from afo_sim.study.search import store
+from afo_sim.study.search.best import spread_over_starts
 from afo_sim.study.search.runner import open_search
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
@@ -151,12 +153,12 @@ def test_a_search_of_other_code_goes_on_where_told_and_says_so(
 def test_the_spread_over_starts_is_told_of_feasible_ones() -> None:
     goal = {"metric": "air_per_stride", "unit": "g"}
     starts = [{"feasible": True, "objective": v} for v in (0.9, 1.0)]
-    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    (line,) = spread_over_starts({"objective": goal, "starts": starts})
     assert "2 starts" in line and "10 % apart" in line
     starts.append({"feasible": False, "objective": 0.1})
-    (line,) = words.spread_over_starts({"objective": goal, "starts": starts})
+    (line,) = spread_over_starts({"objective": goal, "starts": starts})
     assert "3 starts" in line and "10 % apart" in line and "1 found none" in line
-    assert words.spread_over_starts({"objective": goal, "starts": starts[:1]}) == []
+    assert spread_over_starts({"objective": goal, "starts": starts[:1]}) == []
 
 
 # -- results that move ------------------------------------------------------------------------------------
@@ -224,9 +226,8 @@ def test_a_model_that_needs_files_from_elsewhere_stays_where_it_is(tmp_path: pat
 @pytest.mark.slow
 @pytest.mark.parametrize("base", ["name", "dict", "scenario"])
 def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str) -> None:
-    from afo_sim.study.arguments import plan_of
     from afo_sim.study.parameter import span
-    from afo_sim.study.sweep_file import read
+    from afo_sim.study.sweep_plan import plan_of, read
 
     seated = load("scenario", "seated")
     scenario = {"name": "seated", "dict": seated.resolved(), "scenario": seated}[base]
@@ -238,8 +239,8 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
     assert made.canonical() == of_file.canonical()
     if base == "name":
         return
-    results = runner.sweep(made, tmp_path / "made", threads=1)
-    same = runner.sweep(of_file, tmp_path / "file", threads=1)
+    results = sweep(made, tmp_path / "made", threads=1)
+    same = sweep(of_file, tmp_path / "file", threads=1)
     assert len(results) == 6 and set(results["status"]) == {"ok"}
     for name in results.metrics:
         assert np.array_equal(results[name], same[name], equal_nan=True)
@@ -248,7 +249,7 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
 
 
 def test_columns_are_named_by_the_end_of_their_key() -> None:
-    from afo_sim.study.arguments import column_names
+    from afo_sim.study.sweep_plan import column_names
 
     keys = [
         "supply.pressure",
@@ -265,7 +266,7 @@ def test_columns_are_named_by_the_end_of_their_key() -> None:
 
 
 def test_what_a_sweep_without_a_file_refuses() -> None:
-    from afo_sim.study.arguments import plan_of
+    from afo_sim.study.sweep_plan import plan_of
 
     with pytest.raises(InputError, match=r"parameters\.pressur\.key.*did you mean 'pressure'"):
         plan_of("seated", {"supply.pressur": ["2 bar"]})
@@ -287,7 +288,7 @@ def test_a_search_without_a_file_is_its_file_s(tmp_path: pathlib.Path) -> None:
         sets={"duration": "0.2 s"},
     )
     assert made.fingerprint() == of_file.fingerprint()
-    with pytest.raises(InputError, match="is no limit"):
+    with pytest.raises(InputError, match="is not a valid limit"):
         search_plan.search_of("seated", {}, lowest="air_per_cycle", limits=["range_of_motion"])
     with pytest.raises(InputError, match="lowest or highest"):
         search_plan.search_of("seated", {"supply.pressure": ("2 bar", "4 bar")})

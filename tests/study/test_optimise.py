@@ -25,11 +25,10 @@ from afo_sim.show.search_figure import draw_search
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.design import cases_of
 from afo_sim.study.parameter import Parameter, Range
-from afo_sim.study.search import plan, store, words
+from afo_sim.study.search import plan, store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
-from afo_sim.study.search.answers import Answers, Columns
-from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, best_of, evolve
+from afo_sim.study.search.best import statement
+from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, best_of, evolve
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))
@@ -497,13 +496,13 @@ REFUSED = {
     ),
     "unit of a limit": ('"-1.5 cm"', '"5 bar"', r"limits\[0\]\.at_least = '5 bar'.*does not convert to mm"),
     "no unit": ('"-1.5 cm"', "5", r"limits\[0\]\.at_least = 5: has no unit"),
-    "no bound": ('at_least = "-1.5 cm"', "", r"limits\.0\.at_least: the bound is not told"),
-    "two bounds": ('"-1.5 cm"', '"-1.5 cm"\nat_most = "1 cm"', r"the bound is not told, or twice"),
+    "no bound": ('at_least = "-1.5 cm"', "", r"limits\.0\.at_least: the bound is not stated"),
+    "two bounds": ('"-1.5 cm"', '"-1.5 cm"\nat_most = "1 cm"', r"the bound is not stated, or twice"),
     "share": ("share = 0.5", "share = 1.5", r"limits\.0\.share = 1\.5.*at most 1"),
     "not of this scenario": (
         '"air_per_stride"',
         '"air_per_cycle"',
-        r"objective\.metric = 'air_per_cycle': is no metric of this scenario",
+        r"objective\.metric = 'air_per_cycle': is not a metric of this scenario",
     ),
     "same key": (
         '"patient.dorsiflexor_strength"\nfrom = 0.0\nto = 0.5',
@@ -691,7 +690,7 @@ def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) ->
     best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0}
     best["parameters"][0]["value"] = 3.99e5  # of 2 to 4 bar
     best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
-    said = " ".join(words.statement(best))
+    said = " ".join(statement(best))
     assert "at an end of its range: pressure;" in said
     assert "no design keeps every limit" in said
     assert "Toe clearance is 7.5 mm short" in said

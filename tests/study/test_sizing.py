@@ -11,10 +11,10 @@ import afo_sim as afo
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.refit import fits
+from afo_sim.study.sizing.air_parts import one_coil, times_for, two_coils, why_not, within
 from afo_sim.study.sizing.muscles import link_for
 from afo_sim.study.sizing.requirement import Requirement, read_requirements, usual
 from afo_sim.study.sizing.sizes import size
-from afo_sim.study.sizing.valves import why_not
 
 SHORT = {"duration": "2 s"}
 ANGLE = "peak_dorsiflexion_angle"
@@ -199,29 +199,29 @@ def test_limits_by_default_and_as_they_are_written() -> None:
     [
         ("valves", "seated", {"limits": [f"{ANGLE} >= 1 deg"]}, "did you mean 'valve'"),
         ("pressure", "seated", {}, "peak_dorsiflexion_angle >= 5 deg"),
-        ("pressure", "seated", {"limits": ["toe_clearance >= 10 mm"]}, "is told by no run"),
-        ("pressure", "seated", {"limits": [f"{ANGLE} > 1 deg"]}, "is no limit"),
+        ("pressure", "seated", {"limits": ["toe_clearance >= 10 mm"]}, "is reported by no run"),
+        ("pressure", "seated", {"limits": [f"{ANGLE} > 1 deg"]}, "is not a valid limit"),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 mm"]}, ANGLE),
         ("pressure", "seated", {"limits": ["peak_dorsiflexion_angel >= 1 deg"]}, f"did you mean '{ANGLE}'"),
         (
             "pressure",
             "seated",
             {"limits": [f"{ANGLE} >= 1 deg"], "between": ("3 bar", "2 bar")},
-            "is no range",
+            "is not a valid range",
         ),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 deg"], "at": "3"}, "has no unit"),
         ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 deg"], "length": "2 m"}, "is an option of tube"),
         ("valve", "walk-dropfoot-afo", {"chamber": "dorsiflex"}, "did you mean 'dorsiflexor'"),
         ("valve", "walk-dropfoot-afo", {"side": "in"}, "did you mean 'inlet'"),
-        ("tube", "walk-dropfoot-afo", {}, "is needed: nothing tells how long"),
+        ("tube", "walk-dropfoot-afo", {}, "is needed: nothing states how long"),
         ("tube", "walk-dropfoot-afo", {"length": "-2 m"}, "is out of range"),
         ("supply", "seated", {"strides": 10}, "are of walking"),
         ("supply", "walk-dropfoot-afo", {"hours": 0}, "is out of range"),
-        ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is no group of muscles"),
+        ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is not a group of muscles"),
         ("muscle", "walk-dropfoot-afo", {"count": (3, 2)}, "1 to 8"),
         ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
         ("pressure", "walk-healthy", {}, "nothing to size"),
-        ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is no option"),
+        ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
     ],
 )
 def test_bad_input_is_one_sentence(kind: str, scenario: str, options: dict[str, Any], says: str) -> None:
@@ -237,3 +237,40 @@ def test_the_answer_as_a_table_a_frame_and_html() -> None:
     frame = found.to_pandas()
     assert list(frame.columns) == found.columns and frame["meets"].sum() == sum(e.meets for e in found.tried)
     assert found.answer.split(":")[0] in repr(found) and "<table" in found._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("inlets", "outlets", "coil"),
+    [
+        ([(0.5, 0.95)], [(0.15, 0.45)], [(0.5, 0.15)]),  # held over the heel strike, until the outlet opens
+        ([(0.1, 0.2)], [(0.4, 0.9)], [(0.1, 0.4)]),
+        ([(0.1, 0.2), (0.25, 0.3)], [(0.4, 0.9)], [(0.1, 0.4)]),  # two pulses of one filling
+        ([(0.1, 0.2), (0.6, 0.7)], [(0.4, 0.5), (0.8, 0.9)], [(0.1, 0.4), (0.6, 0.8)]),
+        ([(0.1, 0.2)], [], [(0.1, 0.2)]),
+        ([], [(0.0, 1.0)], []),
+    ],
+)
+def test_a_coil_stays_on_until_the_outlet_would_open(
+    inlets: list[tuple[float, float]], outlets: list[tuple[float, float]], coil: list[tuple[float, float]]
+) -> None:
+    assert one_coil(inlets, outlets, 1.0) == coil
+
+
+def test_the_outlet_is_open_where_the_coil_is_off() -> None:
+    assert two_coils([(0.5, 0.15)], 1.0) == [(0.15, 0.5)]
+    assert two_coils([(0.1, 0.4), (0.6, 0.8)], 1.0) == [(0.4, 0.6), (0.8, 0.1)]
+    assert two_coils([], 8.0) == [(0.0, 8.0)]
+    assert two_coils([(0.0, 1.0)], 1.0) == []
+    assert within([(6.0, 1.0), (2.0, 3.0)], 8.0) == [(0.0, 1.0), (2.0, 3.0), (6.0, 8.0)]
+
+
+def test_a_timer_keeps_its_unit_and_does_not_run_over_its_period() -> None:
+    seated = load("scenario", "seated")  # filled from 0 to 4 s, vented from 4 to 8 s
+    assert times_for(seated, "dorsiflexor", three_way=True) == {
+        "timer.dorsiflexor.inlet": [["0.0 s", "4.0 s"]],
+        "timer.dorsiflexor.outlet": [],
+    }
+    one = seated.set({"timer.dorsiflexor.outlet": []})
+    assert times_for(one, "dorsiflexor", three_way=False)["timer.dorsiflexor.outlet"] == [["4.0 s", "8.0 s"]]
+    walk = times_for(load("scenario", "walk-dropfoot-afo"), "dorsiflexor", three_way=True)
+    assert walk["phases.dorsiflexor.inlet"] == [[0.5, 0.15]]

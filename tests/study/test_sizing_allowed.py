@@ -7,12 +7,11 @@ import pytest
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.study.sizing import sizes
-from afo_sim.study.sizing.allowed import exceeded, highest_allowed
-from afo_sim.study.sizing.candidate import Candidate, Tried
 from afo_sim.study.sizing.muscles import DERIVED, UPPER_BOUND, doubt_of
-from afo_sim.study.sizing.requirement import read_requirements
+from afo_sim.study.sizing.pressures import exceeded, highest_allowed
+from afo_sim.study.sizing.requirement import Candidate, Tried, read_requirements
+from afo_sim.study.sizing.result import best_of, nearest_miss, smallest
 from afo_sim.study.sizing.sizes import size
-from afo_sim.study.sizing.words import best_of, nearest_miss, smallest
 
 SHORT = {"duration": "2 s"}
 ANGLE = "peak_dorsiflexion_angle"
@@ -59,12 +58,12 @@ def test_a_valve_has_its_limit_too() -> None:
         ("pressure", {"at": "0 bar"}, "at = '0 bar'"),
         ("pressure", {"at": "21 bar"}, "to 20 bar"),
         ("pressure", {"between": ("1 bar", "1e7 bar")}, "between = '1e7 bar'"),
-        ("pressure", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is of no chamber"),
+        ("pressure", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is not of a chamber"),
         ("pressure", {"limits": ["fill_time_dorsiflex <= 3 s"]}, "did you mean 'fill_time_dorsiflexor'"),
         ("pressure", {"limits": ["peak_pressure_calf >= 3 bar"]}, "peak_pressure_dorsiflexor"),
         ("pressure", {"threads": 0}, "threads = 0: is out of range"),
         ("muscle", {"count": "1-9"}, "1 to 8"),
-        ("muscle", {"count": "many"}, "is no number"),
+        ("muscle", {"count": "many"}, "is not a whole number"),
         ("tube", {"length": "1000 m"}, "length = '1000 m': is out of range; allowed: above 0, to 100 m"),
     ],
 )

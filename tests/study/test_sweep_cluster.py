@@ -14,7 +14,8 @@ from sweep_runs import SEATED, SWEEP, assert_same, exact, opened, swept, table, 
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.study import cluster, engine, folder, runner
+from afo_sim.study import engine, folder, runner
+from afo_sim.study.pool import compute
 
 distributed = pytest.importorskip("distributed")
 # warnings of a cluster that is torn down; processes that start, wait and die
@@ -74,7 +75,7 @@ def test_a_worker_of_many_threads_takes_one_chunk_at_a_time() -> None:
     chunks = [[(k, sets[k]) for k in range(first, first + 4)] for first in range(0, 32, 4)]
     alone = [[outcome for _, outcome in sorted(engine.outcomes(scenario, chunk))] for chunk in chunks]
     with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda chunk: cluster.compute(scenario, chunk), chunks))
+        together = list(pool.map(lambda chunk: compute(scenario, chunk), chunks))
     for found, expected in zip(together, alone, strict=True):
         assert [exact(outcome) for outcome in found] == [exact(outcome) for outcome in expected]
 
@@ -83,9 +84,9 @@ def test_a_worker_with_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     cases = [(0, {"duration": "0.3 s"})]
     other = folder.program() | {"versions": folder.program()["versions"] | {"mujoco": "3.0"}}
     with pytest.raises(InputError, match=r"other code.*mujoco .*, not 3\.0"):
-        cluster.compute(expand("scenario", "seated"), cases, other)
+        compute(expand("scenario", "seated"), cases, other)
     with pytest.raises(InputError, match="other code than this process: of afo-sim"):
-        cluster.compute(expand("scenario", "seated"), cases, folder.program() | {"code": "0"})
+        compute(expand("scenario", "seated"), cases, folder.program() | {"code": "0"})
 
 
 def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:

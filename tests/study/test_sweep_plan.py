@@ -20,7 +20,7 @@ from scipy.stats import qmc
 from afo_sim.common import assets, units
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.study import design, sweep_file
+from afo_sim.study import design, sweep_plan
 from afo_sim.study.design import Cases, cases_of
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
@@ -40,7 +40,7 @@ def written(folder: pathlib.Path, head: str, parameters: str = PRESSURE) -> path
 
 
 def cases(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **options: int) -> Cases:
-    return cases_of(sweep_file.read(written(folder, head, parameters)), **options)
+    return cases_of(sweep_plan.read(written(folder, head, parameters)), **options)
 
 
 def refused(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **options: int) -> InputError:
@@ -410,7 +410,7 @@ def test_constraints_on_a_grid_and_words(tmp_path: pathlib.Path) -> None:
         ("pressure + start < '1 bar'", "different dimensions"),
         ("start < '3 s'", "different dimensions"),
         ("start < '20 deg'", "different dimensions"),
-        ("presure < '5 bar'", "at character 1: 'presure' is no parameter"),
+        ("presure < '5 bar'", "at character 1: 'presure' is not a parameter"),
         ("start < end and strat > 1", "at character 17: 'strat'"),
         ("'1 µm' < '1 m' and strat > 1", "at character 20: 'strat'"),
         ("pressure ** 2 > '1 Pa'", "is not of the language"),
@@ -419,8 +419,8 @@ def test_constraints_on_a_grid_and_words(tmp_path: pathlib.Path) -> None:
         ("[x for x in (1,)] == start", "is not of the language"),
         ("start", "is neither true nor false"),
         ("start < end + (start < end)", "is not of the language"),
-        ("start in (1, 2)", "is no comparison"),
-        ("start is 1", "is no comparison"),
+        ("start in (1, 2)", "is not a comparison"),
+        ("start is 1", "is not a comparison"),
         ("start < True", "is not a number"),
         ("start < 1e999", "is not a number"),
         ("start < 1j", "is not a number"),
@@ -450,10 +450,10 @@ def test_words_are_compared_with_words_only(tmp_path: pathlib.Path) -> None:
         '[parameters.steps]\nkey = "gait.seed"\nfrom_seed = true\n'
     )
     for text, says, nearest in (
-        ("patient == 'drop-fot'", "is no value of 'patient'", "drop-foot"),
+        ("patient == 'drop-fot'", "is not a value of 'patient'", "drop-foot"),
         ("patient < 'healthy'", "orders words", None),
         ("patient + 1 < 2", "is a word, not a number", None),
-        ("steps < 2", "is no parameter that a constraint can name", None),
+        ("steps < 2", "is not a parameter that a constraint can name", None),
     ):
         head = f'design = "random"\ncases = 4\nconstraints = ["{text}"]'
         error = refused(tmp_path, head, parameters)
@@ -490,7 +490,7 @@ RANDOM = 'design = "random"\ncases = 4'
 @pytest.mark.parametrize(
     ("head", "says", "nearest"),
     [
-        ('design = "sobel"\ncases = 4', "is no design", "sobol"),
+        ('design = "sobel"\ncases = 4', "is not a valid design", "sobol"),
         ('desing = "sobol"\ncases = 4', "is an unknown key", "design"),
         ('design = "sobol"', "is missing", None),
         ('design = "grid"\ncases = 4', "does not go with the design 'grid'", None),
@@ -500,7 +500,7 @@ RANDOM = 'design = "random"\ncases = 4'
         (RANDOM + "\nseed = -1", "at least 0", None),
         (RANDOM + "\nkeep = [4]", "there is no such case", None),
         (RANDOM + "\nkeep = [-1]", "negative", None),
-        (RANDOM + '\nmetrics = ["toe_clearence"]', "is no metric", "toe_clearance"),
+        (RANDOM + '\nmetrics = ["toe_clearence"]', "is not a valid metric", "toe_clearance"),
         (RANDOM + '\nfile = "cases.csv"', "does not go with the design 'random'", None),
         (RANDOM + '\nscenario = "walk-dropfoot-af"', "there is no such scenario", "walk-dropfoot-afo"),
         (RANDOM + '\n[set]\nduratoin = "4 s"', "unknown key", "duration"),
@@ -544,7 +544,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         (pressure('from = "2 bar"\nto = "600 bar"'), "to", "at most 20", None),
         (pressure('from = "2 bar"'), "to", "is missing", None),
         (pressure('to = "2 bar"'), "from", "is missing", None),
-        (pressure(""), "from", "nothing tells its values", None),
+        (pressure(""), "from", "nothing states its values", None),
         (pressure('from = "2 bar"\nto = "6 bar"\nsteps = 3'), "steps", "does not go with the design", None),
         (pressure('from = "2 bar"\nto = "6 bar"\nstep = 3'), "step", "is an unknown key", "steps"),
         (pressure('from = "2 bar"\nto = "6 bar"\nscale = "lg"'), "scale", "is no choice", None),
@@ -553,8 +553,8 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         (pressure('values = ["2 bar", "2e5 Pa"]'), "values", "is there twice", None),
         (pressure('values = ["2 bar", 3]'), "values", "has no unit", None),
         (pressure("from_seed = true"), "from_seed", "goes to whole numbers only", None),
-        (pressure('values = ["2 bar"]', "from"), "", "is no name for a column", None),
-        (pressure('values = ["2 bar"]', '"a b"'), "", "is no name for a column", None),
+        (pressure('values = ["2 bar"]', "from"), "", "is not a valid name for a column", None),
+        (pressure('values = ["2 bar"]', '"a b"'), "", "is not a valid name for a column", None),
         ('[parameters.p]\nkey = "supply.presure"\nvalues = [1]', "key", "is an unknown key", "pressure"),
         ('[parameters.p]\nkey = "suply.pressure"\nvalues = [1]', "key", "is an unknown key", "supply"),
         (
@@ -569,7 +569,7 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ('[parameters.p]\nkey = "orthosis.range_of_motion[2]"\nvalues = [1]', "key", "no item [2]", None),
         ('[parameters.p]\nkey = "phases.dorsiflexor.inlet[1][0]"\nvalues = [1]', "key", "no item [1]", None),
         ('[parameters.p]\nkey = "supply.pressure[0]"\nvalues = [1]', "key", "is not a list", None),
-        ("[parameters.p]\nvalues = [1]", "key", "not told", None),
+        ("[parameters.p]\nvalues = [1]", "key", "not stated", None),
         (
             '[parameters.p]\nkeys = ["supply.pressure", "duration"]\nvalues = ["2 bar"]',
             "keys",
@@ -591,9 +591,9 @@ MASS = '[parameters.p]\nkey = "patient.body_mass"\ndistribution = "normal"\n'
         ),
         ('[parameters.p]\nkey = "patient"\nvalues = [3]', "values", "is not a text", None),
         ('[parameters.p]\nkey = "callback"\nvalues = ["nativ"]', "values", "is no choice", "native"),
-        ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "no way to tell words", None),
+        ('[parameters.p]\nkey = "patient"\nfrom = "a"\nto = "b"', "from", "not a way to state words", None),
         ('[parameters.p]\nkey = "gait.seed"\nfrom = 1.5\nto = 4', "from", "is not a whole number", None),
-        ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "tells nothing", None),
+        ('[parameters.p]\nkey = "gait.seed"\nfrom_seed = false', "from_seed", "states nothing", None),
         (
             '[parameters.p]\nkey = "leg.friction"\nfrom = "0 N*m"\nto = "1 N*m"\nscale = "log"',
             "from",
@@ -661,13 +661,13 @@ def test_what_a_grid_and_a_list_refuse(head: str, parameters: str, says: str, tm
     [
         (
             "pressure [bar],presure\n3,4\n",
-            "is no parameter of the sweep; allowed: pressure; did you mean 'pressure'?",
+            "is not a parameter of the sweep; allowed: pressure; did you mean 'pressure'?",
         ),
         ("pressure [s]\n3\n", "does not convert to Pa"),
         ("pressure [bar]\n", "has no rows"),
         ("pressure [bar]\nx\n", "line 2: is not a finite number"),
         ("pressure\n3\n", "has no unit"),
-        ("other\n3\n", "is no parameter of the sweep"),
+        ("other\n3\n", "is not a parameter of the sweep"),
     ],
 )
 def test_what_is_no_list_of_cases(text: str, says: str, tmp_path: pathlib.Path) -> None:
@@ -696,7 +696,7 @@ def test_a_case_that_is_no_scenario_is_told_before_it_runs(tmp_path: pathlib.Pat
         '[parameters.end]\nkey = "phases.dorsiflexor.inlet[0][1]"\nvalues = [0.9, 0.95]\n'
     )
     error = refused(tmp_path, 'design = "grid"', text)
-    assert "case 2 is no valid scenario" in str(error)
+    assert "case 2 is not a valid scenario" in str(error)
     assert "the event [0.9, 0.9] is empty" in str(error)
     assert len(cases(tmp_path, 'design = "grid"\nconstraints = ["start < end"]', text)) == 3
     wide = refused(tmp_path, RANDOM.replace("4", "400"), MASS + 'mean = "20 kg"\nsd = "10 kg"')
@@ -719,7 +719,7 @@ def test_a_scenario_and_patients_beside_the_sweep(
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    found = cases_of(sweep_file.read(file))
+    found = cases_of(sweep_plan.read(file))
     assert found.values["who"].tolist() == ["anna.toml", "healthy"]
     scenario = load("scenario", found.plan.scenario, found.sets(0))
     assert scenario.supply.pressure == 3e5
@@ -727,25 +727,25 @@ def test_a_scenario_and_patients_beside_the_sweep(
     assert scenario.duration == 2.0
     before = found.plan.canonical()
     (tmp_path / "anna.toml").write_text("dorsiflexor_strength = 0.26\nplantarflexor_strength = 1.0\n")
-    assert sweep_file.read(file).canonical() != before
+    assert sweep_plan.read(file).canonical() != before
 
 
 def test_canonical_holds_what_decides_the_results_and_nothing_else(tmp_path: pathlib.Path) -> None:
     head = 'design = "random"\ncases = 4\n'
-    base = json.dumps(sweep_file.read(written(tmp_path, head, THREE)).canonical())
+    base = json.dumps(sweep_plan.read(written(tmp_path, head, THREE)).canonical())
     for idle in ('description = "x"', "keep = [1]", "chunk = 7", "# a remark"):
-        assert json.dumps(sweep_file.read(written(tmp_path, head + idle, THREE)).canonical()) == base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head + idle, THREE)).canonical()) == base
     other = tmp_path / "other"
     other.mkdir()
-    assert json.dumps(sweep_file.read(written(other, head, THREE)).canonical()) == base
+    assert json.dumps(sweep_plan.read(written(other, head, THREE)).canonical()) == base
     same = THREE.replace('"2 bar"', '"200 kPa"')
-    assert json.dumps(sweep_file.read(written(tmp_path, head, same)).canonical()) == base
+    assert json.dumps(sweep_plan.read(written(tmp_path, head, same)).canonical()) == base
     for telling in ("seed = 1", 'metrics = ["toe_clearance"]', 'constraints = ["start < end"]',
                     '[set]\nduration = "2 s"'):  # fmt: skip
-        assert json.dumps(sweep_file.read(written(tmp_path, head + telling, THREE)).canonical()) != base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head + telling, THREE)).canonical()) != base
     for telling in (THREE.replace("0.45", "0.46"), THREE.replace("start", "begin"),
                     THREE.replace("0.7\n", '0.7\nscale = "log"\n', 1)):  # fmt: skip
-        assert json.dumps(sweep_file.read(written(tmp_path, head, telling)).canonical()) != base
+        assert json.dumps(sweep_plan.read(written(tmp_path, head, telling)).canonical()) != base
 
 
 def test_a_plan_and_its_cases_travel_to_other_processes(tmp_path: pathlib.Path) -> None:
@@ -757,7 +757,7 @@ def test_a_plan_and_its_cases_travel_to_other_processes(tmp_path: pathlib.Path) 
 
 @pytest.mark.parametrize("name", assets.names("sweep"))
 def test_shipped_sweeps_are_good(name: str) -> None:
-    found = sweep_file.read(name)
+    found = sweep_plan.read(name)
     assert len(found.description) > 10
     many = cases_of(found)
     assert len(many) > 1 if found.design == "grid" else len(many) == found.cases  # a grid tells no number

@@ -26,8 +26,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import OTHER, words
-from afo_sim.study import engine, folder, replay, runner, sobol, store, sweep_file
+from afo_sim.study import engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.engine import Outcome
+from afo_sim.study.findings import indices
 from afo_sim.study.runner import SweepProgress
 from afo_sim.study.store import Store
 
@@ -671,9 +672,9 @@ def test_a_set_value_that_holds_over_what_a_case_swaps_is_a_change(
 ) -> None:
     """0 is the drop foot's own strength, not that of the milder one."""
     text = SWEEP.replace('values = ["drop-foot", "healthy"]', 'values = ["drop-foot", "drop-foot-mild"]')
-    before = sweep_file.read(written(tmp_path / "before", text))
+    before = sweep_plan.read(written(tmp_path / "before", text))
     own = '[set]\n"patient.dorsiflexor_strength" = 0.0'
-    after = sweep_file.read(written(tmp_path / "after", text.replace("[set]", own)))
+    after = sweep_plan.read(written(tmp_path / "after", text.replace("[set]", own)))
     assert store.fingerprint(before)["sweep"] != store.fingerprint(after)["sweep"]
 
 
@@ -750,7 +751,7 @@ def test_a_parameter_cannot_be_called_like_another_column(
     tmp_path: pathlib.Path, name: str, problem: str
 ) -> None:
     with pytest.raises(InputError, match=problem):
-        sweep_file.read(written(tmp_path, SEATED.replace("parameters.pressure", f"parameters.{name}")))
+        sweep_plan.read(written(tmp_path, SEATED.replace("parameters.pressure", f"parameters.{name}")))
 
 
 def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:
@@ -826,7 +827,7 @@ def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathli
     runner.run(swept_store, evaluate=ishigami)
     results = afo_sim.study.read(tmp_path / "out")
     assert len(results) == 4096 * 8
-    found = sobol.indices(results, "toe_clearance")
+    found = indices(results, "toe_clearance")
     # Ishigami & Homma 1990 with a = 7 and b = 0.1, doi 10.1109/ISUMA.1990.151285
     a, b = 7.0, 0.1
     alone = np.array([0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2, a**2 / 8.0, 0.0])

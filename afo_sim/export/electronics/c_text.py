@@ -5,8 +5,8 @@ import re
 
 from afo_sim.export.electronics.board import Board, Clock, Rule, States
 
-TEMPLATES = pathlib.Path(__file__).with_name("templates")
-FIRST_PIN = 2  # 0 and 1 are the serial port of most boards
+_TEMPLATES = pathlib.Path(__file__).with_name("templates")
+_FIRST_PIN = 2  # 0 and 1 are the serial port of most boards
 _PLACE = re.compile(r"@([A-Z_]+)@")
 
 
@@ -32,7 +32,7 @@ def header(board: Board) -> str:
 
 def sketch(board: Board) -> str:
     """The text of valves.ino."""
-    pins = [(FIRST_PIN + 2 * k, FIRST_PIN + 2 * k + 1) for k in range(len(board.chambers))]
+    pins = [(_FIRST_PIN + 2 * k, _FIRST_PIN + 2 * k + 1) for k in range(len(board.chambers))]
     return _filled(
         "valves.ino",
         NAME=_comment(board.name),
@@ -40,7 +40,7 @@ def sketch(board: Board) -> str:
             f"  {{ {inlet}, {outlet} }},  // {name}"
             for (inlet, outlet), name in zip(pins, board.chambers, strict=True)
         ),
-        RUN_PIN=FIRST_PIN + 2 * len(board.chambers),
+        RUN_PIN=_FIRST_PIN + 2 * len(board.chambers),
         CHANNELS=_channels(board),
         READ=_template("read_inputs.ino") if board.inputs else _NO_INPUTS,
         CALIBRATED=_CALIBRATED if board.inputs else "",
@@ -93,18 +93,18 @@ def _channels(board: Board) -> str:
     if not board.inputs:
         return ""
     rows = []
-    for k, told in enumerate(board.inputs):
-        known = told.scale is not None and told.offset is not None
-        line = f"{told.scale!r}f, {told.offset!r}f" if known else "0.0f, 0.0f"
+    for k, read in enumerate(board.inputs):
+        known = read.scale is not None and read.offset is not None
+        line = f"{read.scale!r}f, {read.offset!r}f" if known else "0.0f, 0.0f"
         missing = "" if known else "; scale 0: not calibrated, to be filled in"
-        rows.append(f"  {{ A{k}, {line}, 0, 1023 }},  // {_comment(told.column)} [{told.unit}]{missing}")
+        rows.append(f"  {{ A{k}, {line}, 0, 1023 }},  // {_comment(read.column)} [{read.unit}]{missing}")
     return _template("channels.ino").replace("@ROWS@", "\n".join(rows)).rstrip("\n")
 
 
 def _input_names(board: Board) -> str:
     if not board.inputs:
         return ""
-    names = ", ".join(_string(told.column) for told in board.inputs)
+    names = ", ".join(_string(read.column) for read in board.inputs)
     return f"static const char *const valves_input_names[VALVES_INPUTS] = {{ {names} }};\n"
 
 
@@ -174,7 +174,7 @@ def _comment(text: str) -> str:
 
 
 def _template(name: str) -> str:
-    return (TEMPLATES / name).read_text(encoding="utf-8")
+    return (_TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def _filled(template: str, **places: object) -> str:

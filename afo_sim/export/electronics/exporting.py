@@ -22,11 +22,13 @@ from afo_sim.export.electronics.board import (
     Input,
     States,
     check_names,
+    controller_clock,
     is_whole,
+    phases_clock,
+    states_of,
+    timer_clock,
     whole,
 )
-from afo_sim.export.electronics.clock import controller_clock, phases_clock, timer_clock
-from afo_sim.export.electronics.states import states_of
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.walk import stride_time_of
@@ -35,10 +37,10 @@ from afo_sim.simulation.observing import unit_of
 from afo_sim.simulation.run import run_controlled
 from afo_sim.simulation.simulate import Progress
 
-EXPORTED = (
+_EXPORTED = (
     "a [timer], [phases] with strides of one duration, [controller.timer] or [controller.state_machine]"
 )
-EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
+_EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
 
 
 def board_of(scenario: Scenario) -> Board:
@@ -80,19 +82,19 @@ def _check(scenario: Scenario) -> None:
     """Refuse what no board can do alone."""
     if not scenario.orthosis.chamber:
         problem = "has no chamber, and so no valve to switch"
-        raise InputError(problem, field="orthosis", value=scenario.orthosis.name, allowed=EXPORTED)
+        raise InputError(problem, field="orthosis", value=scenario.orthosis.name, allowed=_EXPORTED)
     controller = scenario.controller
     if controller is not None and controller.kind not in ("timer", "state_machine"):
-        raise InputError("is not exported as C", field="controller", value=controller.kind, allowed=EXPORTED)
+        raise InputError("is not exported as C", field="controller", value=controller.kind, allowed=_EXPORTED)
     if controller is None and scenario.timer is None and scenario.phases is None:
         problem = "switches no valve: there is nothing to export"
-        raise InputError(problem, field="scenario", value=scenario.name or None, allowed=EXPORTED)
+        raise InputError(problem, field="scenario", value=scenario.name or None, allowed=_EXPORTED)
     gait = scenario.gait
     if controller is None and scenario.phases is not None and gait is not None:
-        for key, told in (("variability", gait.variability), ("pace", gait.pace)):
-            if told:
+        for key, value in (("variability", gait.variability), ("pace", gait.pace)):
+            if value:
                 problem = "the strides differ, and a clock without sensors cannot follow them"
-                raise InputError(problem, field=f"gait.{key}", value=told, allowed=EXPORTED)
+                raise InputError(problem, field=f"gait.{key}", value=value, allowed=_EXPORTED)
 
 
 def _inputs(scenario: Scenario, columns: Sequence[str]) -> tuple[Input, ...]:
@@ -154,7 +156,7 @@ def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded
     if not recording.ok:
         raise SimulationError(f"there is nothing to compare with: {recording.status}")
     log = Log.of(witness.rows, scenario.n_step * scenario.timestep, list(scenario.orthosis.chamber))
-    values = {name: np.array(told) for name, told in witness.values.items()}
+    values = {name: np.array(seen_values) for name, seen_values in witness.values.items()}
     return Commanded(log, values, np.array(witness.times))
 
 
@@ -176,16 +178,16 @@ class _Witness:
     def reset(self) -> None:
         """Forget all that was seen."""
         getattr(self.controller, "reset", lambda: None)()
-        for told in (self.rows, self.values, self.times):
-            told.clear()
+        for seen_values in (self.rows, self.values, self.times):
+            seen_values.clear()
         self.values.update({column: [] for column in self.columns})
         self.in_force: dict[str, tuple[float, float]] = dict.fromkeys(self.chambers, (0.0, 0.0))
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         time = round(seen.time, 9)  # to a nanosecond, as a log has it
         self.times.append(time)
-        for column, told in self.values.items():
-            told.append(seen[column])
+        for column, seen_values in self.values.items():
+            seen_values.append(seen[column])
         commands = self.controller(seen)
         self.in_force |= coils(commands, self.chambers)
         for chamber, (inlet, outlet) in self.in_force.items():
@@ -205,7 +207,9 @@ def _scheduled(built: Built) -> Log:
             for side in ("inlet", "outlet")
         ]
         state = [False, False]
-        for time, side, on in sorted((t, k, on) for k, told in enumerate(sides) for t, on in told):
+        for time, side, on in sorted(
+            (t, k, on) for k, seen_values in enumerate(sides) for t, on in seen_values
+        ):
             state[side] = on
             if rows and rows[-1][:2] == (time, chamber):
                 rows.pop()
@@ -224,7 +228,7 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
     on = False
     for k in _events(shares):
         share = float(shares[k])
-        whole_step = share <= EDGE or share >= 1.0 - EDGE
+        whole_step = share <= _EDGE or share >= 1.0 - _EDGE
         if whole_step:
             after, time = share > 0.5, k * timestep
             if found and after == on:
@@ -245,14 +249,14 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
 
 def _events(shares: np.ndarray) -> list[int]:
     """Steps that may switch: the first, those of a part, and those that differ from the one before."""
-    part = (shares > EDGE) & (shares < 1.0 - EDGE)
-    differs = np.concatenate([[True], np.abs(np.diff(shares)) > EDGE])
+    part = (shares > _EDGE) & (shares < 1.0 - _EDGE)
+    differs = np.concatenate([[True], np.abs(np.diff(shares)) > _EDGE])
     return [int(k) for k in np.flatnonzero(part | differs)]
 
 
 def _after(shares: np.ndarray, k: int, on: bool) -> bool:
     """Whether a coil has current at the end of a step in which it has some for a part of it."""
     following = float(shares[k + 1]) if k + 1 < len(shares) else float(not on)
-    if following <= EDGE or following >= 1.0 - EDGE:
+    if following <= _EDGE or following >= 1.0 - _EDGE:
         return following > 0.5
     return not on

@@ -145,7 +145,7 @@ class Aim:
         outside, lacking = columns[OUTSIDE], columns[LACKING]
         violation = self.violation(columns)
         sign = 1.0 if self.objective.goal == "lowest" else -1.0
-        cost = np.where(feasible(outside, lacking, violation), sign * columns[OBJECTIVE], 0.0)
+        cost = np.where(_feasible(outside, lacking, violation), sign * columns[OBJECTIVE], 0.0)
         keys = np.column_stack([outside, lacking, violation, cost])
         order = np.lexsort(keys.T[::-1])
         new = np.any(keys[order][1:] != keys[order][:-1], axis=1)
@@ -155,7 +155,7 @@ class Aim:
 
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the designs that keep everything (n,)."""
-        return feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
+        return _feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
 
 
 def limit_name(metric: str, at_least: bool, number: int) -> str:
@@ -164,7 +164,7 @@ def limit_name(metric: str, at_least: bool, number: int) -> str:
     return name if number == 1 else f"{name}_{number}"
 
 
-def feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:
+def _feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:
     """Mask of the designs that violate nothing (n,)."""
     return (outside == 0.0) & (lacking == 0) & (violation == 0.0)
 

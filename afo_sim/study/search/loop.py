@@ -1,18 +1,144 @@
-"""The loop of a search: ask for designs, judge them, rank them, generation by generation."""
+"""The loop of a search: CMA-ES proposes designs, the engine simulates them, and their ranks lead on."""
 
+import math
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.simulation.examine import Asked
 from afo_sim.study.constraint import Constraint
+from afo_sim.study.design import Cases
+from afo_sim.study.engine import OK
 from afo_sim.study.parameter import Parameter
+from afo_sim.study.pool import Pool
+from afo_sim.study.results import optional
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
-from afo_sim.study.search.answers import Columns, Evaluate
-from afo_sim.study.search.evolution import Evolution
+
+_CHUNK = 20  # cases that a thread or a worker takes at a time
+
+Columns = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Answers:
+    """{metric: (designs, patients)}, NaN where there is none; of each design why cases failed, or ""."""
+
+    metrics: dict[str, np.ndarray]
+    reasons: tuple[str, ...]
+
+
+Evaluate = Callable[[Columns], Answers]  # {parameter: values (n,) [SI]} → answers of n designs
+
+
+def answers(
+    scenario: Mapping[str, Any],
+    designs: Cases,
+    patients: Cases | None,
+    metrics: Sequence[str],
+    who: Pool,
+) -> Answers:
+    """Simulate every design with every patient."""
+    jobs = _Jobs(designs, patients)
+    many, chunks = jobs.many, range(-(-len(jobs) // _CHUNK))
+    done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
+    found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
+    shape = len(designs), many
+    values = {name: np.full(shape, np.nan) for name in metrics}
+    reasons = [""] * len(designs)
+    for number in range(len(jobs)):
+        design, patient = divmod(number, many)
+        outcome = found[number]
+        for name in metrics:
+            if name in outcome.metrics:
+                values[name][design, patient] = outcome.metrics[name].value
+        if outcome.status != OK and not reasons[design]:
+            which = f"patient {patient}: " if patients else ""
+            reasons[design] = f"{which}{outcome.status}: {outcome.reason}"
+    return Answers(values, tuple(reasons))
+
+
+class _Jobs:
+    """Designs times patients as numbered cases."""
+
+    chunk = _CHUNK
+
+    def __init__(self, designs: Cases, patients: Cases | None):
+        self.designs, self.patients = designs, patients
+        self.many = len(patients) if patients else 1
+
+    def __len__(self) -> int:
+        return len(self.designs) * self.many
+
+    def sets(self, number: int) -> dict[str, Any]:
+        design, patient = divmod(number, self.many)
+        own = self.patients.sets(patient) if self.patients else {}
+        return self.designs.sets(design) | own
+
+    def numbers(self, chunk: int) -> range:
+        return range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(self)))
+
+
+START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
+_CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
+
+
+class Evolution:
+    """A search by covariance matrix adaptation, on ranks alone.
+
+    All that it draws comes from its seed, so that the same ranks lead to the same designs, bit for bit, on
+    the same machine: a search goes on after a kill by being given again what it was given before.
+
+    Source
+    ------
+    Hansen, arXiv:1604.00772; bounds by pycma's smooth transformation of the search space.
+    """
+
+    def __init__(self, dimensions: int, seed: int, population: int | None = None):
+        cma = optional("cma")
+        generator = np.random.default_rng(seed)
+        self.dimensions = dimensions
+        options = {
+            "bounds": [0.0, 1.0],
+            "randn": lambda *shape: generator.standard_normal(shape),
+            "seed": math.nan,  # leaves NumPy's own generator alone
+            "verbose": -9,
+            "signals_filename": "",  # no options from whatever file lies in the current folder
+            "tolx": _CONVERGED,
+            # It is given ranks, of which the best is always the same: they show no progress.
+            "tolfun": 0.0,
+            "tolfunhist": 0.0,
+            "tolxstagnation": False,
+            **dict.fromkeys(("tolflatfitness", "tolstagnation"), math.inf),
+            **dict.fromkeys(("maxiter", "tolfacupx", "tolupsigma"), math.inf),
+        }
+        if population is not None:
+            options["popsize"] = population
+        # cma knows no search along one line: a second direction changes nothing
+        self._strategy = cma.CMAEvolutionStrategy([START] * max(dimensions, 2), STEP, options)
+
+    @property
+    def population(self) -> int:
+        """Designs in a generation."""
+        return int(self._strategy.popsize)
+
+    @property
+    def converged(self) -> bool:
+        """True where the designs have come so close together that nothing is left to find."""
+        return bool(self._strategy.stop())
+
+    def ask(self) -> np.ndarray:
+        """The next designs (population, dimensions), as shares from 0 to 1."""
+        self._asked = self._strategy.ask()
+        return np.clip(np.array(self._asked)[:, : self.dimensions], 0.0, 1.0)
+
+    def tell(self, ranks: np.ndarray) -> None:
+        """Take the ranks of the designs last asked for (population,): the lower the better."""
+        self._strategy.tell(self._asked, [float(rank) for rank in ranks])
 
 
 @dataclass(frozen=True)
@@ -20,7 +146,7 @@ class Problem:
     """The problem of a search: ranges, constraints on them, aim, number of starts.
 
     Every start is a search of its own with its own seed, and none learns from another: how far apart they end
-    tells how far the result depends on chance.
+    shows how far the result depends on chance.
     """
 
     parameters: tuple[Parameter, ...]

@@ -5,32 +5,47 @@ import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import (
+    AfterValidator,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 from pydantic import Field as Option
-from pydantic import StrictFloat, StrictInt, StrictStr, ValidationError, field_validator, model_validator
 
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.renamed import instead, told
-from afo_sim.metrics.words import OTHER, WORDS, words
-from afo_sim.study import arguments, sweep_file
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
-from afo_sim.study.parameter_table import StrictTable
-from afo_sim.study.plan import Plan
+from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
 from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
 from afo_sim.study.search.loop import Problem
+from afo_sim.study.sweep_plan import (
+    Plan,
+    SweepFile,
+    check_keys,
+    known_metric,
+    one_of,
+    parameter_tables,
+    plain_scenario,
+    planned,
+)
 
-GENERATIONS = 40
+_GENERATIONS = 40
 STARTS = 3
-FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
-JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
-FIXED_COLUMNS = (
+_FRESH = 4  # times as many patients as the designs were judged by, to judge the best one again
+_JUDGING = ("grid", "list", "random", "latin-hypercube", "sobol")  # designs that patients can be of
+_FIXED_COLUMNS = (
     "generation",
     "start",
     "design",
@@ -98,7 +113,7 @@ class SearchPlan:
         fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
         for field, name in fields.items():
             if name not in units:
-                problem, near = told("is no metric of this scenario", name), instead(name, units)
+                problem, near = told("is not a metric of this scenario", name), instead(name, units)
                 allowed = ", ".join(sorted(units))
                 raise InputError(
                     problem, file=self.file, field=field, value=name, allowed=allowed, nearest=near
@@ -127,9 +142,9 @@ class SearchPlan:
         """Patients that no design has seen: of another seed, and more of them; None where none can be."""
         if self.patients is None or self.patients.cases is None:
             return None
-        count, seed = FRESH * self.patients.cases, self.patients.seed + 1
+        count, seed = _FRESH * self.patients.cases, self.patients.seed + 1
         try:
-            return cases_of(replace(self.patients, cases=count, seed=seed))
+            return cases_of(self.patients.model_copy(update={"cases": count, "seed": seed}))
         except InputError as error:
             raise _of_patients(error) from None
 
@@ -155,50 +170,40 @@ class SearchPlan:
         return fingerprint("search", written, "cma")
 
 
+Metric = Annotated[StrictStr, AfterValidator(known_metric)]
+
+
 class ObjectiveTable(StrictTable):
-    metric: StrictStr
+    metric: Metric
     goal: Literal["lowest", "highest"]
     over: Literal["mean", "median", "worst"] = "mean"
 
-    @field_validator("metric")
-    @classmethod
-    def _is_a_metric(cls, name: str) -> str:
-        return _known(name)
-
 
 class LimitTable(StrictTable):
-    metric: StrictStr
+    metric: Metric
     at_least: StrictStr | StrictFloat | StrictInt | None = None
     at_most: StrictStr | StrictFloat | StrictInt | None = None
     share: StrictFloat | StrictInt = Option(default=1.0, gt=0.0, le=1.0)
 
-    @field_validator("metric")
-    @classmethod
-    def _is_a_metric(cls, name: str) -> str:
-        return _known(name)
-
     @model_validator(mode="after")
     def _has_one_bound(self) -> "LimitTable":
         if (self.at_least is None) == (self.at_most is None):
-            raise refusal("the bound is not told, or twice", "at_least or at_most", "at_least")
+            raise refusal("the bound is not stated, or twice", "at_least or at_most", "at_least")
         return self
 
 
 class PatientsTable(StrictTable):
     design: StrictStr
-    cases: StrictInt | None = None
+    cases: StrictInt | None = Option(default=None, ge=1)
     seed: StrictInt = Option(default=0, ge=0)
     file: StrictStr | None = None
     constraints: tuple[StrictStr, ...] = ()
-    parameters: dict[str, Any] = Option(min_length=1)
+    parameters: dict[str, ParameterTable] = Option(min_length=1)
 
     @field_validator("design")
     @classmethod
     def _is_a_design(cls, design: str) -> str:
-        if design not in JUDGING:
-            near = nearest_name(design, JUDGING) or ""
-            raise refusal("is no design of patients", ", ".join(JUDGING), nearest=near)
-        return design
+        return one_of(design, _JUDGING, "is not a valid design of patients")
 
 
 class SearchFile(StrictTable):
@@ -207,12 +212,12 @@ class SearchFile(StrictTable):
     description: StrictStr = ""
     scenario: StrictStr | dict[str, Any]
     seed: StrictInt = Option(default=0, ge=0)
-    generations: StrictInt = Option(default=GENERATIONS, ge=1)
+    generations: StrictInt = Option(default=_GENERATIONS, ge=1)
     population: StrictInt | None = Option(default=None, ge=4)
     starts: StrictInt = Option(default=STARTS, ge=1, le=100)
     constraints: tuple[StrictStr, ...] = ()
     set: dict[str, Any] = Option(default_factory=dict)
-    parameters: dict[str, Any] = Option(min_length=1)
+    parameters: dict[str, ParameterTable] = Option(min_length=1)
     objective: ObjectiveTable
     limits: tuple[LimitTable, ...] = ()
     patients: PatientsTable | None = None
@@ -231,7 +236,7 @@ def read(path: str | os.PathLike[str]) -> SearchPlan:
         The first thing that is wrong, with its field, value and what is allowed.
     """
     file = assets.find("search", os.fspath(path))
-    return of_table(file, assets.read_toml(file))
+    return _of_table(file, assets.read_toml(file))
 
 
 def search_of(
@@ -251,17 +256,17 @@ def search_of(
     """
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):
-        raise InputError("is not told, or twice", file=file, field="objective", allowed="lowest or highest")
+        raise InputError("is not stated, or twice", file=file, field="objective", allowed="lowest or highest")
     ranges = {key: Span(*written) if isinstance(written, tuple) else written for key, written in over.items()}
     table = {
-        "scenario": arguments.plain_scenario(scenario),
-        "parameters": arguments.parameter_tables(ranges),
+        "scenario": plain_scenario(scenario),
+        "parameters": parameter_tables(ranges),
         "objective": {"metric": lowest or highest, "goal": "lowest" if lowest else "highest", "over": of},
         "limits": tuple(_limit_table(file, k, text) for k, text in enumerate(limits)),
         "set": dict(options.pop("sets", None) or {}),
         **options,
     }
-    return of_table(file, table | ({"patients": dict(patients)} if patients else {}))
+    return _of_table(file, table | ({"patients": dict(patients)} if patients else {}))
 
 
 def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
@@ -269,33 +274,27 @@ def _limit_table(file: pathlib.Path, number: int, text: str) -> dict[str, Any]:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=)\s*(.+?)(?:\s+in\s+([\d.]+)\s*%)?\s*", text)
     if found is None:
         example = "toe_clearance >= 10 mm in 95 %"
-        raise InputError("is no limit", file=file, field=f"limits[{number}]", value=text, allowed=example)
+        raise InputError(
+            "is not a valid limit", file=file, field=f"limits[{number}]", value=text, allowed=example
+        )
     metric, sign, bound, share = found.groups()
     table: dict[str, Any] = {"metric": metric, "at_least" if sign == ">=" else "at_most": bound}
     return table | ({"share": float(share) / 100.0} if share else {})
 
 
-def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
+def _of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
     """A search that stands in `file` as `table`; raises as `read`."""
     try:
         written = SearchFile.model_validate(table)
     except ValidationError as error:
-        raise sweep_file.first_error(file, table, error) from None
+        raise first_error(file, table, error) from None
     base = {"scenario": written.scenario, "set": written.set}
-    searched = {
-        "design": "random",
-        "cases": 1,
-        "seed": written.seed,
-        "constraints": written.constraints,
-        "parameters": written.parameters,
-    }
-    designs = sweep_file.of_table(file, base | searched)
+    searched = {name: getattr(written, name) for name in ("seed", "constraints", "parameters")}
+    designs = planned(file, SweepFile(**base | searched, design="random", cases=1))
     limits = _limits(written.limits)
     for parameter in designs.parameters:
         _check_searched(file, parameter, written.parameters[parameter.name], limits)
-    patients = None
-    if written.patients is not None:
-        patients = _patients(file, base | written.patients.model_dump(exclude_none=True), designs)
+    patients = None if written.patients is None else _patients(file, base, written.patients, designs)
     return SearchPlan(
         file=file,
         description=written.description,
@@ -307,13 +306,6 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> SearchPlan:
         population=written.population,
         starts=written.starts,
     )
-
-
-def _known(name: str) -> str:
-    if words(name).group == OTHER:
-        problem = told(f"{name!r} is no metric", name)
-        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
-    return name
 
 
 def _limits(tables: Sequence[LimitTable]) -> tuple[StatedLimit, ...]:
@@ -328,30 +320,32 @@ def _limits(tables: Sequence[LimitTable]) -> tuple[StatedLimit, ...]:
 
 
 def _check_searched(
-    file: pathlib.Path, parameter: Parameter, written: Mapping[str, Any], limits: tuple[StatedLimit, ...]
+    file: pathlib.Path, parameter: Parameter, written: ParameterTable, limits: tuple[StatedLimit, ...]
 ) -> None:
-    """Refuse what is no range, and names that the designs' table has itself."""
+    """Refuse what is not a range, and names that the designs' table has itself."""
     if not isinstance(parameter.spread, Range):
-        option = next((name for name in ("values", "distribution", "from_seed") if name in written), "")
-        problem = "is nothing that can be searched"
+        given = written.model_dump(exclude_none=True)
+        option = next((name for name in ("values", "distribution", "from_seed") if name in given), "")
+        problem = "is not a range that can be searched"
         field = f"parameters.{parameter.name}.{option}"
-        raise InputError(problem, file=file, field=field, value=written.get(option), allowed="from and to")
+        raise InputError(problem, file=file, field=field, value=given.get(option), allowed="from and to")
     taken = {f"{limit.name}_{what}" for limit in limits for what in ("level", "kept", "short")}
-    if parameter.name in FIXED_COLUMNS or parameter.name in taken:
+    if parameter.name in _FIXED_COLUMNS or parameter.name in taken:
         problem = "is what another column of the designs is called"
         raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")
 
 
-def _patients(file: pathlib.Path, table: dict[str, Any], designs: Plan) -> Plan:
+def _patients(file: pathlib.Path, base: dict[str, Any], written: PatientsTable, designs: Plan) -> Plan:
+    stated = {name: getattr(written, name) for name in PatientsTable.model_fields}
     try:
-        found = sweep_file.of_table(file, table)
+        found = planned(file, SweepFile(**base | stated))
         for parameter in found.parameters:
             if parameter.name in (p.name for p in designs.parameters):
                 field = f"parameters.{parameter.name}"
                 raise InputError(
                     "is the name of a searched parameter, too", file=file, field=field, allowed="another name"
                 )
-        sweep_file.check_keys(file, (*designs.parameters, *found.parameters), {})
+        check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
         raise _of_patients(error) from None

@@ -19,11 +19,20 @@ from afo_sim.study.pool import Pool, pool
 from afo_sim.study.runner import comparisons, probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
-from afo_sim.study.search.answers import Answers, Columns, answers
-from afo_sim.study.search.evolution import Evolution
-from afo_sim.study.search.loop import Problem, SearchProgress, best_of, evolve, of_start, row
+from afo_sim.study.search.best import spread_over_starts
+from afo_sim.study.search.loop import (
+    Answers,
+    Columns,
+    Evolution,
+    Problem,
+    SearchProgress,
+    answers,
+    best_of,
+    evolve,
+    of_start,
+    row,
+)
 from afo_sim.study.search.plan import SearchPlan
-from afo_sim.study.search.words import spread_over_starts
 
 
 @dataclass(frozen=True)
@@ -119,7 +128,7 @@ def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | No
     ----------
     opened : from `open_search`
     who : simulates
-    report : told after every generation
+    report : called after every generation
 
     Returns
     -------
@@ -212,7 +221,7 @@ def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -
 
 
 def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
-    """The best design of each start, by which the spread over seeds is told."""
+    """The best design of each start, by which the spread over seeds is shown."""
     problem = opened.problem
     found: list[dict[str, Any]] = []
     for start, seed in enumerate(problem.seeds):

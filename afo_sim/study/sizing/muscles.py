@@ -14,22 +14,21 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.effect import SHARES
-from afo_sim.study.sizing.candidate import Candidate, Tried
+from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.sizing.pressures import bar
-from afo_sim.study.sizing.result import Sizing
+from afo_sim.study.sizing.requirement import Candidate, Tried, doubted
+from afo_sim.study.sizing.result import Sizing, best_of, larger_is_worse, smallest
 from afo_sim.study.sizing.trial import FULL, Trials
-from afo_sim.study.sizing.words import best_of, larger_is_worse, smallest
 
-MEANING = (
+_MEANING = (
     "volume: of all braids at rest; link: so that the muscle is taut at the same ankle angle; "
     "grade: of the muscle's numbers, A measured to D guessed; *: not measured"
 )
-IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry alone
-NOT_MEASURED = "not measured"
-UPPER_BOUND = f"{NOT_MEASURED}, ideal law: an upper bound"
-DERIVED = f"{NOT_MEASURED}, derived from another muscle"
-LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("muscle_")}
+_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry alone
+_NOT_MEASURED = "not measured"
+UPPER_BOUND = f"{_NOT_MEASURED}, ideal law: an upper bound"
+DERIVED = f"{_NOT_MEASURED}, derived from another muscle"
+_LIMITS = {name: limit for name, limit in SHARES.items() if name.startswith("muscle_")}
 
 
 def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int] | None = None) -> Sizing:
@@ -47,17 +46,15 @@ def size_muscle(trials: Trials, group: str | None = None, count: tuple[int, int]
     best = best_of(tried)
     measured = "" if best is None or best.candidate.doubt else "measured "
     others = "; no measured one that was tried does" if best is not None and best.candidate.doubt else ""
-    return Sizing(
-        kind="muscle",
-        scenario=trials.scenario.name,
-        requirements=trials.requirements,
-        air=trials.air,
-        axis=("volume of all muscles at rest", "ml", 1e6),
-        tried=tuple(tried),
-        best=best,
+    return Sizing.of(
+        trials,
+        "muscle",
+        ("volume of all muscles at rest", "ml", 1e6),
+        tried,
+        best,
         answer=smallest(tried, trials.requirements, f"set of {measured}muscles for {name}", "muscle")
         + others,
-        notes=(MEANING, *larger_is_worse(tried, "muscle")),
+        notes=(_MEANING, *larger_is_worse(tried, "muscle")),
     )
 
 
@@ -79,7 +76,7 @@ def _candidate(
         if link < 0.0:
             reason = f"is {-1e2 * link:.3g} cm too long for the path"
     doubt = doubt_of(muscle)
-    facts["grade"] = f"{muscle.grade} ({doubt})" if doubt else muscle.grade
+    facts["grade"] = doubted(muscle.grade, doubt) if doubt else muscle.grade
     if muscle.limits.pressure < scenario.supply.pressure:
         allowed, pressure = bar(muscle.limits.pressure), bar(scenario.supply.pressure)
         reason = reason or f"may hold {allowed}, and the supply has {pressure}"
@@ -90,14 +87,14 @@ def _candidate(
 
 def doubt_of(muscle: Muscle) -> str:
     """Why a muscle's force is not sure: its law has no number from a measurement; "" where it has one."""
-    told = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
-    if not told:
-        return NOT_MEASURED if muscle.grade == "D" else ""
-    if told - {"assumed", "derived"}:
+    kinds = {each.kind for each in muscle.laws[muscle.law].provenance.values()}
+    if not kinds:
+        return _NOT_MEASURED if muscle.grade == "D" else ""
+    if kinds - {"assumed", "derived"}:
         return ""
-    if "derived" in told:
+    if "derived" in kinds:
         return DERIVED
-    return UPPER_BOUND if muscle.law in IDEAL else NOT_MEASURED
+    return UPPER_BOUND if muscle.law in _IDEAL else _NOT_MEASURED
 
 
 def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
@@ -114,8 +111,8 @@ def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
 def _within_limits(each: Tried) -> Tried:
     """The same; a muscle that leaves its own limits does not meet what is wanted."""
     beyond = {
-        limit: f"{each.values[name]:.0f} % of {limit}"
-        for name, limit in LIMITS.items()
+        limit: beyond_limit(name, each.values[name])
+        for name, limit in _LIMITS.items()
         if each.values.get(name, 0.0) > FULL
     }
     notes = tuple(note for note in each.notes if note not in beyond.values())

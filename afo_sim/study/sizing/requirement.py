@@ -1,11 +1,13 @@
-"""What a component is to meet: a metric, at least or at most so much."""
+"""What a component is to meet, the components that are tried, and what came of each."""
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.description.scenario import Scenario
@@ -14,22 +16,22 @@ from afo_sim.metrics.metric import OTHER
 from afo_sim.metrics.renamed import instead, told
 from afo_sim.metrics.words import METRICS, UNITS, WORDS, number, words
 
-FIRST_STRIDE = "toe_clearance_stride_1"
-EXAMPLE = "toe_clearance >= 10 mm"
+_FIRST_STRIDE = "toe_clearance_stride_1"
+_EXAMPLE = "toe_clearance >= 10 mm"
 EXAMPLES = '"peak_dorsiflexion_angle >= 5 deg", "peak_dorsiflexion_torque >= 2 N*m", "fill_time <= 3 s"'
-DIRECTIONS = ("dorsiflexion", "plantarflexion")
-OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
-BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
-SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
-TIMES = ("ms", "min", "h")
-SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
+_DIRECTIONS = ("dorsiflexion", "plantarflexion")
+_OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
+_BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
+_SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
+_TIMES = ("ms", "min", "h")
+_SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
 
 
 @dataclass(frozen=True)
 class Requirement:
     """At least, or at most, `bound` of a metric [its own unit].
 
-    `called` and `measured_in` are of what is no metric of a run, such as the hours that a bottle lasts.
+    `called` and `measured_in` are of what is not a metric of a run, such as the hours that a bottle lasts.
 
     Examples
     --------
@@ -66,7 +68,7 @@ class Requirement:
     def wanted(self) -> str:
         """The bound as people read it: "≥ 10 mm"."""
         unit = UNITS.get(self.unit, self.unit)
-        bound = shown(self.bound, self.unit) if self.unit in SMALLER else _joined(f"{self.bound:g}", unit)
+        bound = shown(self.bound, self.unit) if self.unit in _SMALLER else _joined(f"{self.bound:g}", unit)
         return f"{'≥' if self.at_least else '≤'} {bound.replace('-', '−')}"
 
     def __str__(self) -> str:
@@ -75,13 +77,13 @@ class Requirement:
 
 def shown(value: float, unit: str, *, signed: bool = False) -> str:
     """A value with its unit, for people: short times in the next smaller unit."""
-    if unit in SMALLER and abs(value) < SMALLER[unit][0]:
-        _, factor, unit = SMALLER[unit]
+    if unit in _SMALLER and abs(value) < _SMALLER[unit][0]:
+        _, factor, unit = _SMALLER[unit]
         value *= factor
     if math.isinf(value):
         return "endless"
     digits = "+.0f" if abs(value) >= 100.0 else "+.3g"
-    text = as_number(value, unit) if unit not in TIMES else f"{value:{digits}}".replace("-", "−")
+    text = as_number(value, unit) if unit not in _TIMES else f"{value:{digits}}".replace("-", "−")
     if not math.isfinite(value):
         return "–"
     return _joined(text if signed else text.removeprefix("+"), UNITS.get(unit, unit))
@@ -112,36 +114,36 @@ def read_requirements(
 
 def _check_chamber(metric: str, chambers: Sequence[str], volumes: Sequence[str]) -> None:
     """Refuse the metric of a chamber that the orthosis does not have."""
-    for form in () if metric in METRICS else BY_CHAMBER:
+    for form in () if metric in METRICS else _BY_CHAMBER:
         if not metric.startswith(form.removesuffix("{}")):
             continue
         names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
         if metric not in names:
-            raise unknown(metric, names, field="limit", problem="is of no chamber of this orthosis")
+            raise unknown(metric, names, field="limit", problem="is not of a chamber of this orthosis")
 
 
 def _read(text: str, chamber: str) -> Requirement:
     found = re.fullmatch(r"\s*(\w+)\s*(>=|<=|≥|≤)\s*(.+?)\s*", str(text))
     if found is None:
         raise InputError(
-            "is no limit", field="limit", value=text, allowed=f'a metric and a bound: "{EXAMPLE}"'
+            "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{_EXAMPLE}"'
         )
     metric, sign, bound = found.groups()
-    if metric in OF_CHAMBER:
+    if metric in _OF_CHAMBER:
         if not chamber:
             raise InputError("is of a chamber, and the orthosis has none", field="limit", value=text)
-        metric = OF_CHAMBER[metric].format(chamber)
+        metric = _OF_CHAMBER[metric].format(chamber)
     row = words(metric)
     if row.group == OTHER:
-        filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *DIRECTIONS)]
-        near = instead(metric, [*WORDS, *OF_CHAMBER, *filled])
-        problem = told("is no metric", metric)
+        filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *_DIRECTIONS)]
+        near = instead(metric, [*WORDS, *_OF_CHAMBER, *filled])
+        problem = told("is not a valid metric", metric)
         raise InputError(problem, field="limit", value=metric, allowed="see `afo-sim run`", nearest=near)
     try:
         value = parse_quantity(bound.replace("%", " percent"), row.unit)
     except ValueError as error:
-        raise InputError(str(error), field="limit", value=text, allowed=f'as "{EXAMPLE}"') from None
-    return Requirement(metric, SIGNS[sign], value)
+        raise InputError(str(error), field="limit", value=text, allowed=f'as "{_EXAMPLE}"') from None
+    return Requirement(metric, _SIGNS[sign], value)
 
 
 def usual(scenario: Scenario) -> tuple[Requirement, ...]:
@@ -154,5 +156,84 @@ def usual(scenario: Scenario) -> tuple[Requirement, ...]:
         return ()
     limits = scenario.limits or load("limits", USUAL_LIMITS)
     wanted = round(1e3 * limits.toe_clearance[0], 9) + 0.0  # [mm]
-    names = ["toe_clearance"] + ([FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
+    names = ["toe_clearance"] + ([_FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
     return tuple(Requirement(name, True, wanted) for name in names)
+
+
+Status = Literal["run", "excluded", "refused", "failed"]
+
+
+def doubted(value: str, doubt: str) -> Notice:
+    """A fact of a candidate that is not sure."""
+    return Notice("doubted-fact", "{value} ({doubt})", severity="note", value=value, doubt=doubt)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A component, or a pressure, that a scenario is tried with.
+
+    name : as the catalogue or the user calls it
+    size : by which candidates are ordered and drawn [SI]
+    sets : that lay it over the scenario
+    facts : what the table shows of it, by column
+    excluded : why it is not run; "" where it is
+    notes : what to mind of it
+    doubt : why one that is surer goes before it, such as "not measured"; "" where there is no reason
+    """
+
+    name: str
+    size: float
+    sets: Mapping[str, Any] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
+    excluded: str = ""
+    notes: tuple[str, ...] = ()
+    doubt: str = ""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate, and what the run with it gave.
+
+    status : "run", or "excluded" before it, "refused" by the description, "failed"
+    reason : of that, in words
+    values : of each metric that is asked for [its unit]; NaN where the run does not have it
+    short : {what it does not meet: by how much, in words}; empty where it meets all
+    notes : what to mind
+    """
+
+    candidate: Candidate
+    status: Status
+    reason: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+    short: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Of the candidate."""
+        return self.candidate.name
+
+    @property
+    def meets(self) -> bool:
+        """Whether it was run and meets all limits."""
+        return self.status == "run" and not self.short
+
+    @property
+    def why(self) -> str:
+        """Why it does not meet what is wanted, in words."""
+        return ", ".join(self.short.values()) if self.status == "run" else f"{self.status}: {self.reason}"
+
+    def margin(self, requirement: Requirement) -> float:
+        """By how much it keeps a limit [the metric's unit]; NaN where that is not known."""
+        return requirement.margin(self.values.get(requirement.metric, math.nan))
+
+
+def closeness(tried: Tried, requirements: Sequence[Requirement]) -> float:
+    """How far a run is from what is wanted: its largest shortfall as a share of the bound; inf if untold."""
+    if tried.status != "run":
+        return math.inf
+    found = [0.0]
+    for each in requirements:
+        margin = tried.margin(each)
+        found.append(math.inf if math.isnan(margin) else max(-margin, 0.0) / (abs(each.bound) or 1.0))
+    return max(found)

@@ -9,17 +9,135 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.common.writing import check_writable, json_text, together
+from afo_sim.common.notice import Notice
 from afo_sim.metrics.words import words
 from afo_sim.simulation.shown import shown as pictures
-from afo_sim.study.sizing.candidate import Tried
-from afo_sim.study.sizing.requirement import Requirement
-from afo_sim.study.sizing.table import Table, legend, remarks_of, table_of
+from afo_sim.study.folder import write_answer
+from afo_sim.study.sizing.requirement import Requirement, Tried
 
 if TYPE_CHECKING:
     import pandas
 
-FILES = ("size.csv", "size.json", "size.png")
+from collections.abc import Iterator, Sequence
+
+from afo_sim.metrics.words import UNITS
+from afo_sim.study.sizing.requirement import as_number, closeness
+from afo_sim.study.sizing.trial import Trials, sentence_of
+
+Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+
+
+def _table_of(
+    kind: str, requirements: Sequence[Requirement], air: str, tried: Sequence[Tried], best: Tried | None
+) -> Table:
+    """The margin of each candidate that was run to each limit, its air, and which limits it fails."""
+    ran = [each for each in tried if each.status == "run"]
+    facts = list(dict.fromkeys(name for each in ran for name in each.candidate.facts))
+    limits = [_joined(f"{k}", UNITS.get(r.unit, r.unit)) for k, r in enumerate(requirements, 1)]
+    header = [kind, *facts, *limits, f"air [{words(air).unit}]", "meets all"]
+    rows = []
+    for each in ran:
+        cells = [_cell(each.candidate.facts.get(name, "")) for name in facts]
+        cells += [_margin(each, requirement) for requirement in requirements]
+        value = each.values.get(air, math.nan)
+        cells.append("–" if math.isnan(value) else f"{value:.3f}")
+        mark = "▶" if best is not None and each.name == best.name else " "
+        rows.append([f"{mark} {each.name}", *cells, _verdict(each, requirements)])
+    return f"{kind}: margins to the limits", header, rows
+
+
+def _cell(fact: str) -> str:
+    """A fact; * stands for its doubt."""
+    return f"{fact.data['value']} *" if isinstance(fact, Notice) else fact
+
+
+def _legend(requirements: Sequence[Requirement]) -> list[str]:
+    """What each number stands for."""
+    return [f"{k}: {each.label} {each.wanted}" for k, each in enumerate(requirements, 1)]
+
+
+def _remarks_of(tried: Sequence[Tried]) -> Iterator[str]:
+    """What was not run, and notes on what was; those that are alike in one line."""
+    grouped: dict[str, list[str]] = {}
+    for each in tried:
+        if each.status != "run":
+            grouped.setdefault(f"not run, {each.status}: {each.reason}", []).append(each.name)
+        for note in each.notes:
+            grouped.setdefault(note, []).append(each.name)
+    for text, names in grouped.items():
+        yield f"{', '.join(names)}: {text}"
+
+
+def _margin(each: Tried, requirement: Requirement) -> str:
+    margin = each.margin(requirement)
+    if not math.isfinite(margin):
+        return "–" if math.isnan(margin) else "endless"
+    if requirement.unit == "h":
+        return f"{margin:+.2f}".replace("-", "−")
+    return as_number(margin, requirement.unit)
+
+
+def _joined(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def _verdict(each: Tried, requirements: Sequence[Requirement]) -> str:
+    if each.meets:
+        return "yes"
+    labels = {requirement.label: f"{k}" for k, requirement in enumerate(requirements, 1)}
+    return f"no: {', '.join(labels.get(name, name) for name in each.short)}"
+
+
+def nearest_miss(tried: Sequence[Tried], requirements: Sequence[Requirement], nothing: str) -> str:
+    """A sentence for where nothing meets what is wanted: the one that comes closest, and how close."""
+    ran = [each for each in tried if each.status == "run"]
+    if not ran:
+        return f"{nothing} could be run: {tried[0].reason}" if tried else f"{nothing} is there to try"
+    labels = {each.label for each in requirements}
+    closest = min(ran, key=lambda each: (bool(each.short.keys() - labels), closeness(each, requirements)))
+    how = sentence_of(requirements, closest.values)
+    how += "".join(f", but {how}" for name, how in closest.short.items() if name not in labels)
+    return f"{nothing} that was tried meets all limits; closest comes {closest.name}: {how}"
+
+
+def best_of(tried: Sequence[Tried]) -> Tried | None:
+    """The smallest that meets all limits: of those without a doubt if there are any; None where none does."""
+    meeting = [each for each in tried if each.meets]
+    return next((each for each in meeting if not each.candidate.doubt), meeting[0] if meeting else None)
+
+
+def smallest(tried: Sequence[Tried], requirements: Sequence[Requirement], what: str, kind: str) -> str:
+    """The sentence that names the smallest candidate that meets all limits and why the next fails."""
+    best = best_of(tried)
+    if best is None:
+        return nearest_miss(tried, requirements, f"no {kind}")
+    how = sentence_of(requirements, best.values)
+    doubt = f" ({best.candidate.doubt})" if best.candidate.doubt else ""
+    smaller = [each for each in tried[: tried.index(best)] if each.status == "run"]
+    text = f"{best.name}{doubt} is the smallest {what} that meets all limits: {how}"
+    doubted = [each for each in smaller if each.meets]  # only doubts can be before the best
+    failing = [each for each in smaller if not each.meets]
+    if failing:
+        which = "the next smaller" if failing[-1] is smaller[-1] else "smaller"
+        text += f"; {failing[-1].name}, {which}, fails: {failing[-1].why}"
+    for each in doubted[:2]:
+        text += f"; {each.name} would do, and is smaller, but: {each.candidate.doubt}"
+    return text
+
+
+def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
+    """Notes of larger candidates that fail what a smaller one meets."""
+    best = best_of(tried)
+    if best is None:
+        return []
+    worse = [each for each in tried[tried.index(best) + 1 :] if each.status == "run" and each.short]
+    if not worse:
+        return []
+    shown = "; ".join(f"{each.name} ({each.why})" for each in worse[:3])
+    more = f"; and {len(worse) - 3} more" if len(worse) > 3 else ""
+    return [f"a larger {what} is not better: {shown}{more}"]
+
+
 Draw = Callable[["Sizing", pathlib.Path], None]
 
 
@@ -54,6 +172,21 @@ class Sizing:
     interval: tuple[float, float] | None = None
     request: dict[str, Any] = field(default_factory=dict)
 
+    @classmethod
+    def of(
+        cls,
+        trials: Trials,
+        kind: str,
+        axis: tuple[str, str, float],
+        tried: Sequence[Tried],
+        best: Tried | None,
+        **said: Any,
+    ) -> "Sizing":
+        """The answer of candidates that were tried; `said` are answer, notes, asked and interval."""
+        return cls(
+            kind, trials.scenario.name, trials.requirements, trials.air, axis, tuple(tried), best, **said
+        )
+
     @property
     def holds(self) -> bool:
         """Whether what was asked for suffices; without such a question, whether anything does."""
@@ -62,12 +195,12 @@ class Sizing:
     @property
     def table(self) -> Table:
         """Title, header and rows for people, of what was run; ▶ marks the best."""
-        return table_of(self.kind, self.requirements, self.air, self.tried, self.best)
+        return _table_of(self.kind, self.requirements, self.air, self.tried, self.best)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What the table's numbers mean, what was not run and why, and what to mind."""
-        return (*legend(self.requirements), *remarks_of(self.tried), *self.notes)
+        return (*_legend(self.requirements), *_remarks_of(self.tried), *self.notes)
 
     def to_json(self) -> dict[str, Any]:
         """Contents of size.json."""
@@ -83,11 +216,11 @@ class Sizing:
             "interval_bar": None
             if self.interval is None
             else [1e-5 * p if math.isfinite(p) else None for p in self.interval],
-            "tried": [self._told(each) for each in self.tried],
+            "tried": [self._row(each) for each in self.tried],
             "request": self.request,
         }
 
-    def _told(self, each: Tried) -> dict[str, Any]:
+    def _row(self, each: Tried) -> dict[str, Any]:
         return {
             "name": each.name,
             "size": _plain(each.candidate.size),
@@ -158,14 +291,7 @@ class Sizing:
         -------
         the folder
         """
-        target = pathlib.Path(folder)
-        check_writable(target)
-        with together(target, FILES) as scratch:
-            (scratch / "size.csv").write_text(self.csv(), encoding="utf-8")
-            (scratch / "size.json").write_text(json_text(self.to_json()), encoding="utf-8")
-            if draw is not None:
-                draw(self, scratch / "size.png")
-        return target
+        return write_answer(pathlib.Path(folder), "size", self, draw)
 
     def __repr__(self) -> str:
         ran = sum(each.status == "run" for each in self.tried)

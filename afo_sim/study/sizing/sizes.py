@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -14,18 +14,23 @@ from afo_sim.description.air.supply import Pressure
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.study.sizing.air_parts import SIDES, size_supply, size_tube, size_valve
 from afo_sim.study.sizing.muscles import size_muscle
 from afo_sim.study.sizing.pressures import size_pressure
 from afo_sim.study.sizing.requirement import EXAMPLES, Requirement, read_requirements, usual
 from afo_sim.study.sizing.result import Sizing
-from afo_sim.study.sizing.supplies import size_supply
 from afo_sim.study.sizing.trial import Report, Trials
-from afo_sim.study.sizing.tubes import size_tube
-from afo_sim.study.sizing.valves import SIDES, size_valve
 
-KINDS = ("pressure", "valve", "tube", "supply", "muscle")
+_SIZED_BY: dict[str, Callable[..., Sizing]] = {
+    "pressure": size_pressure,
+    "valve": size_valve,
+    "tube": size_tube,
+    "supply": size_supply,
+    "muscle": size_muscle,
+}
+_PLURALS = {each: f"{each}s" for each in _SIZED_BY} | {"supply": "sources"}
 # {option: the kind that has it}
-OWN = {
+_OWN = {
     "at": "pressure",
     "between": "pressure",
     "chamber": "valve",
@@ -37,8 +42,8 @@ OWN = {
     "group": "muscle",
     "count": "muscle",
 }
-CADENCES = (30.0, 240.0)  # [steps/min]
-MOST = 8  # parallel muscles that are tried
+_CADENCES = (30.0, 240.0)  # [steps/min]
+_MOST = 8  # parallel muscles that are tried
 
 
 def size(
@@ -74,7 +79,7 @@ def size(
     Raises
     ------
     InputError
-        There is no such kind, chamber or metric; an option is another kind's; nothing tells what is wanted.
+        There is no such kind, chamber or metric; an option is another kind's; nothing states what is wanted.
 
     Examples
     --------
@@ -117,29 +122,11 @@ class Request:
 
     def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
         """Run what it takes."""
-        scenario = at_cadence(self.scenario, self.options.get("cadence"))
-        trials = Trials(scenario, self.requirements, threads, report, f"trying {PLURALS[self.kind]}")
+        scenario = _at_cadence(self.scenario, self.options.get("cadence"))
+        trials = Trials(scenario, self.requirements, threads, report, f"trying {_PLURALS[self.kind]}")
         own = {name: value for name, value in self.options.items() if name != "cadence"}
-        if self.kind == "pressure":
-            found = size_pressure(trials, **own)
-        elif self.kind == "valve":
-            found = size_valve(trials, self.chamber, **own)
-        elif self.kind == "tube":
-            found = size_tube(trials, **own)
-        elif self.kind == "supply":
-            found = size_supply(trials, **own)
-        else:
-            found = size_muscle(trials, **own)
-        return dataclasses.replace(found, request=self.to_json())
-
-
-PLURALS = {
-    "pressure": "pressures",
-    "valve": "valves",
-    "tube": "tubes",
-    "supply": "sources",
-    "muscle": "muscles",
-}
+        own |= {"chamber": self.chamber} if self.kind == "valve" else {}
+        return dataclasses.replace(_SIZED_BY[self.kind](trials, **own), request=self.to_json())
 
 
 def requested(
@@ -151,58 +138,58 @@ def requested(
     **options: Any,
 ) -> Request:
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
-    if kind not in KINDS:
-        raise unknown(kind, KINDS, field="kind")
+    if kind not in _SIZED_BY:
+        raise unknown(kind, _SIZED_BY, field="kind")
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     for name, value in given.items():
-        if name != "cadence" and name not in OWN:
-            raise unknown(name, [*OWN, "cadence"], field="options", problem="is no option")
-        if name in OWN and OWN[name] != kind:
-            raise InputError(f"is an option of {OWN[name]}, not of {kind}", field=name, value=value)
+        if name != "cadence" and name not in _OWN:
+            raise unknown(name, [*_OWN, "cadence"], field="options", problem="is not a valid option")
+        if name in _OWN and _OWN[name] != kind:
+            raise InputError(f"is an option of {_OWN[name]}, not of {kind}", field=name, value=value)
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
     description = description.set(sets) if sets else description
     if not description.orthosis.chamber:
         raise InputError(
             "has no chambers: there is nothing to size", field="scenario", value=description.name
         )
-    chamber = chamber_of(description, given.pop("chamber", None), given.get("group"))
+    chamber = _chamber_of(description, given.pop("chamber", None), given.get("group"))
     read = {name: _read(name, value, description) for name, value in given.items()}
     if kind == "tube" and "length" not in read:
         raise InputError(
-            "is needed: nothing tells how long the tubes are", field="length", allowed='as "0.8 m"'
+            "is needed: nothing states how long the tubes are", field="length", allowed='as "0.8 m"'
         )
-    at_cadence(description, read.get("cadence"))
+    _at_cadence(description, read.get("cadence"))
     orthosis, texts = description.orthosis, [limits] if isinstance(limits, str) else limits or ()
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
     if not requirements and not read.keys() & {"hours", "strides"}:
-        problem = "is needed: nobody walks here, and nothing tells what the device is to reach"
+        problem = "is needed: nobody walks here, and nothing states what the device is to reach"
         raise InputError(problem, field="limit", allowed=f"a metric and a bound, such as {EXAMPLES}")
     return Request(kind, description, requirements, chamber, read)
 
 
-def at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
+def _at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
     """A scenario at another cadence [steps/min]; the gait's curves go with the stride."""
     if cadence is None:
         return scenario
     if scenario.gait is None:
         raise InputError("is of walking", field="cadence", value=cadence, allowed="none for a fixed shank")
     if scenario.gait.speed is not None:
-        problem = "stands beside the scenario's gait.speed, which tells the pace"
+        problem = "stands beside the scenario's gait.speed, which states the cadence"
         raise InputError(problem, field="cadence", value=cadence, allowed="gait.speed alone, with --set")
     return scenario.set({"gait.stride_time": f"{120.0 / cadence:.9g} s"})  # two steps a stride
 
 
-def chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:
+def _chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:
     """A chamber by its name, or that of a group of muscles; by default the first that is filled."""
     chambers = list(scenario.orthosis.chamber)
     if group is not None and group not in scenario.orthosis.muscle:
-        raise unknown(group, scenario.orthosis.muscle, field="group", problem="is no group of muscles")
+        raise unknown(group, scenario.orthosis.muscle, field="group", problem="is not a group of muscles")
     if name is None and group is not None:
         return scenario.orthosis.muscle[group].chamber or group
     if name is not None:
         if name not in chambers:
-            raise unknown(name, chambers, field="chamber", problem="is no chamber of this orthosis")
+            raise unknown(name, chambers, field="chamber", problem="is not a chamber of this orthosis")
         return name
     times = [each.chambers for each in (scenario.phases, scenario.timer) if each is not None]
     filled = [c for c in chambers if any(c in table and table[c].inlet for table in times)]
@@ -215,13 +202,12 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
         return _within(name, _quantity(name, value, "Pa"), value, Pressure)
     if name == "between":
         ends = list(value) if isinstance(value, tuple | list) else [value]
+        problem, allowed = "is not a valid range", 'two rising pressures, as "1 bar" "4 bar"'
         if len(ends) != 2:
-            raise InputError(
-                "is no range", field=name, value=value, allowed='two pressures, as "1 bar" "4 bar"'
-            )
+            raise InputError(problem, field=name, value=value, allowed=allowed)
         low, high = (_quantity(name, each, "Pa") for each in ends)
         if not 0.0 <= low < high:
-            raise InputError("is no range", field=name, value=value, allowed='rising, as "1 bar" "4 bar"')
+            raise InputError(problem, field=name, value=value, allowed=allowed)
         return low, _within(name, high, ends[1], Pressure)
     if name == "length":
         return _within(name, _quantity(name, value, "m"), value, TubeLength)
@@ -231,14 +217,14 @@ def _read(name: str, value: Any, scenario: Scenario) -> Any:
         return value
     if name in ("hours", "strides", "cadence"):
         number = _positive(name, _quantity(name, value, ""), value)
-        if name == "cadence" and not CADENCES[0] <= number <= CADENCES[1]:
-            allowed = "{:g} to {:g} steps/min".format(*CADENCES)
+        if name == "cadence" and not _CADENCES[0] <= number <= _CADENCES[1]:
+            allowed = "{:g} to {:g} steps/min".format(*_CADENCES)
             raise InputError("is out of range", field=name, value=value, allowed=allowed)
         if name == "strides" and not scenario.walking:
             raise InputError("are of walking", field=name, value=value, allowed="hours")
         return number
     if name == "count":
-        return read_count(value)
+        return _read_count(value)
     return value
 
 
@@ -249,7 +235,7 @@ def _quantity(field: str, value: float | str | None, unit: str) -> float:
         raise InputError(str(error), field=field, value=value) from None
 
 
-def read_count(value: Any) -> tuple[int, int]:
+def _read_count(value: Any) -> tuple[int, int]:
     """Fewest and most muscles: of (1, 4), 3, "3" or "1-4"."""
     ends = list(value) if isinstance(value, tuple | list) else [value, value]
     if isinstance(value, str):
@@ -257,10 +243,12 @@ def read_count(value: Any) -> tuple[int, int]:
         try:
             ends = [int(low), int(high or low)]
         except ValueError:
-            raise InputError("is no number", field="count", value=value, allowed='as "3" or "1-4"') from None
+            raise InputError(
+                "is not a whole number", field="count", value=value, allowed='as "3" or "1-4"'
+            ) from None
     whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
-    if not (whole and 1 <= ends[0] <= ends[1] <= MOST):
-        raise InputError("is out of range", field="count", value=value, allowed=f"1 to {MOST}, as 1-4")
+    if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):
+        raise InputError("is out of range", field="count", value=value, allowed=f"1 to {_MOST}, as 1-4")
     return ends[0], ends[1]
 
 

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.filling import is_filling
 from afo_sim.model.stability import check_air
 from afo_sim.simulation.examine import Asked
-from afo_sim.study.effect import SHARES
-from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
+from afo_sim.study.effects import SHARES, beyond_limit
+from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
-from afo_sim.study.sizing.candidate import Candidate, Status, Tried
-from afo_sim.study.sizing.requirement import Requirement, shown
+from afo_sim.study.sizing.requirement import Candidate, Requirement, Status, Tried, shown
 
 Report = Callable[[int, int, str], None]
-BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
-HALVINGS = 4  # of the scenario's time step, at most
-STRETCHED = 1.001  # a step is adjusted to a stride by less
-FULL = 100.5  # share of a limit that is told as beyond it [percent]
+_BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
+_HALVINGS = 4  # of the scenario's time step, at most
+_STRETCHED = 1.001  # a step is adjusted to a stride by less
+FULL = 100.5  # share of a limit from which on it is reported as beyond it [percent]
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ class Trials:
 
     def run(self, candidates: Sequence[Candidate], beyond: int = 0) -> list[Tried]:
         """Run candidates that are not excluded."""
-        candidates = [each if each.excluded else with_fine_step(self.scenario, each) for each in candidates]
+        candidates = [each if each.excluded else _with_fine_step(self.scenario, each) for each in candidates]
         cases = [dict(each.sets) for each in candidates if not each.excluded]
         asked = Asked(self.metrics, doubts=False)
 
-        def told(done: int, count: int) -> None:
+        def progress(done: int, count: int) -> None:
             if self.report is not None:
                 self.report(beyond + done, beyond + count, self.doing)
 
-        found = in_order(self.scenario, cases, asked, self.threads or processors(), BATCH, told)
+        found = in_order(self.scenario, cases, asked, self.threads or processors(), _BATCH, progress)
         outcomes = iter(found)
         tried = [
             Tried(each, "excluded", each.excluded) if each.excluded else self.judged(each, next(outcomes))
@@ -84,36 +84,32 @@ class Trials:
             for each in self.requirements
             if not each.met(values.get(each.metric, math.nan))
         }
-        beyond = [
-            f"{values[name]:.0f} % of {limit}"
-            for name, limit in SHARES.items()
-            if values.get(name, 0.0) > FULL
-        ]
-        notes = (*candidate.notes, *beyond, *(w for w in warnings if w.startswith("no stride was found")))
+        beyond = [beyond_limit(name, values[name]) for name in SHARES if values.get(name, 0.0) > FULL]
+        notes = (*candidate.notes, *beyond, *with_code(warnings, UNSETTLED))
         return Tried(candidate, "run", values=values, short=short, notes=notes)
 
     def _check_told(self, tried: Sequence[Tried]) -> None:
-        """Refuse a metric that no run tells; a time to fill may simply not be reached."""
+        """Refuse a metric that no run has; a time to fill may simply not be reached."""
         ran = [each for each in tried if each.status == "run"]
         for requirement in self.requirements:
             name = requirement.metric
             if not ran or is_filling(name) or any(not math.isnan(t.values[name]) for t in ran):
                 continue
-            problem = "is told by no run of this scenario"
+            problem = "is reported by no run of this scenario"
             allowed = "a metric that `afo-sim run --numbers` of it prints"
             raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
 
 
-def with_fine_step(scenario: Scenario, candidate: Candidate) -> Candidate:
+def _with_fine_step(scenario: Scenario, candidate: Candidate) -> Candidate:
     """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
     try:
         orthosis = scenario.set(candidate.sets).orthosis
-    except InputError:  # the case's own trouble, which its run tells
+    except InputError:  # the case's own trouble, which its run reports
         return candidate
-    for halving in range(HALVINGS + 1):
+    for halving in range(_HALVINGS + 1):
         step = scenario.timestep / 2**halving
-        _, coarse = check_air(orthosis, STRETCHED * step)
-        if coarse and halving < HALVINGS:
+        _, coarse = check_air(orthosis, _STRETCHED * step)
+        if coarse and halving < _HALVINGS:
             continue
         if halving == 0:
             break
@@ -134,7 +130,7 @@ def shortfall(requirement: Requirement, value: float) -> str:
     return f"{label} {by} {way} {requirement.wanted[2:]}"
 
 
-def told(requirement: Requirement, value: float) -> str:
+def _value_with_limit(requirement: Requirement, value: float) -> str:
     """A value and its limit, as part of a sentence."""
     label = requirement.label[0].lower() + requirement.label[1:]
     undefined = "not reached" if is_filling(requirement.metric) else "not defined"
@@ -144,4 +140,4 @@ def told(requirement: Requirement, value: float) -> str:
 
 def sentence_of(requirements: Sequence[Requirement], values: Mapping[str, Any]) -> str:
     """All values with their limits."""
-    return ", ".join(told(each, values.get(each.metric, math.nan)) for each in requirements)
+    return ", ".join(_value_with_limit(each, values.get(each.metric, math.nan)) for each in requirements)

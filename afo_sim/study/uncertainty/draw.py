@@ -1,21 +1,264 @@
-"""Joint draws of what is not known: all at once, each as probable as it is."""
+"""Joint draws of what a scenario has of some spreads: all at once, each as probable as it is."""
 
+import pathlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import format_quantity
-from afo_sim.description.field import field_at
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.units import format_quantity, parse_quantity
+from afo_sim.description.field import Field, field_at
+from afo_sim.description.keys import holder
+from afo_sim.description.leaves import leaves
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.reader import split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.uncertainty.held import Fit, Held, Unknown, fitted
-from afo_sim.study.uncertainty.spreads import SpreadTable
+from afo_sim.model.recorded import recorded_stride
+from afo_sim.model.walk import stride_time_of
+from afo_sim.study.parameter import Joint, Parameter
+from afo_sim.study.parameter_table import is_free
+from afo_sim.study.uncertainty.spreads import (
+    DERIVED_PATH,
+    Distribution,
+    Spreads,
+    SpreadTable,
+    elsewhere,
+    read,
+)
 
-MOST_TRIES = 200  # times that a draw which is no muscle is drawn anew
+_STRIDE_TIME = "gait.stride_time"
+_NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
+
+
+@dataclass(frozen=True)
+class Target:
+    """Keys of a scenario that have one value, and what they are drawn from."""
+
+    keys: tuple[str, ...]
+    own: float
+    unit: str
+    distribution: Distribution
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One thing that is not known, or varies: one deviate, which all its targets follow.
+
+    A target without keys is a height [m] that is added to every height of the sole.
+    """
+
+    name: str
+    table: SpreadTable
+    targets: tuple[Target, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A muscle's fitted numbers, drawn together; `places` are the keys at which this muscle stands."""
+
+    name: str
+    table: SpreadTable
+    muscle: Muscle
+    places: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Applied:
+    """Spreads applied to a scenario: what is drawn, and what is left out and why."""
+
+    unknowns: tuple[Unknown, ...]
+    fits: tuple[Fit, ...]
+    left_out: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def applied(spreads: Spreads, scenario: Scenario) -> Applied:
+    """What of some spreads a scenario has."""
+    unknowns: list[Unknown] = []
+    fits: list[Fit] = []
+    left_out: list[str] = []
+    taken: dict[str, str] = {}
+    for name, table in spreads.tables.items():
+        try:
+            if table.fit is not None:
+                found = list(_fits(name, table, scenario, left_out))
+                fits += found
+                drawn = [f"{at}.{key}" for fit in found for at in fit.places for key in _fitted(fit.muscle)]
+            else:
+                targets = tuple(_targets(name, table, scenario, left_out))
+                unknowns += [Unknown(name, table, targets)] if targets else []
+                drawn = [key for target in targets for key in target.keys]
+        except InputError as error:
+            raise error.of_file(spreads.file) from None
+        for key in drawn:
+            if key in taken:
+                problem = f"is drawn by {taken[key]!r} too"
+                raise InputError(problem, file=spreads.file, field=f"parameters.{name}", value=key)
+            taken[key] = name
+    notes = tuple(note for unknown in unknowns for note in _cut_off(unknown))
+    return Applied(tuple(unknowns), tuple(fits), tuple(left_out), notes)
+
+
+def _fitted(muscle: Muscle) -> tuple[str, ...]:
+    """Keys, below a muscle, of the numbers that were fitted together."""
+    return () if muscle.covariance is None else muscle.covariance.parameters
+
+
+def _cut_off(unknown: Unknown) -> Iterator[str]:
+    for target in unknown.targets:
+        share = target.distribution.cut(target.own)
+        if share > _NOTABLE:
+            yield (
+                f"{unknown.name}: {100.0 * share:.0f} % of its spread lies beyond what is allowed and is "
+                "drawn within"
+            )
+
+
+def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Target]:
+    """Keys by their own value: those that have the same are one target."""
+    if table.height is not None:
+        if table.height == DERIVED_PATH and not _derived_path(scenario):
+            left_out.append(f"{name}: the ankle's path of this gait is recorded, not derived")
+        else:
+            yield Target((), 0.0, "m", _distribution(name, table, "m", 0.0, None))
+        return
+    alike: dict[tuple[str, float], list[Field]] = {}
+    for pattern in table.keys or (str(table.key),):
+        for field in _matching(name, pattern, scenario, left_out):
+            own = _own(field, scenario)
+            if own is None:
+                left_out.append(f"{name}: {field.key} has no value here")
+            elif own == 0.0 and (table.relative_sd or table.factor_sd or table.relative_within):
+                left_out.append(f"{name}: {field.key} is zero, about which nothing is relative")
+            else:
+                alike.setdefault((field.unit, own), []).append(field)
+    for (unit, own), fields in alike.items():
+        distribution = _distribution(name, table, unit, own, fields[0])
+        yield Target(tuple(field.key for field in fields), own, unit, distribution)
+
+
+def _own(field: Field, scenario: Scenario) -> float | None:
+    """The scenario's own value of a field; of a stride time that is not stated the recording's."""
+    if field.value is None and field.key == _STRIDE_TIME and scenario.gait is not None:
+        return None if scenario.gait.speed is not None else float(stride_time_of(scenario))
+    return None if field.value is None else float(field.value)
+
+
+def _derived_path(scenario: Scenario) -> bool:
+    """Whether the height of the recorded ankle is derived from angles, rather than recorded."""
+    assert scenario.gait is not None
+    return "ankle_z_m" in recorded_stride(scenario.gait).notes.get("derived", "")
+
+
+def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) -> Iterator[Field]:
+    """Fields of a scenario whose key fits a pattern; what is not there is noted.
+
+    A star stands for a name: of a muscle group, a chamber, a segment.
+    """
+    parts = list(split_key(pattern)[0])
+    known = [leaf for leaf in leaves(Scenario, scenario.resolved()) if len(leaf.path) == len(parts)]
+    if "*" not in pattern:
+        try:
+            field = field_at(pattern, scenario)
+        except InputError as error:
+            if not elsewhere(parts):
+                raise InputError(
+                    error.problem,
+                    field=f"parameters.{name}",
+                    value=pattern,
+                    allowed=error.allowed,
+                    nearest=error.nearest,
+                ) from None
+            left_out.append(f"{name}: {pattern} is not there")
+            return
+        there = [field] if holder(scenario, split_key(pattern)[0]) is not None else []
+    else:
+        keys = [leaf.key for leaf in known if all(map(fnmatchcase, leaf.path, parts))]
+        fields = [field_at(key, scenario) for key in keys]
+        there = [field for field in fields if holder(scenario, split_key(field.key)[0]) is not None]
+        if not there and not elsewhere(parts):
+            nearest = nearest_name(pattern, [leaf.key for leaf in known])
+            raise InputError(
+                "fits no key of any scenario",
+                field=f"parameters.{name}",
+                value=pattern,
+                allowed="a key as afo-sim keys lists it, * for a name",
+                nearest=nearest,
+            )
+    for field in there:
+        if field.kind != "number":
+            problem = "is not a number that spreads"
+            raise InputError(problem, field=f"parameters.{name}", value=field.key, allowed=field.form)
+    if not there:
+        left_out.append(f"{name}: {pattern} is not there")
+    yield from there
+
+
+def _distribution(name: str, table: SpreadTable, unit: str, own: float, field: Field | None) -> Distribution:
+    """The distribution about an own value, cut off at the table's bounds and at the field's."""
+    assert table.distribution is not None
+
+    def quantity(option: str, default: float) -> float:
+        text = getattr(table, option)
+        if text is None:
+            return default
+        try:
+            return parse_quantity(text, unit)
+        except ValueError as error:
+            raise InputError(str(error), field=f"parameters.{name}.{option}", value=text) from None
+
+    width = next(
+        found
+        for found in (
+            table.factor_sd,
+            None if table.relative_sd is None else table.relative_sd * abs(own),
+            None if table.relative_within is None else table.relative_within * abs(own),
+            quantity("sd", -1.0) if table.sd is not None else None,
+            quantity("within", -1.0) if table.within is not None else None,
+        )
+        if found is not None
+    )
+    if width < 0.0:
+        option = "sd" if table.sd is not None else "within"
+        raise InputError("is below zero", field=f"parameters.{name}.{option}", value=getattr(table, option))
+    low, high = (-float("inf"), float("inf")) if field is None else field.bounds
+    low, high = max(low, quantity("at_least", low)), min(high, quantity("at_most", high))
+    if not low <= own <= high:
+        option = "at_least" if own < low else "at_most"
+        problem = f"leaves out the scenario's own value of {field.key if field else name}"
+        allowed = f"{'at most' if own < low else 'at least'} {own:g} {unit}".rstrip()
+        raise InputError(
+            problem, field=f"parameters.{name}.{option}", value=getattr(table, option), allowed=allowed
+        )
+    if table.distribution == "pearson3":
+        return Distribution("pearson3", width, table.skew or 0.0)
+    return Distribution(table.distribution, width, 0.0, low, high)
+
+
+def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Fit]:
+    """The muscles of a scenario, each once: groups of the same muscle come from the same fit."""
+    pattern = str(table.fit).split(".")[2]
+    groups = [group for group in scenario.orthosis.muscle if fnmatchcase(group, pattern)]
+    if not groups:
+        left_out.append(f"{name}: {table.fit} is not there")
+    kinds: dict[Muscle, list[str]] = {}
+    for group in groups:
+        kinds.setdefault(scenario.orthosis.muscle[group].type, []).append(group)
+    for muscle, members in kinds.items():
+        why = muscle.without_draws
+        if why:
+            left_out.append(f"{name}: {muscle.name or ', '.join(members)}: {why}")
+        else:
+            own = name if len(kinds) == 1 else f"{name}_{members[0]}"
+            yield Fit(own, table, muscle, tuple(f"orthosis.muscle.{group}.type" for group in members))
+
+
+_MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +278,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """What one measurement would tell, or one thing that varies: its standard normal deviates (n, k)."""
+    """What one measurement would give, or one thing that varies: its standard normal deviates (n, k)."""
 
     name: str
     each_stride: bool
@@ -69,16 +312,16 @@ class Draws:
         return np.sum([np.zeros(self.count), *found], axis=0)
 
 
-def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
+def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     """Draw together whatever spreads.
 
     Unknowns and fits are independent of each other: a Latin hypercube in as many dimensions as they have
-    deviates. The numbers of a fit follow its covariance; draws that are no muscle are rejected whole and
+    deviates. The numbers of a fit follow its covariance; draws that are not muscles are rejected whole and
     drawn anew, for clipping would heap them up at a bound, against their correlations.
     """
-    widths = [1] * len(held.unknowns) + [len(fitted(fit.muscle)) for fit in held.fits]
+    widths = [1] * len(spreads.unknowns) + [len(_fitted(fit.muscle)) for fit in spreads.fits]
     if not widths:
-        raise InputError("this scenario has nothing of what the spreads tell", field="spreads")
+        raise InputError("this scenario has nothing of what the spreads state", field="spreads")
     generator = np.random.default_rng(seed)
     share = qmc.LatinHypercube(sum(widths), seed=generator).random(count)
     deviates = stats.norm.ppf(share)
@@ -86,15 +329,17 @@ def draw(held: Held, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     columns: list[Column] = []
     owners: list[tuple[str, SpreadTable, np.ndarray]] = []
     rejected = 0
-    for unknown, part in zip(held.unknowns, parts, strict=False):
+    for unknown, part in zip(spreads.unknowns, parts, strict=False):
         columns += _columns(unknown, part[:, 0])
         owners.append((unknown.name, unknown.table, part))
-    for fit, part in zip(held.fits, parts[len(held.unknowns) :], strict=True):
+    for fit, part in zip(spreads.fits, parts[len(spreads.unknowns) :], strict=True):
         legal, again = _legal(fit, part, generator)
         rejected += again
         columns += _of_fit(fit, legal, scenario)
         owners.append((fit.name, fit.table, legal))
-    return Draws(count, seed, tuple(columns), tuple(_groups(owners)), rejected, held.left_out, held.notes)
+    return Draws(
+        count, seed, tuple(columns), tuple(_groups(owners)), rejected, spreads.left_out, spreads.notes
+    )
 
 
 def _columns(unknown: Unknown, deviates: np.ndarray) -> Iterator[Column]:
@@ -109,7 +354,7 @@ def _columns(unknown: Unknown, deviates: np.ndarray) -> Iterator[Column]:
 def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, int]:
     """Deviates of draws that are muscles, and how many others were drawn on the way."""
     found, rejected = deviates.copy(), 0
-    for _ in range(MOST_TRIES):
+    for _ in range(_MOST_TRIES):
         wrong = ~fit.muscle.legal(fit.muscle.drawn(fit.table.scale * found))
         if not wrong.any():
             return found, rejected
@@ -117,7 +362,7 @@ def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tu
         found[wrong] = generator.standard_normal((int(wrong.sum()), found.shape[1]))
     raise InputError(
         f"hardly any draw of its fit is a muscle: {wrong.sum()} of {len(found)} lie beyond its bounds "
-        f"after {MOST_TRIES} tries",
+        f"after {_MOST_TRIES} tries",
         field=f"parameters.{fit.name}",
         value=fit.muscle.name,
         allowed="a fit with smaller standard errors, or a scale below 1",
@@ -141,3 +386,39 @@ def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[G
     for name, members in by_name.items():
         first = members[0][0]
         yield Group(name, first.each_stride, first.measure, np.hstack([part for _, part in members]))
+
+
+_FEWEST = 2  # draws of a Latin hypercube
+
+
+def joint_parameters(
+    file: pathlib.Path, spreads: str, scenario: Scenario, cases: int, seed: int
+) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
+    """The parameters of a sweep whose cases are joint draws, and what is left out of it."""
+    if not scenario.walking:
+        problem = "what is not known is drawn of walking, and here nobody walks"
+        raise InputError(problem, file=file, field="scenario", allowed="a scenario with a gait")
+    if cases < _FEWEST:
+        raise InputError("is too few", file=file, field="cases", value=cases, allowed=f"{_FEWEST} or more")
+    drawn = draw(applied(read(spreads, file), scenario), scenario, cases, seed)
+    found = []
+    for column in drawn.columns:
+        if not is_free(column.name):
+            problem = "is the name of another column of the results"
+            raise InputError(problem, file=file, field=f"spreads: parameters.{column.name}")
+        if column.keys:
+            spread = Joint(tuple(column.values.tolist()))
+            found.append(Parameter(column.name, column.keys, column.unit, spread))
+    return tuple(found), tuple(_notes(drawn))
+
+
+def _notes(drawn: Draws) -> Iterator[str]:
+    yield from drawn.notes
+    if drawn.left_out:
+        yield "not drawn: " + "; ".join(drawn.left_out)
+    heights = ", ".join(column.name for column in drawn.columns if not column.keys)
+    if heights:
+        yield (
+            f"not drawn: {heights}: no key of the scenario sets a height of the sole; "
+            "`afo-sim run --uncertainty` adds it to every clearance"
+        )

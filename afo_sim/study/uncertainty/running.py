@@ -1,5 +1,6 @@
 """Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.clearance import BELOW
@@ -16,21 +18,98 @@ from afo_sim.metrics.words import words
 from afo_sim.model.person import person_of
 from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording
-from afo_sim.study.engine import CYCLE, OK, Outcome, in_order
+from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
-from afo_sim.study.uncertainty import bands
-from afo_sim.study.uncertainty.draw import Column, Draws, draw
-from afo_sim.study.uncertainty.held import Held, held
+from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
+_QUANTILES = (0.05, 0.5, 0.95)
+_ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Share of a metric's variance that each group explains by itself [-], and what none of them does.
+
+    `shares` are in the order of the groups; a small one may be estimated below zero.
+    """
+
+    shares: tuple[float, ...]
+    rest: float
+
+
+def quantiles(values: np.ndarray) -> list[float]:
+    """5, 50 and 95 % quantiles (3,) of values (n,), or of each column of curves, then (3, m), as lists."""
+    found: list[float] = np.quantile(values, _QUANTILES, axis=0).tolist()
+    return found
+
+
+def share_below(heights: np.ndarray, limit: float) -> float:
+    """Share of strides whose foot comes to a height [m] or lower [-], of their least heights (n,)."""
+    return float(np.mean(heights <= limit))
+
+
+def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.ndarray:
+    """Share of one wearer's strides that come to a height or lower [-] (n,), one for each draw.
+
+    Units: heights [m] (n,), path [m] (m,), limit [m].
+    """
+    return np.asarray((heights[:, None] + path[None, :] <= limit).mean(axis=1))
+
+
+def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | None:
+    """First-order shares of a metric's variance, by a regression on linear and quadratic terms.
+
+    All groups' terms z, z² − 1 and z_i z_j of their own deviates are fitted at once, so that what one group
+    does is no noise to another. The groups are independent, so the variance of y is the sum of the variances
+    V_g of the groups' parts f_g of the fit, and of what is left, σ²:
+
+        V_g = mean(f_g²) − σ² tr(X_gᵀ X_g C_gg) / n,   C = (XᵀX)⁻¹,   σ² = RSS / (n − 1 − p)
+        S_g = V_g / (Σ V + σ²)
+
+    The second term of V_g is what chance alone would give, as in an adjusted R². What a group does only
+    together with another, and what is not quadratic, is in no share but in the rest.
+
+    Units: groups (n, k_g), metric (n,).
+    """
+    blocks = [_terms(deviates) for deviates in groups]
+    n, spread = len(metric), metric - metric.mean()
+    if n < fewest(groups) or np.abs(spread).max() <= 1e-12 * np.abs(metric).max():
+        return None
+    blocks = [block - block.mean(axis=0) for block in blocks]
+    design = np.hstack(blocks)
+    inverse = np.linalg.pinv(design.T @ design)
+    weights = inverse @ design.T @ spread
+    noise = float(np.sum((spread - design @ weights) ** 2)) / (n - 1 - design.shape[1])
+    ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
+    parts = []
+    for block, a, b in zip(blocks, ends, ends[1:], strict=False):
+        chance = noise * float(np.trace(block.T @ block @ inverse[a:b, a:b])) / n
+        parts.append(float(np.mean((block @ weights[a:b]) ** 2)) - chance)
+    whole = sum(parts) + noise
+    return Explained(tuple(part / whole for part in parts), noise / whole)
+
+
+def fewest(groups: Sequence[np.ndarray]) -> int:
+    """Draws that `explained` needs for such groups."""
+    return int(_ROWS_PER_TERM * sum(_terms(deviates[:1]).shape[1] for deviates in groups)) + 2
+
+
+def _terms(deviates: np.ndarray) -> np.ndarray:
+    """Linear and quadratic terms of standard normal deviates (n, k): z_i, z_i² − 1, z_i z_j."""
+    pairs = itertools.combinations(range(deviates.shape[1]), 2)
+    products = [deviates[:, i] * deviates[:, j] for i, j in pairs]
+    return np.column_stack([deviates, deviates**2 - 1.0, *products])
+
+
 FEWEST, MOST = 20, 100_000  # draws
-EVERY = 2  # of CYCLE's phases, that are kept
-CHUNK = 32  # draws that are brought to their end together
-MEASURED_NEXT = 3
-CLEARANCE = "toe_clearance"
-EXPLAINED = (CLEARANCE, "torque_against_push_off", "air_per_stride")
-METRICS = (
-    CLEARANCE,
+_EVERY = 2  # of CYCLE's phases, that are kept
+_CHUNK = 32  # draws that are brought to their end together
+_MEASURED_NEXT = 3
+_CLEARANCE = "toe_clearance"
+_EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
+_METRICS = (
+    _CLEARANCE,
     "ball_clearance",
     "peak_swing_dorsiflexion",
     "foot_pitch_at_contact",
@@ -44,10 +123,10 @@ METRICS = (
     "air_per_stride",
     "free_air_per_stride",
 )
-HEIGHTS = (CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
-HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
-FOREFOOT = ("ball/height", "toe/height")
-CURVES = ("ankle/angle", *HIGH, ORTHOSIS)
+_HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
+_HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
+_FOREFOOT = ("ball/height", "toe/height")
+_CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
 
 Report = Callable[[int, int, str], None]
 
@@ -72,25 +151,25 @@ class Found:
     def metric(self, name: str) -> np.ndarray:
         """A metric of every draw (n,); NaN where it has none."""
         found = [float(outcome.metrics.get(name, np.nan)) for outcome in self.outcomes]
-        return np.array(found) + (1e3 * self.heights if name in HEIGHTS else 0.0)
+        return np.array(found) + (1e3 * self.heights if name in _HEIGHTS else 0.0)
 
     def curves(self, column: str) -> np.ndarray:
         """A column of the draws that ended well, over CYCLE (number of them, 201)."""
         found = np.array([o.curves[column] for o in self.outcomes if o.status == OK])
-        return found + self.heights[self.ok, None] if column in HIGH else found
+        return found + self.heights[self.ok, None] if column in _HIGH else found
 
 
-def check_asked(scenario: Scenario, count: int, spreads: str) -> Held:
-    """What is drawn for bands; refuses those that cannot be told."""
+def check_draws(scenario: Scenario, count: int, spreads: str) -> Applied:
+    """What is drawn for bands; refuses those that cannot be drawn."""
     if not scenario.walking:
-        problem = "bands are told of walking, and here nobody walks"
+        problem = "bands are of walking, and here nobody walks"
         raise InputError(problem, field="draws", value=count, allowed="a scenario with a gait")
     if not isinstance(count, int) or not FEWEST <= count <= MOST:
-        problem = "is no number of draws that tells a band from 5 to 95 %"
+        problem = "is not a number of draws that gives a band from 5 to 95 %"
         raise InputError(problem, field="draws", value=count, allowed=f"{FEWEST} to {MOST}")
-    found = held(read(spreads), scenario)
+    found = applied(read(spreads), scenario)
     if not (found.unknowns or found.fits):
-        problem = "this scenario has nothing of what they tell"
+        problem = "this scenario has nothing of what they state"
         raise InputError(problem, field="spreads", value=spreads, allowed="spreads of what it has")
     return found
 
@@ -106,31 +185,31 @@ def uncertainty(
     threads: int = 0,
 ) -> dict[str, Any]:
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
-    drawn = draw(check_asked(scenario, draws, spreads), scenario, draws, seed)
+    drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
     found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
-    return {"spreads": spreads} | told_of(found, recording)
+    return {"spreads": spreads} | _bands_of(found, recording)
 
 
 def _run(
     scenario: Scenario, draws: Draws, recording: Recording, report: Report | None, threads: int
 ) -> list[Outcome]:
     """The outcome of each draw, in order."""
-    kept = frozenset(name for name in METRICS if name in recording.metrics)
+    kept = frozenset(name for name in _METRICS if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
-    asked = Asked(kept, doubts=False, curves=(*CURVES, *pressures))
+    asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
 
-    def told(done: int, count: int) -> None:
+    def progress(done: int, count: int) -> None:
         if report is not None:
             report(done, count, "drawing what is not known")
 
     cases = [draws.sets(k) for k in range(draws.count)]
-    return in_order(scenario, cases, asked, threads, CHUNK, told)
+    return in_order(scenario, cases, asked, threads, _CHUNK, progress)
 
 
-def told_of(found: Found, recording: Recording) -> dict[str, Any]:
+def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
-    told: dict[str, Any] = {
+    bands: dict[str, Any] = {
         "draws": draws.count,
         "seed": draws.seed,
         "failed": _failed(found),
@@ -145,25 +224,25 @@ def told_of(found: Found, recording: Recording) -> dict[str, Any]:
         "trips": {},
     }
     if not ok.any():
-        return told
-    for name in METRICS:
+        return bands
+    for name in _METRICS:
         values = found.metric(name)[ok]
         if name in recording.metrics and np.isfinite(values).any():
-            told["metrics"][name] = {
+            bands["metrics"][name] = {
                 "unit": recording.metrics[name].unit,
                 "own": recording.metrics[name].value,
-                "quantiles": bands.quantiles(values[np.isfinite(values)]),
+                "quantiles": quantiles(values[np.isfinite(values)]),
                 "undefined": int(np.count_nonzero(~np.isfinite(values))),
             }
-    told["phase"] = CYCLE[::EVERY].tolist()
+    bands["phase"] = CYCLE[::_EVERY].tolist()
     kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
-    told["curves"] = {name: bands.quantiles(found.curves(name)[:, ::EVERY]) for name in kept}
-    told["trips"] = _trips(found, recording)
-    shares = {name: _explained(found, name) for name in EXPLAINED if name in told["metrics"]}
-    told["groups"] = _groups(draws, shares)
-    told["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
-    told["measure_next"] = _next(told["groups"])
-    return told
+    bands["curves"] = {name: quantiles(found.curves(name)[:, ::_EVERY]) for name in kept}
+    bands["trips"] = _trips(found, recording)
+    shares = {name: _explained(found, name) for name in _EXPLAINED if name in bands["metrics"]}
+    bands["groups"] = _groups(draws, shares)
+    bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
+    bands["measure_next"] = _next(bands["groups"])
+    return bands
 
 
 def _failed(found: Found) -> dict[str, Any]:
@@ -180,19 +259,17 @@ def _failed(found: Found) -> dict[str, Any]:
 def _notes(found: Found, recording: Recording) -> list[str]:
     """What to mind of these draws."""
     notes = []
-    restless = sum(
-        any(w.startswith("no stride was found that repeats") for w in o.warnings) for o in found.outcomes
-    )
+    restless = sum(bool(with_code(outcome.warnings, UNSETTLED)) for outcome in found.outcomes)
     if restless:
         notes.append(f"{restless} draws have no stride that repeats; theirs is the last that was walked")
-    needed = bands.fewest([group.deviates for group in found.draws.groups])
+    needed = fewest([group.deviates for group in found.draws.groups])
     if int(found.ok.sum()) < needed:
-        notes.append(f"the draws are too few to tell what explains the bands: it takes {needed}")
-    for name in METRICS:
+        notes.append(f"the draws are too few to show what explains the bands: it takes {needed}")
+    for name in _METRICS:
         values = found.metric(name)[found.ok & np.isfinite(found.metric(name))]
         own = float(recording.metrics.get(name, np.nan))
         if len(values) and values.min() < values.max() and np.isfinite(own):
-            low, _, high = bands.quantiles(values)
+            low, _, high = quantiles(values)
             if not low <= own <= high:
                 side = "above" if own > high else "below"
                 notes.append(
@@ -204,7 +281,7 @@ def _notes(found: Found, recording: Recording) -> list[str]:
 
 def _drawn(column: Column) -> dict[str, Any]:
     """One drawn number: where it stands, its own value and its band [SI], and why it spreads so."""
-    low, middle, high = bands.quantiles(column.values)
+    low, middle, high = quantiles(column.values)
     return {
         "name": column.name,
         "keys": list(column.keys),
@@ -219,19 +296,19 @@ def _drawn(column: Column) -> dict[str, Any]:
 
 def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     """Share of the drawn strides whose forefoot comes to a height, and the band of one wearer's own share."""
-    if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in FOREFOOT):
+    if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
     stride = _last_stride(recording)
     first, *_, last = stride.phase[stride.passing]
     passing = (first <= CYCLE) & (last >= CYCLE)
-    heights = np.min([found.curves(name)[:, passing] for name in FOREFOOT], axis=(0, 2))
+    heights = np.min([found.curves(name)[:, passing] for name in _FOREFOOT], axis=(0, 2))
     path = found.draws.heights(each_stride=True)
     alone = heights - path[found.ok]
     return {
         name: {
             "height": limit,
-            "share": bands.share_below(heights, limit),
-            "of_one": bands.quantiles(bands.shares_of_one(alone, path, limit)),
+            "share": share_below(heights, limit),
+            "of_one": quantiles(shares_of_one(alone, path, limit)),
         }
         for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
     }
@@ -250,13 +327,13 @@ def _person_mass(recording: Recording) -> float:
     return person_of(load("scenario", recording.scenario)).body_mass
 
 
-def _explained(found: Found, name: str) -> bands.Explained | None:
+def _explained(found: Found, name: str) -> Explained | None:
     values = found.metric(name)
     whole = np.isfinite(values) & found.ok
-    return bands.explained([group.deviates[whole] for group in found.draws.groups], values[whole])
+    return explained([group.deviates[whole] for group in found.draws.groups], values[whole])
 
 
-def _groups(draws: Draws, shares: Mapping[str, bands.Explained | None]) -> list[dict[str, Any]]:
+def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[str, Any]]:
     """Each group with what it explains [-], the one that explains most of the clearance first."""
     found = [
         {
@@ -272,6 +349,6 @@ def _groups(draws: Draws, shares: Mapping[str, bands.Explained | None]) -> list[
 
 
 def _next(groups: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The groups to measure next: those that explain most of the clearance, and that a measurement tells."""
-    known = [g for g in groups if not g["each_stride"] and g["explained"].get(CLEARANCE, 0.0) > 0.0]
-    return [str(group["name"]) for group in known[:MEASURED_NEXT]]
+    """The groups to measure next: those that explain most of the clearance, and that a measurement gives."""
+    known = [g for g in groups if not g["each_stride"] and g["explained"].get(_CLEARANCE, 0.0) > 0.0]
+    return [str(group["name"]) for group in known[:_MEASURED_NEXT]]

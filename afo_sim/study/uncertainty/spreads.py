@@ -1,33 +1,114 @@
-"""What is not known, as a TOML file tells it: read and checked."""
+"""What is not known, read from a TOML file and checked, and the distribution of one number."""
 
+import math
 import os
 import pathlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Literal, get_args, get_origin
 
+import numpy as np
 from pydantic import Field as Option
 from pydantic import StrictBool, StrictStr, ValidationError
+from scipy import stats
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity, read_any_quantity
 from afo_sim.description.leaves import SETS, core, fields_of, is_list_of_tables, is_table
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.parameter_table import StrictTable
-from afo_sim.study.refused import first_error
-from afo_sim.study.uncertainty.distribution import Kind
+from afo_sim.study.parameter_table import StrictTable, first_error
+
+Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Of one number [SI] about its own value.
+
+    kind : "normal", "lognormal" (own value = median), "uniform", or "pearson3" (skewed, own value = mean)
+    width : standard deviation; of a lognormal that of the natural logarithm; of a uniform half its width
+    skew : of pearson3
+    lower, upper : nothing is drawn beyond them; pearson3 has none
+
+    A width of zero gives the own value to the last bit.
+    """
+
+    kind: Kind
+    width: float
+    skew: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    def at(self, deviates: np.ndarray, own: float) -> np.ndarray:
+        """The values of standard normal deviates (n,), rising with them.
+
+        Units: deviates (n,), own [SI].
+        """
+        if self.kind == "pearson3":
+            share = stats.norm.cdf(deviates)
+            return np.asarray(own + self.width * stats.pearson3.ppf(share, self.skew))
+        if self.width == 0.0:
+            return np.full(len(deviates), own)
+        inside = self._within(deviates, own)
+        if self.kind == "uniform":
+            return np.asarray(own + self.width * (2.0 * stats.norm.cdf(inside) - 1.0))
+        if self.kind == "lognormal":
+            return np.asarray(own * np.exp(self.width * inside))
+        return np.asarray(own + self.width * inside)
+
+    def cut(self, own: float) -> float:
+        """Share of the distribution that lies beyond its bounds [-]; the rest is drawn in its stead."""
+        if self.kind == "pearson3" or self.width == 0.0:
+            return 0.0
+        low, high = stats.norm.cdf([self._deviate(self.lower, own), self._deviate(self.upper, own)])
+        return float(1.0 - (high - low))
+
+    def _within(self, deviates: np.ndarray, own: float) -> np.ndarray:
+        """Deviates of the distribution that is cut off at its bounds: the same shares of what is left."""
+        low, high = (self._deviate(bound, own) for bound in (self.lower, self.upper))
+        if low == -math.inf and high == math.inf:
+            return deviates
+        return np.asarray(stats.truncnorm.ppf(stats.norm.cdf(deviates), low, high))
+
+    def _deviate(self, bound: float, own: float) -> float:
+        """The standard normal deviate of a bound."""
+        return _INVERSE[self.kind](bound, own, self.width)
+
+
+def _normal(bound: float, own: float, width: float) -> float:
+    return (bound - own) / width
+
+
+def _lognormal(bound: float, own: float, width: float) -> float:
+    if math.isinf(bound) or bound <= 0.0:
+        return math.inf if bound > 0.0 else -math.inf
+    return math.log(bound / own) / width
+
+
+def _uniform(bound: float, own: float, width: float) -> float:
+    share = 0.5 + 0.5 * (bound - own) / width if math.isfinite(bound) else (0.0 if bound < 0.0 else 1.0)
+    return float(stats.norm.ppf(min(max(share, 0.0), 1.0)))
+
+
+_INVERSE: dict[str, Callable[[float, float, float], float]] = {
+    "normal": _normal,
+    "lognormal": _lognormal,
+    "uniform": _uniform,
+}
+
 
 EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
-WIDTHS = {  # of a distribution: the options that tell how wide it is, one of them
+_WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
     "normal": ("sd", "relative_sd"),
     "lognormal": ("factor_sd",),
     "uniform": ("within", "relative_within"),
     "pearson3": ("sd", "relative_sd"),
 }
-EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
-QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
-NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
+_EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
+_QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
+_NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
 
 
 class SpreadTable(StrictTable):
@@ -107,31 +188,33 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
         return InputError(problem, file=file, field=at, value=value, allowed=allowed)
 
     if not name.isascii() or not name.isidentifier():
-        raise wrong("is no name", "", "letters, digits and _, a letter first")
+        raise wrong("is not a valid name", "", "letters, digits and _, a letter first")
     if sum(getattr(table, option) is not None for option in ("key", "keys", "fit", "height")) != 1:
-        raise wrong("what is drawn is not told, or twice", "", "one of key, keys, fit, height")
+        raise wrong("what is drawn is not stated, or twice", "", "one of key, keys, fit, height")
     if (table.height == EACH_STRIDE) > table.each_stride:
         raise wrong("varies from stride to stride", "each_stride", "true")
     if table.measure and table.each_stride:
-        raise wrong("goes with what a measurement can tell, not with what varies", "measure")
+        raise wrong("goes with what a measurement can give, not with what varies", "measure")
     for key in table.keys or filter(None, (table.key,)):
         _check_key(file, name, key)
-    for option in QUANTITIES:
-        if problem := _no_quantity(getattr(table, option), width=option in EVERY_WIDTH):
+    for option in _QUANTITIES:
+        if problem := _no_quantity(getattr(table, option), width=option in _EVERY_WIDTH):
             raise wrong(problem, option, "a text with the unit of what is drawn, or a number if it has none")
-    given = [option for option in EVERY_WIDTH if getattr(table, option) is not None]
+    given = [option for option in _EVERY_WIDTH if getattr(table, option) is not None]
     if table.fit is not None:
         if not _is_place(table.fit):
-            raise wrong("is no place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *")
-        for option in ("distribution", "skew", "at_least", "at_most", *EVERY_WIDTH):
+            raise wrong(
+                "is not a place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *"
+            )
+        for option in ("distribution", "skew", "at_least", "at_most", *_EVERY_WIDTH):
             if getattr(table, option) is not None:
                 raise wrong("does not go with fit, which has the fit's own covariance", option, "scale")
         return
     if table.scale != 1.0:
         raise wrong("goes with fit alone", "scale")
     if table.distribution is None:
-        raise wrong("is missing", "distribution", ", ".join(WIDTHS))
-    allowed = WIDTHS[table.distribution]
+        raise wrong("is missing", "distribution", ", ".join(_WIDTHS))
+    allowed = _WIDTHS[table.distribution]
     if len(given) != 1 or given[0] not in allowed:
         option = next((one for one in given if one not in allowed), allowed[0])
         raise wrong(
@@ -146,10 +229,10 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
 
 
 def _check_key(file: pathlib.Path, name: str, key: str) -> None:
-    """Refuse a key that no scenario has, or that is no property of orthosis, wearer or walk."""
+    """Refuse a key that no scenario has, or that is not a property of orthosis, wearer or walk."""
     field = f"parameters.{name}"
-    if key.partition(".")[0] in NOT_DRAWN:
-        raise InputError("is no property of orthosis, wearer or walk", file=file, field=field, value=key)
+    if key.partition(".")[0] in _NOT_DRAWN:
+        raise InputError("is not a property of orthosis, wearer or walk", file=file, field=field, value=key)
     astray = _astray(key.split("."), Scenario)
     if astray is not None:
         part, known = astray
@@ -187,14 +270,14 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
         what = ", ".join(
             table.keys or filter(None, (table.key, table.fit, table.height and "the sole's height"))
         )
-        width = next((f"{o} {getattr(table, o)}" for o in EVERY_WIDTH if getattr(table, o) is not None), "")
+        width = next((f"{o} {getattr(table, o)}" for o in _EVERY_WIDTH if getattr(table, o) is not None), "")
         how = "by the fit's covariance" if table.fit else f"{table.distribution}, {width}"
         found.append((name, f"{what}: {how}; {table.kind}: {table.source}"))
     return found
 
 
 def elsewhere(parts: list[str]) -> bool:
-    """Whether some scenario has such a key: the types alone tell, with any name of a muscle or chamber."""
+    """Whether some scenario has such a key: the types alone show it, with any name of a muscle or chamber."""
     return _astray(parts, Scenario) is None
 
 
@@ -205,7 +288,7 @@ def _astray(parts: list[str], node: Any) -> tuple[str, list[str]] | None:
     kind, name = core(node)[0], parts[0].partition("[")[0]
     if is_list_of_tables(kind):  # "path[0].spacing", or split "path", "0", "spacing"
         return _astray(parts[1:] if parts[0].isdigit() else parts, get_args(kind)[0])
-    if kind in SETS:  # a law's parameters: which they are, its muscle tells
+    if kind in SETS:  # a law's parameters: its muscle states which they are
         return None
     if get_origin(kind) is dict:
         return _astray(parts[1:], get_args(kind)[1])

@@ -10,8 +10,7 @@ from scipy import stats
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.study.uncertainty.draw import Draws, draw
-from afo_sim.study.uncertainty.held import held
+from afo_sim.study.uncertainty.draw import Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
 FIT = """
@@ -44,7 +43,7 @@ def walk() -> Scenario:
 def drawn(folder: pathlib.Path, text: str, scenario: Scenario, count: int, seed: int = 0) -> Draws:
     file = folder / "spreads.toml"
     file.write_text(text, encoding="utf-8")
-    return draw(held(read(file), scenario), scenario, count, seed)
+    return draw(applied(read(file), scenario), scenario, count, seed)
 
 
 def test_a_fit_is_drawn_with_its_covariance(tmp_path: pathlib.Path, walk: Scenario) -> None:
@@ -98,21 +97,21 @@ def test_a_fit_that_gives_no_muscle_is_refused(tmp_path: pathlib.Path, walk: Sce
 
 
 def test_the_same_seed_draws_the_same(walk: Scenario) -> None:
-    spread = held(read("usual"), walk)
+    spread = applied(read("usual"), walk)
     first, same, other = (draw(spread, walk, 50, seed) for seed in (3, 3, 4))
     for a, b, c in zip(first.columns, same.columns, other.columns, strict=True):
         assert (a.values == b.values).all() and (a.values != c.values).any()
 
 
 def test_each_unknown_has_a_draw_in_every_slice(walk: Scenario) -> None:
-    found = draw(held(read("usual"), walk), walk, 64)
+    found = draw(applied(read("usual"), walk), walk, 64)
     (cuff,) = (column.values for column in found.columns if column.name == "cuff")
     slices = np.floor(64 * stats.norm.cdf(np.log(cuff / 4000.0) / 0.35)).astype(int)
     assert sorted(slices) == list(range(64))  # a Latin hypercube
 
 
 def test_unknowns_are_independent_of_each_other(walk: Scenario) -> None:
-    found = draw(held(read("usual"), walk), walk, 2000)
+    found = draw(applied(read("usual"), walk), walk, 2000)
     columns = {c.name: c.values for c in found.columns}
     names = ["cuff", "tissue", "inlet", "bore", "toe_extension", "pace", "swing_path"]
     correlations = np.corrcoef([columns[name] for name in names]) - np.eye(len(names))
@@ -120,7 +119,7 @@ def test_unknowns_are_independent_of_each_other(walk: Scenario) -> None:
 
 
 def test_what_varies_stands_apart_from_what_is_not_known(walk: Scenario) -> None:
-    found = draw(held(read("usual"), walk), walk, 500)
+    found = draw(applied(read("usual"), walk), walk, 500)
     path, walking = found.heights(each_stride=True), found.heights(each_stride=False)
     assert 1e3 * path.std() == pytest.approx(3.0, rel=0.05)
     assert stats.skew(path) == pytest.approx(0.6, abs=0.1)

@@ -11,12 +11,11 @@ from sweep_runs import swept
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.study import sweep_file
+from afo_sim.study import sweep_plan
 from afo_sim.study.design import cases_of
 from afo_sim.study.replay import replay
 from afo_sim.study.results import read as read_results
-from afo_sim.study.uncertainty.draw import draw
-from afo_sim.study.uncertainty.held import held
+from afo_sim.study.uncertainty.draw import applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
 JOINT = """
@@ -33,16 +32,16 @@ timestep = "4 ms"
 """
 
 
-def plan_of(folder: pathlib.Path, text: str) -> sweep_file.Plan:
+def plan_of(folder: pathlib.Path, text: str) -> sweep_plan.Plan:
     file = folder / "sweep.toml"
     file.write_text(text, encoding="utf-8")
-    return sweep_file.read(file)
+    return sweep_plan.read(file)
 
 
 def test_cases_are_the_draws_of_a_run(tmp_path: pathlib.Path) -> None:
     cases = cases_of(plan_of(tmp_path, JOINT.format(chunk=8)))
     walk = load("scenario", "walk-dropfoot-afo", {"duration": "2.6 s", "timestep": "4 ms"})
-    drawn = draw(held(read("usual"), walk), walk, 24, 5)
+    drawn = draw(applied(read("usual"), walk), walk, 24, 5)
     assert len(cases) == 24
     for case in (0, 11, 23):
         fixed = {"duration": "2.6 s", "timestep": "4 ms"}
@@ -116,10 +115,10 @@ def test_the_library_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
     }
     found = afo_sim.sweep("walk-dropfoot-afo", {}, fixed, **asked, seed=5, threads=1)
     walk = load("scenario", "walk-dropfoot-afo", fixed)
-    drawn = draw(held(read("usual"), walk), walk, 20, 5)
+    drawn = draw(applied(read("usual"), walk), walk, 20, 5)
     (cuff,) = (column.values for column in drawn.columns if column.name == "cuff")
     assert (found["cuff"] == cuff).all()
 
 
 def test_the_shipped_sweep_reads() -> None:
-    assert len(cases_of(sweep_file.read("uncertainty"))) == 500
+    assert len(cases_of(sweep_plan.read("uncertainty"))) == 500

@@ -5,6 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
@@ -12,8 +13,8 @@ from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.engine import outcomes
-from afo_sim.study.uncertainty.held import Held, held
-from afo_sim.study.uncertainty.spreads import read
+from afo_sim.study.uncertainty.draw import Applied, applied
+from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 
 CUFF = """
 [parameters.cuff]
@@ -37,19 +38,19 @@ def written(folder: pathlib.Path, text: str) -> pathlib.Path:
     return file
 
 
-def held_of(folder: pathlib.Path, text: str, scenario: Scenario) -> Held:
-    return held(read(written(folder, text)), scenario)
+def applied_to(folder: pathlib.Path, text: str, scenario: Scenario) -> Applied:
+    return applied(read(written(folder, text)), scenario)
 
 
 def refused(folder: pathlib.Path, text: str, scenario: Scenario) -> InputError:
     with pytest.raises(InputError) as caught:
-        held_of(folder, text, scenario)
+        applied_to(folder, text, scenario)
     return caught.value
 
 
 def test_every_shipped_file_fits_the_shipped_walk(walk: Scenario) -> None:
     for name in assets.names("uncertainty"):
-        found = held(read(name), walk)
+        found = applied(read(name), walk)
         assert found.unknowns and found.fits and not found.left_out and not found.notes
 
 
@@ -75,7 +76,7 @@ def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenar
     kind = "assumed"
     source = "a test"
     """
-    valve, links, pace = held_of(tmp_path, text, walk).unknowns
+    valve, links, pace = applied_to(tmp_path, text, walk).unknowns
     (target,) = valve.targets
     own = walk.orthosis.chamber["dorsiflexor"].inlet.conductance
     assert len(target.keys) == 4 and target.own == own
@@ -96,20 +97,20 @@ def test_bounds_are_those_of_the_field_and_of_the_table(tmp_path: pathlib.Path, 
     kind = "assumed"
     source = "a test"
     """
-    ((target,),) = (unknown.targets for unknown in held_of(tmp_path, text, walk).unknowns)
+    ((target,),) = (unknown.targets for unknown in applied_to(tmp_path, text, walk).unknowns)
     assert (target.distribution.lower, target.distribution.upper) == (0.0, 4.0)
 
 
 def test_what_is_cut_off_at_a_bound_is_told(tmp_path: pathlib.Path, walk: Scenario) -> None:
     text = CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'key = "patient.passive_scale"')
-    found = held_of(tmp_path, text.replace("factor_sd = 0.35", "factor_sd = 0.5\nat_most = 1.1"), walk)
+    found = applied_to(tmp_path, text.replace("factor_sd = 0.35", "factor_sd = 0.5\nat_most = 1.1"), walk)
     beyond = 0.5 * math.erfc(math.log(1.1) / 0.5 / math.sqrt(2.0))
     assert f"{100 * beyond:.0f} %" in found.notes[0]
 
 
 @pytest.mark.parametrize("scenario", ["walk-dropfoot", "walk-healthy"])
 def test_without_an_orthosis_its_parts_are_left_out_and_told(scenario: str) -> None:
-    found = held(read("usual"), load("scenario", scenario))
+    found = applied(read("usual"), load("scenario", scenario))
     assert {unknown.name for unknown in found.unknowns} >= {"tissue", "toe_extension", "pace", "swing_path"}
     assert not found.fits
     assert {line.partition(":")[0] for line in found.left_out} >= {"muscle_fit", "bore", "cuff", "inlet"}
@@ -118,26 +119,26 @@ def test_without_an_orthosis_its_parts_are_left_out_and_told(scenario: str) -> N
 def test_a_rigid_cuff_is_left_out(walk: Scenario) -> None:
     table = walk.resolved()
     table["orthosis"]["anchor"] = {}
-    found = held(read("usual"), load("scenario", table))
+    found = applied(read("usual"), load("scenario", table))
     told = [line.partition(":")[0] for line in found.left_out]
     assert "cuff" in told and "plate" in told and "bore" not in told
 
 
 def test_a_recorded_path_has_no_error_of_a_derived_one(walk: Scenario) -> None:
     recorded = walk.set({"gait.cycle": "opensim_walk"})
-    found = held(read("usual"), recorded)
+    found = applied(read("usual"), recorded)
     assert "own_walking" not in {unknown.name for unknown in found.unknowns}
     assert any(line.startswith("own_walking: ") for line in found.left_out)
 
 
 def test_a_speed_has_no_stride_time_beside_it(walk: Scenario) -> None:
-    found = held(read("usual"), walk.set({"gait.speed": "1.3 m/s"}))
+    found = applied(read("usual"), walk.set({"gait.speed": "1.3 m/s"}))
     assert any("gait.stride_time has no value here" in line for line in found.left_out)
 
 
 def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> None:
     text = CUFF.replace("orthosis.anchor.shank.stiffness", "orthosis.muscle.*.type.return_stiffness")
-    found = held_of(tmp_path, text, walk)
+    found = applied_to(tmp_path, text, walk)
     assert not found.unknowns and len(found.left_out) == 2 and "zero" in found.left_out[0]
 
 
@@ -182,7 +183,7 @@ def test_no_usual_spread_lifts_the_toe_whichever_way_it_goes() -> None:
     """One that did would make a device look safer, the less is known of it."""
     scenario = load("scenario", "walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"})
     ways: list[dict[str, str]] = []
-    for unknown in held(read("usual"), scenario).unknowns:
+    for unknown in applied(read("usual"), scenario).unknowns:
         for deviate in (-1.0, 1.0):
             values = [(t, float(t.distribution.at(np.array([deviate]), t.own)[0])) for t in unknown.targets]
             ways.append({k: format_quantity(value, t.unit) for t, value in values for k in t.keys})
@@ -191,3 +192,61 @@ def test_no_usual_spread_lifts_the_toe_whichever_way_it_goes() -> None:
     both = np.array(heights).reshape(-1, 2) - own  # [mm]
     assert np.abs(both).max() > 2.0
     assert np.all(both.min(axis=1) <= 0.2)
+
+
+EVEN = stats.norm.ppf((np.arange(200_000) + 0.5) / 200_000)  # deviates at even shares
+
+
+def moments(distribution: Distribution, own: float) -> tuple[float, float, float]:
+    found = distribution.at(EVEN, own)
+    return float(found.mean()), float(found.std()), float(stats.skew(found))
+
+
+def test_normal_has_its_standard_deviation_about_the_own_value() -> None:
+    assert moments(Distribution("normal", 0.3), 5.0) == pytest.approx((5.0, 0.3, 0.0), abs=1e-3)
+
+
+def test_lognormal_has_the_own_value_as_its_median() -> None:
+    found = Distribution("lognormal", 0.5).at(EVEN, 4000.0)
+    assert np.median(found) == pytest.approx(4000.0, rel=1e-4)
+    assert found.mean() == pytest.approx(4000.0 * math.exp(0.5 * 0.5**2), rel=1e-3)
+    low, high = np.quantile(found, stats.norm.cdf([-1.0, 1.0]))
+    assert high / low == pytest.approx(math.exp(2 * 0.5), rel=1e-3)
+
+
+def test_uniform_reaches_from_end_to_end() -> None:
+    found = Distribution("uniform", 5.0).at(EVEN, 11.0)
+    assert (found.min(), found.max()) == pytest.approx((6.0, 16.0), abs=1e-4)
+    assert found.std() == pytest.approx(10.0 / math.sqrt(12.0), rel=1e-4)
+
+
+def test_pearson3_has_mean_deviation_and_skew() -> None:
+    assert moments(Distribution("pearson3", 3.0, skew=0.6), 0.0) == pytest.approx((0.0, 3.0, 0.6), abs=5e-3)
+
+
+@pytest.mark.parametrize("kind", ["normal", "lognormal", "uniform", "pearson3"])
+def test_zero_width_is_the_own_value_to_the_bit(kind: Kind) -> None:
+    skew = 0.6 if kind == "pearson3" else 0.0
+    assert (Distribution(kind, 0.0, skew).at(EVEN[::1000], 0.1 + 0.2) == 0.1 + 0.2).all()
+
+
+@pytest.mark.parametrize(
+    ("distribution", "own"),
+    [
+        (Distribution("normal", 1.0, lower=-0.5), 0.0),
+        (Distribution("lognormal", 0.5, upper=1.2), 1.0),
+        (Distribution("uniform", 5.0, lower=0.0), 2.0),
+    ],
+)
+def test_nothing_lies_beyond_a_bound_and_nothing_is_heaped_up_at_it(
+    distribution: Distribution, own: float
+) -> None:
+    found = distribution.at(EVEN, own)
+    assert found.min() >= distribution.lower and found.max() <= distribution.upper
+    assert len(np.unique(found)) > 0.99 * len(found)
+    free = Distribution(distribution.kind, distribution.width).at(EVEN, own)
+    inside = (free >= distribution.lower) & (free <= distribution.upper)
+    # a distribution cut off is that of the free draws which lie within
+    shares = np.linspace(0.02, 0.98, 25)
+    assert np.quantile(found, shares) == pytest.approx(np.quantile(free[inside], shares), abs=2e-3)
+    assert distribution.cut(own) == pytest.approx(1.0 - inside.mean(), abs=1e-4)

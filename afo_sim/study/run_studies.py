@@ -1,4 +1,4 @@
-"""Studies that a run is told with, as JSON in `Recording.studies`: what to change first, and bands."""
+"""Studies that a run carries as JSON in `Recording.studies`: what to change first, and bands."""
 
 import dataclasses
 from collections.abc import Callable
@@ -11,9 +11,9 @@ from afo_sim.study.effects import effects as effects_of
 
 EFFECTS, UNCERTAINTY = "effects", "uncertainty"
 LEFT_OUT = "left_out"  # key of a study that was not made, with the reason
-USUAL = "usual"  # spreads
-RUNS = 60  # of what to change first, about
-LONGEST = 120.0  # that they may take in a run that did not ask for them in so many words [s]
+_USUAL = "usual"  # spreads
+_RUNS = 60  # of what to change first, about
+_LONGEST = 120.0  # that they may take in a run that did not ask for them in so many words [s]
 Report = Callable[[int, int, str], None]
 
 
@@ -64,17 +64,17 @@ def check_studies(scenario: Scenario, *, draws: int = 0, spreads: str = "usual")
     InputError
         Bands are asked for where nobody walks, of too few draws, or of spreads that do not fit.
     """
-    if spreads != USUAL and not draws:
+    if spreads != _USUAL and not draws:
         problem = "goes with --uncertainty"
         raise InputError(problem, field="spreads", value=spreads, allowed="--uncertainty 200")
     if draws:
-        from afo_sim.study.uncertainty.running import check_asked
+        from afo_sim.study.uncertainty.running import check_draws
 
-        check_asked(scenario, draws, spreads)
+        check_draws(scenario, draws, spreads)
 
 
 def _effects(recording: Recording, scenario: Scenario, report: Report | None) -> dict[str, Any]:
-    seconds = RUNS * float(recording.timing["wall_seconds"])
-    if seconds > LONGEST:
-        return {LEFT_OUT: f"some {RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"}
+    seconds = _RUNS * float(recording.timing["wall_seconds"])
+    if seconds > _LONGEST:
+        return {LEFT_OUT: f"some {_RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"}
     return effects_of(scenario, recording=recording, report=report).to_json()

@@ -13,24 +13,24 @@ from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
 
-TORQUE = "orthosis_peak_dorsiflexion_torque"
-DEFAULT = (("toe_clearance",), ("air_per_stride",), (f"{TORQUE}_10ms", TORQUE))  # the first that is there
-HOW_MANY = 3  # metrics, where none is asked for and DEFAULT are not there
-LOW_IS_GOOD = (
+_TORQUE = "orthosis_peak_dorsiflexion_torque"
+_DEFAULT = (("toe_clearance",), ("air_per_stride",), (f"{_TORQUE}_10ms", _TORQUE))  # the first that is there
+_HOW_MANY = 3  # metrics, where none is asked for and _DEFAULT are not there
+_LOW_IS_GOOD = (
     "air_", "free_air_", "angle_error_", "gvs_", "torque_missing", "torque_unneeded", "foot_slap",
     "needed_", "swings_with", "contacts_with_forefoot", "contacts_with_flat", "rise_time", "peak_pressure_",
     "normal_litres_", "torque_against_", "work_against_", "ankle_range_lost", "dorsiflexion_lost",
     "plantarflexion_lost_",
 )  # fmt: skip
 # Units by the size of the values: (largest value below which it is used [SI], unit).
-SIZES = {
+_SIZES = {
     "m": ((0.03, "mm"), (1.0, "cm"), (np.inf, "m")),
     "s": ((1.0, "ms"), (np.inf, "s")),
     "kg": ((1.0, "g"), (np.inf, "kg")),
     "m^3": ((1e-3, "ml"), (np.inf, "l")),
 }
-FURTHER = {"rad/s": "deg/s", "kg/s": "g/s", "K": "K", "J": "J"}
-POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_FURTHER = {"rad/s": "deg/s", "kg/s": "g/s", "K": "K", "J": "J"}
+_POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 @dataclass(frozen=True)
@@ -64,17 +64,17 @@ def scale(results: Results, name: str) -> Scale:
 
 def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
     """The factor to the unit in which people read values that are given in `unit`, and that unit."""
-    human = human_unit(unit, values)
+    human = _human_unit(unit, values)
     return in_unit(1.0, unit, human) if human != unit else 1.0, human
 
 
-def human_unit(unit: str, values: np.ndarray) -> str:
+def _human_unit(unit: str, values: np.ndarray) -> str:
     """The unit in which people read values that are given in `unit`."""
-    if unit in SIZES and values.dtype.kind in "fiu":
+    if unit in _SIZES and values.dtype.kind in "fiu":
         largest = float(np.nanmax(np.abs(values), initial=0.0))
-        return next(human for limit, human in SIZES[unit] if largest < limit)
-    if unit in FURTHER or not unit:
-        return FURTHER.get(unit, "")
+        return next(human for limit, human in _SIZES[unit] if largest < limit)
+    if unit in _FURTHER or not unit:
+        return _FURTHER.get(unit, "")
     return EXAMPLES[unit].partition(" ")[2] if unit in EXAMPLES else unit
 
 
@@ -82,13 +82,13 @@ def _written(unit: str) -> str:
     base, *powers = metric_words.UNITS.get(unit, unit).split("^")
     for power in powers:
         digits = len(power) - len(power.lstrip("-0123456789"))
-        base += power[:digits].translate(POWERS) + power[digits:]
+        base += power[:digits].translate(_POWERS) + power[digits:]
     return base.replace("*", "·")
 
 
-def better(metric: str) -> Better:
+def _better(metric: str) -> Better:
     """The good end of a metric, if nobody says."""
-    return "lowest" if metric.startswith(LOW_IS_GOOD) else "highest"
+    return "lowest" if metric.startswith(_LOW_IS_GOOD) else "highest"
 
 
 def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
@@ -105,8 +105,8 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
         No such metric, or an end that is neither lowest nor highest.
     """
     if not asked:
-        there = [name for names in DEFAULT for name in [n for n in names if n in results.metrics][:1]]
-        return {name: better(name) for name in there or list(results.metrics)[:HOW_MANY]}
+        there = [name for names in _DEFAULT for name in [n for n in names if n in results.metrics][:1]]
+        return {name: _better(name) for name in there or list(results.metrics)[:_HOW_MANY]}
     found: dict[str, Better] = {}
     for text in asked:
         name, colon, end = text.partition(":")
@@ -115,6 +115,6 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
             allowed = ", ".join(results.metrics)
             raise InputError(problem, field="metric", value=name, allowed=allowed, nearest=near)
         if colon and end not in ("lowest", "highest"):
-            raise InputError("is no choice", field=name, value=end, allowed="lowest, highest")
-        found[name] = end if colon else better(name)  # type: ignore[assignment]
+            raise InputError("is not a valid choice", field=name, value=end, allowed="lowest, highest")
+        found[name] = end if colon else _better(name)  # type: ignore[assignment]
     return found

@@ -1,5 +1,6 @@
-"""Sweeps and searches from Python: `afo_sim.sweep` and `afo_sim.optimise`."""
+"""Sweeps, searches and bands from Python: `afo_sim.sweep`, `afo_sim.optimise`, `afo_sim.uncertainty`."""
 
+import dataclasses
 import os
 import pathlib
 import tempfile
@@ -7,12 +8,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.run import run
 from afo_sim.study import runner
-from afo_sim.study.arguments import plan_of
 from afo_sim.study.results import Results
+from afo_sim.study.run_studies import UNCERTAINTY
 from afo_sim.study.search import runner as search_runner
 from afo_sim.study.search.best import BestDesign, best_design
 from afo_sim.study.search.plan import search_of
+from afo_sim.study.sweep_plan import plan_of
+from afo_sim.study.uncertainty import running
 
 
 def sweep(
@@ -64,17 +72,8 @@ def sweep(
     >>> found["range_of_motion"][1] > found["range_of_motion"][0]
     np.True_
     """
-    plan = plan_of(
-        scenario,
-        parameters,
-        design=design,
-        cases=cases,
-        metrics=metrics,
-        constraints=constraints,
-        sets=sets,
-        seed=seed,
-        spreads=spreads,
-    )
+    stated = {"metrics": metrics, "constraints": constraints, "seed": seed, "spreads": spreads}
+    plan = plan_of(scenario, parameters, sets, design=design, cases=cases, **stated)
     with _folder(out) as folder:
         return runner.sweep(plan, folder, threads=threads)
 
@@ -123,16 +122,8 @@ def optimise(
     >>> best.parameters["pressure"] > "2 bar", best.scenario.supply.pressure > 2e5  # [Pa]
     (True, True)
     """
-    search = search_of(
-        scenario,
-        over,
-        lowest=lowest,
-        highest=highest,
-        limits=limits,
-        patients=patients,
-        sets=sets,
-        **options,
-    )
+    aim: dict[str, Any] = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
+    search = search_of(scenario, over, sets=sets, **aim, **options)
     with _folder(out) as folder:
         return best_design(search, search_runner.optimise(search, folder, threads=threads))
 
@@ -145,3 +136,51 @@ def _folder(out: str | os.PathLike[str] | None) -> Iterator[pathlib.Path]:
         return
     with tempfile.TemporaryDirectory() as scratch:
         yield pathlib.Path(scratch) / "study"
+
+
+def uncertainty(
+    scenario: Any,
+    sets: Mapping[str, Any] | None = None,
+    *,
+    draws: int = 200,
+    spreads: str = "usual",
+    seed: int = 0,
+    threads: int = 0,
+) -> Recording:
+    """A run of walking with bands: what is not known of orthosis and wearer, drawn together.
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path, a dict or a Scenario, of walking
+    sets : dotted keys and values laid over it
+    draws : how many, at least 20
+    spreads : what is not known: a shipped name, or a TOML file
+    seed : of the draws
+    threads : as many as processors if 0
+
+    Returns
+    -------
+    Recording, with the bands in `studies["uncertainty"]`
+
+    Raises
+    ------
+    InputError
+        Nobody walks, too few draws, or the description or the spreads are wrong.
+
+    Examples
+    --------
+    >>> walk = uncertainty("walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"}, draws=20)
+    >>> low, middle, high = walk.studies["uncertainty"]["metrics"]["toe_clearance"]["quantiles"]
+    >>> low < middle < high
+    True
+    """
+    if isinstance(scenario, Scenario):
+        description = scenario.set(sets) if sets else scenario
+    else:
+        description = load("scenario", scenario, sets)
+    running.check_draws(description, draws, spreads)
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError("is not a valid seed", field="seed", value=seed, allowed="0, 1, 2, …")
+    recording = run(description)
+    found = running.uncertainty(description, recording, draws, spreads, seed=seed, threads=threads)
+    return dataclasses.replace(recording, studies=recording.studies | {UNCERTAINTY: found})

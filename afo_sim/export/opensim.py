@@ -1,0 +1,150 @@
+"""A run for OpenSim: coordinates, external loads, and its tables over time, .sto and .mot.
+
+OpenSim's axes are x forward, y up, z to the right; this project's z, which is up, is its y. In Gait2392
+ankle_angle_r turns the foot about (-0.105, -0.174, 0.979) of the tibia and mtp_angle_r the toes about
+(-0.581, 0, 0.814) of the foot: from forward to up, so that dorsiflexion and extension are positive, as here.
+subtalar_angle_r turns the foot about (0.787, 0.605, -0.121) of the talus, subtalar_angle_l about
+(-0.787, -0.605, -0.121): inversion is positive on both sides, as here.
+(Gait2392_Simbody/gait2392_simbody.osim of opensim-org/opensim-models.) In the Rajagopal models the toes' axis
+points to the left, and their mtp_angle_r is positive in flexion.
+"""
+
+import csv
+import pathlib
+import re
+from collections.abc import Mapping
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.reader import load
+from afo_sim.export.rows import TIME, Report, Rows, write_numbers
+from afo_sim.model.person import persons_stride
+from afo_sim.simulation.recording import Recording
+
+ANKLE_ANGLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
+FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"
+ALONG, HEIGHT, MOMENT = "ankle/position/x", "ankle/position/z", "ankle/moment/ground"
+_LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
+NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *_LOADS)
+FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
+_AXES = "xyz"
+
+
+def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
+    """{coordinate of OpenSim: values [deg]}: `time` [s], ankle_angle_r, subtalar_angle_r, mtp_angle_r."""
+    found = {TIME: rows.columns[TIME]}
+    for column, name in ((ANKLE_ANGLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
+        if column in rows.columns:
+            found[f"{name}_{side[0]}"] = np.degrees(rows.columns[column])
+    return found
+
+
+def ground_loads(rows: Rows) -> dict[str, np.ndarray]:
+    """{OpenSim's label: values}, after `time`: force [N], its point [m] and moment [N·m]; {} without them.
+
+    The walk is in the plane x–y: force and point across it are 0, and the point is on the floor. About z,
+    across the plane, stands what the run's own moment M of the ground about the ankle has beyond that of the
+    force at its point: M − ((px − ax)·Fy + ay·Fx). It is nothing where the recorded force acts. In contact
+    the foot is pressed otherwise than recorded, and the moment would be another one without it.
+    """
+    if not set(_LOADS) <= set(rows.columns):
+        return {}
+    forward, up, place, along, height, moment = (rows.columns[name] for name in _LOADS)
+    given: Mapping[str, np.ndarray] = {
+        f"{FORCE}x": forward,
+        f"{FORCE}y": up,
+        f"{POINT}x": place,
+        f"{TORQUE}z": moment - ((place - along) * up + height * forward),
+    }
+    none = np.zeros(len(rows.columns[TIME]))
+    labels = [f"{quantity}{axis}" for quantity in (FORCE, POINT, TORQUE) for axis in _AXES]
+    return {TIME: rows.columns[TIME]} | {label: given.get(label, none) for label in labels}
+
+
+def external_loads(name: str, data: str, side: str) -> str:
+    """OpenSim's ExternalLoads as XML: the ground's force acts on the heel bone's body of a side."""
+    facts = {
+        "applied_to_body": f"calcn_{side[0]}",
+        "force_expressed_in_body": "ground",
+        "point_expressed_in_body": "ground",
+        "force_identifier": FORCE,
+        "point_identifier": POINT,
+        "torque_identifier": TORQUE,
+        "data_source_name": data,
+    }
+    lines = "".join(f"\t\t\t\t<{key}>{escape(value)}</{key}>\n" for key, value in facts.items())
+    return (
+        '<?xml version="1.0" encoding="UTF-8" ?>\n<OpenSimDocument Version="40000">\n'
+        f"\t<ExternalLoads name={quoteattr(name)}>\n\t\t<objects>\n"
+        f'\t\t\t<ExternalForce name="{side}">\n{lines}\t\t\t</ExternalForce>\n'
+        f"\t\t</objects>\n\t\t<groups />\n\t\t<datafile>{escape(data)}</datafile>\n"
+        "\t</ExternalLoads>\n</OpenSimDocument>\n"
+    )
+
+
+_UNITS = (
+    "Units are S.I. units (second, meters, Newtons, ...)",
+    "If the header above contains a line with 'inDegrees', this indicates whether rotational values are in "
+    "degrees (yes) or radians (no).",
+)
+
+
+def write_storage(
+    path: pathlib.Path, name: str, columns: Mapping[str, np.ndarray], *, degrees: bool, report: Report
+) -> None:
+    """Write a table that OpenSim's Storage and its TimeSeriesTable read to the same bits.
+
+    `version=1` is what Storage writes, and what GUI and tools of OpenSim 2.4 to 4.6 read; DataType is what
+    the table adapters of 4.x look for. A line OpenSimVersion would say that OpenSim wrote the file.
+
+    Units: columns [s], report (rows done, rows in all).
+    """
+    labels = list(columns)
+    assert labels[0] == TIME and not any(re.search(r"\s", label) for label in labels)
+    for label, values in columns.items():
+        if not np.isfinite(values).all():
+            raise InputError("is not a finite number in every row, which OpenSim cannot read", field=label)
+    header = [
+        re.sub(r"[\s=]+", " ", name).strip() or "run",
+        "version=1",
+        f"nRows={len(columns[TIME])}",
+        f"nColumns={len(labels)}",
+        f"inDegrees={'yes' if degrees else 'no'}",
+        "DataType=double",
+        "",
+        *_UNITS,
+        "",
+        "endheader",
+        "\t".join(labels),
+    ]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write("\n".join(header) + "\n")
+        writer = csv.writer(file, delimiter="\t", lineterminator="\n")
+        write_numbers(writer.writerows, list(columns.values()), report)
+
+
+_ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
+
+
+def side_of(recording: Recording) -> tuple[str, str]:
+    """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's.
+
+    It was stated by the scenario's `side`, or by a leg that is a left one. Without walking it is the leg's.
+    """
+    leg = recording.scenario["leg"]
+    if leg.get("directions", _ANKLE) != _ANKLE:
+        raise InputError(
+            "has no ankle, and OpenSim's coordinates are of a person",
+            field="leg",
+            value=leg.get("name"),
+            allowed="sto, csv, mat or mjb for a run of this",
+        )
+    stated, own = recording.scenario.get("side"), leg.get("side", "right")
+    if stated or own == "left" or not recording.scenario.get("gait"):
+        return stated or own, ""
+    try:
+        return persons_stride(load("scenario", recording.scenario)).side, ""
+    except InputError as error:
+        return "right", f"the right side is taken: the recorded walking cannot be read any more ({error})"

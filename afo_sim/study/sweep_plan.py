@@ -1,0 +1,447 @@
+"""A sweep, checked: read from a TOML file or made of arguments, and the content that decides its results."""
+
+import hashlib
+import os
+import pathlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from pydantic import Field as Option
+from pydantic import InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.quantity import refusal
+from afo_sim.description.reader import load, split_key
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.renamed import instead, told
+from afo_sim.metrics.words import OTHER, WORDS, words
+from afo_sim.study.constraint import Constraint, read_constraint
+from afo_sim.study.parameter import Choice, Joint, Parameter, Span
+from afo_sim.study.parameter_table import (
+    ParameterReader,
+    ParameterTable,
+    StrictTable,
+    first_error,
+    is_free,
+    values_of,
+)
+from afo_sim.study.uncertainty.draw import joint_parameters
+
+_RANDOM = ("random", "latin-hypercube", "sobol", "saltelli")
+_UNCERTAINTY = "uncertainty"  # joint draws of what is not known
+_DESIGNS = ("grid", "list", *_RANDOM, _UNCERTAINTY)
+_CHUNK = 32  # cases
+
+
+class SweepTable(StrictTable):
+    """What a sweep's file states and its plan keeps.
+
+    `cases` of saltelli are base samples; `set` are fixed overrides; without `metrics` all are kept.
+    """
+
+    description: StrictStr = ""
+    scenario: StrictStr | dict[str, Any]
+    design: StrictStr
+    cases: StrictInt | None = Option(default=None, ge=1)
+    seed: StrictInt = Option(default=0, ge=0)
+    metrics: tuple[StrictStr, ...] = ()
+    keep: tuple[StrictInt, ...] = ()
+    chunk: StrictInt = Option(default=_CHUNK, ge=1)
+    set: dict[str, Any] = Option(default_factory=dict)
+
+    @field_validator("design")
+    @classmethod
+    def _is_a_design(cls, design: str) -> str:
+        return one_of(design, _DESIGNS, "is not a valid design")
+
+    @field_validator("metrics")
+    @classmethod
+    def _are_metrics(cls, metrics: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(map(known_metric, metrics))
+
+    @field_validator("keep")
+    @classmethod
+    def _are_cases(cls, keep: tuple[int, ...]) -> tuple[int, ...]:
+        if any(case < 0 for case in keep):
+            raise refusal("has a negative number", "numbers of cases, from 0")
+        return keep
+
+
+class SweepFile(SweepTable):
+    """A sweep's file as it is written."""
+
+    constraints: tuple[StrictStr, ...] = ()
+    file: StrictStr | None = None
+    spreads: StrictStr | None = None
+    parameters: dict[str, ParameterTable] = Option(default_factory=dict)
+
+
+def one_of(design: str, designs: Sequence[str], problem: str) -> str:
+    """The design, if it is one of these."""
+    if design not in designs:
+        raise refusal(problem, ", ".join(designs), nearest=nearest_name(design, designs) or "")
+    return design
+
+
+def known_metric(name: str) -> str:
+    """The name, if any run may have such a metric."""
+    if words(name).group == OTHER:
+        problem = told(f"{name!r} is not a valid metric", name)
+        raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
+    return name
+
+
+class Plan(SweepTable):
+    """A sweep or the designs of a search, checked; from a file, from arguments or from a search alike.
+
+    `file` is where it was read; `scenario` a shipped name, a whole path, or plain data;
+    `set` has dotted keys; `parameters` stand in the file's order. `notes` are for a reader of the sweep.
+    """
+
+    file: pathlib.Path
+    parameters: tuple[InstanceOf[Parameter], ...]
+    constraints: tuple[InstanceOf[Constraint], ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def scenario_name(self) -> str:
+        """The scenario in a word."""
+        named = self.scenario if isinstance(self.scenario, str) else self.scenario.get("name")
+        return str(named or "scenario")
+
+    def walked(self) -> "Plan":
+        """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""
+        if not load("scenario", self.scenario, self.set).walking:
+            return self
+        return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
+
+    def canonical(self) -> dict[str, Any]:
+        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.
+
+        The scenario and every description that a word names stand in it as they are resolved, files as
+        the SHA-256 of their content; descriptions, sources, chunk and kept cases do not.
+        """
+        return {
+            "scenario": _content(load("scenario", self.scenario, self.set)),
+            "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
+            "design": self.design,
+            "cases": self.cases,
+            "seed": self.seed,
+            "metrics": list(self.metrics),
+            "parameters": [self._canonical_parameter(parameter) for parameter in self.parameters],
+            "constraints": [constraint.text for constraint in self.constraints],
+        }
+
+    def _canonical_parameter(self, parameter: Parameter) -> dict[str, Any]:
+        spread = {
+            key: repr(value) if isinstance(value, float) else value
+            for key, value in asdict(parameter.spread).items()
+        }
+        written = {
+            "name": parameter.name,
+            "keys": list(parameter.keys),
+            "unit": parameter.unit,
+            "spread": type(parameter.spread).__name__,
+        }
+        if parameter.words:
+            spread["content"] = [_digest_of_word(parameter, word) for word in spread["values"]]
+        if isinstance(parameter.spread, Choice | Joint) and not parameter.words:
+            spread["values"] = [repr(value) for value in spread["values"]]
+        return written | {key: list(v) if isinstance(v, tuple) else v for key, v in spread.items()}
+
+
+def _content(description: Any) -> dict[str, Any]:
+    """A description as what it holds, without names, words and places."""
+    return _stripped(description.model_dump(mode="json"))
+
+
+def _stripped(node: Any) -> Any:
+    if isinstance(node, dict):
+        written = {k: v for k, v in node.items() if not (k in ("name", "description") and isinstance(v, str))}
+        files = {k: _digest(v) for k, v in written.items() if k in ("file", "cuff", "plate", "cycle") and v}
+        return {k: _stripped(v) for k, v in (written | files).items() if k != "provenance"}
+    return [_stripped(part) for part in node] if isinstance(node, list | tuple) else node
+
+
+def _digest(path: str) -> str:
+    """A file as the SHA-256 of its content; a shipped gait's name stands for its file."""
+    file = pathlib.Path(path)
+    file = file if file.is_file() else assets.find_gait(path)
+    return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+
+
+def _digest_of_word(parameter: Parameter, word: str) -> Any:
+    """The content that a word names, of a description or a file; None where it is the word alone."""
+    description = parameter.description
+    path = parameter.files.get(word, word)
+    if description:
+        return _content(load(description, path))
+    return _digest(path) if word in parameter.files or word in assets.gait_names() else None
+
+
+def read(path: str | os.PathLike[str]) -> Plan:
+    """Read a sweep.
+
+    Parameters
+    ----------
+    path : TOML file, or the name of a shipped sweep
+
+    Returns
+    -------
+    Plan: keys, units and values fit the scenario, which is valid with the plan's fixed overrides
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong, with its field, value and what is allowed.
+    """
+    file = assets.find("sweep", os.fspath(path))
+    return of_table(file, assets.read_toml(file))
+
+
+def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
+    """A sweep that stands in `file` as `table`; returns and raises as `read`."""
+    try:
+        return planned(file, SweepFile.model_validate(table))
+    except ValidationError as error:
+        raise first_error(file, table, error) from None
+
+
+def planned(file: pathlib.Path, written: SweepFile) -> Plan:
+    """The plan of a sweep that stands in `file`; raises as `read`."""
+    _check_count(file, written)
+    scenario = _scenario_of(file, written.scenario)
+    sets = _flat(written.set)
+    try:
+        base = load("scenario", scenario, sets)
+    except InputError as error:
+        mine = error.field in sets or (error.file is None and error.field)
+        field = f"set.{error.field}" if mine else "scenario"
+        raise _elsewhere(error, file, field) from None
+    if written.design == _UNCERTAINTY:
+        spreads, cases = str(written.spreads), written.cases or 0
+        parameters, notes = joint_parameters(file, spreads, base, cases, written.seed)
+    else:
+        parameters, notes = _parameters(file, written, base), ()
+    check_keys(file, parameters, sets)
+    stated = {name: getattr(written, name) for name in SweepTable.model_fields}
+    return Plan(
+        **stated | {"scenario": scenario, "set": sets},
+        file=file,
+        parameters=parameters,
+        constraints=_constraints(file, written, parameters),
+        notes=notes,
+    )
+
+
+def _check_count(file: pathlib.Path, written: SweepFile) -> None:
+    """The number of cases, and what else the design asks for or refuses."""
+    joint = written.design == _UNCERTAINTY
+    counted = joint or written.design in _RANDOM
+    if not joint and not written.parameters:
+        raise InputError(
+            "is missing", file=file, field="parameters", allowed="a table [parameters.NAME] for each"
+        )
+    if joint and written.spreads is None:
+        problem = f"is missing: the design {written.design!r} needs it"
+        raise InputError(problem, file=file, field="spreads", allowed='such as "usual"')
+    if counted and written.cases is None:
+        raise InputError(f"is missing: the design {written.design!r} needs it", file=file, field="cases")
+    for field, refused in (
+        ("cases", not counted and written.cases is not None),
+        ("file", written.design != "list" and written.file is not None),
+        ("constraints", written.design in ("saltelli", _UNCERTAINTY) and bool(written.constraints)),
+        ("parameters", joint and bool(written.parameters)),
+        ("spreads", not joint and written.spreads is not None),
+    ):
+        if refused:
+            problem = f"does not go with the design {written.design!r}"
+            if field == "constraints":
+                whose = "joint draws" if joint else "sensitivity indices"
+                problem += f": {whose} need every case of it"
+            value = None if field == "parameters" else getattr(written, field)
+            raise InputError(problem, file=file, field=field, value=value)
+
+
+def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
+    """The scenario's name, its whole path where it lies beside the sweep, or itself."""
+    if not isinstance(name, str):
+        return name
+    beside = file.parent / name
+    return str(beside.resolve()) if name not in assets.names("scenario") and beside.is_file() else name
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """[set] as dotted keys, whether they were written "a.b" = … or a.b = …"""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict) and "value" not in value:
+            found |= _flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
+
+
+def _parameters(file: pathlib.Path, written: SweepFile, base: Scenario) -> tuple[Parameter, ...]:
+    tables = written.parameters
+    if written.file is not None:
+        for name, parameter in tables.items():
+            if parameter.values is not None:
+                problem = "is stated by the file's column"
+                raise InputError(
+                    problem, file=file, field=f"parameters.{name}.values", allowed="values or file"
+                )
+        rows = values_of(file, written.file, tables)
+        tables = {
+            name: parameter.model_copy(update={"values": rows[name]}) if name in rows else parameter
+            for name, parameter in tables.items()
+        }
+    found = tuple(
+        ParameterReader(file, written.design, name, parameter, base).parameter()
+        for name, parameter in tables.items()
+    )
+    if written.design == "list":
+        lengths = {p.name: len(p.spread.values) for p in found if isinstance(p.spread, Choice)}
+        if len(set(lengths.values())) != 1:
+            each = ", ".join(f"{name}: {length}" for name, length in lengths.items())
+            problem = (
+                "the parameters' lists of values differ in length"
+                if lengths
+                else "there is no list of values"
+            )
+            raise InputError(
+                problem, file=file, field="parameters", value=each or None, allowed="alike, row by row"
+            )
+    return found
+
+
+def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapping[str, Any]) -> None:
+    """Refuse what is set twice: the same key, or one below another parameter's."""
+    taken: dict[tuple[str, ...], tuple[str, str]] = {}
+    for parameter in parameters:
+        for key in parameter.keys:
+            path = _parts(key)
+            for other, (name, written) in taken.items():
+                if path[: len(other)] == other or other[: len(path)] == path:
+                    how = (
+                        "what"
+                        if path == other
+                        else "what lies within"
+                        if len(path) > len(other)
+                        else "all of what"
+                    )
+                    raise InputError(
+                        f"sets {how} {name!r} sets already ({written})",
+                        file=file,
+                        field=f"parameters.{parameter.name}.key",
+                        value=key,
+                    )
+            taken[path] = (parameter.name, key)
+    for key in sets:
+        if _parts(key) in taken:
+            problem = f"is set by the parameter {taken[_parts(key)][0]!r} too"
+            raise InputError(problem, file=file, field=f"set.{key}", value=sets[key])
+
+
+def _parts(key: str) -> tuple[str, ...]:
+    path, items = split_key(key)
+    return (*path, *(f"[{item}]" for item in items))
+
+
+def _constraints(
+    file: pathlib.Path, written: SweepFile, parameters: tuple[Parameter, ...]
+) -> tuple[Constraint, ...]:
+    found = []
+    for number, text in enumerate(written.constraints):
+        try:
+            found.append(read_constraint(text, parameters))
+        except InputError as error:
+            raise _elsewhere(error, file, f"constraints[{number}]") from None
+    return tuple(found)
+
+
+def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
+    """The same error, as one of this file and field; what it said of another file stays in its words."""
+    problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
+    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
+    return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
+
+
+def plan_of(
+    scenario: Any,
+    parameters: Mapping[str, Any],
+    sets: Mapping[str, Any] | None = None,
+    *,
+    design: str = "",
+    cases: int | None = None,
+    **options: Any,
+) -> Plan:
+    """A sweep without a file; `options` as its file has them, "" and None for what is not stated.
+
+    Units: parameters [parameters.NAME].
+    """
+    for name in ("metrics", "constraints"):
+        if isinstance(listed := options.get(name, ()), str):
+            raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")
+        options[name] = tuple(listed)
+    table = {
+        "scenario": plain_scenario(scenario),
+        "design": design or ("grid" if cases is None else "sobol"),
+        "cases": cases,
+        "set": dict(sets or {}),
+        "parameters": parameter_tables(parameters),
+        **options,
+    }
+    return of_table(pathlib.Path("sweep"), {k: v for k, v in table.items() if v is not None and v != ""})
+
+
+def plain_scenario(scenario: Any) -> str | dict[str, Any]:
+    """A scenario as a plan holds it: a name, a path, or plain data."""
+    if isinstance(scenario, Scenario):
+        return scenario.resolved()
+    return dict(scenario) if isinstance(scenario, Mapping) else os.fspath(scenario)
+
+
+def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
+    if not isinstance(parameters, Mapping):
+        example = '{"supply.pressure": ["2 bar", "4 bar"]}'
+        raise InputError("is not a dict", field="parameters", value=parameters, allowed="as in " + example)
+    found: dict[str, dict[str, Any]] = {}
+    names = column_names([key for key, values in parameters.items() if not _has_key(values)])
+    for key, values in parameters.items():
+        if isinstance(values, Span):
+            values = values.table()
+        elif isinstance(values, str):
+            raise InputError(
+                "is one text, not a list", field=key, value=values, allowed=f"[{values!r}], or span(…)"
+            )
+        elif not isinstance(values, Mapping):
+            values = {"values": tuple(values.tolist() if hasattr(values, "tolist") else values)}
+        found[names.get(key, key)] = dict(values) if _has_key(values) else {"key": key, **values}
+    return found
+
+
+def column_names(keys: Sequence[str]) -> dict[str, str]:
+    """{dotted key: a name for its column}: the last words of the key, as many as tell it from the others."""
+    words = {key: re.findall(r"\w+", key) for key in keys}
+
+    def name(key: str, count: int) -> str:
+        return "_".join(words[key][-count:])
+
+    found = {}
+    for key in keys:
+        least = 1 + len(split_key(key)[1])
+        for count in range(least, max(least, len(words[key])) + 1):
+            taken = sum(name(key, count) == name(other, count) for other in keys) > 1
+            if not taken and is_free(name(key, count)):
+                break
+        found[key] = name(key, count)
+    return found
+
+
+def _has_key(values: Any) -> bool:
+    return isinstance(values, Mapping) and ("key" in values or "keys" in values)
