@@ -120,3 +120,8 @@ def _pressure(chamber: str, pressure: float, driven: set[str]) -> float:
         allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"
         raise InputError("is out of range", field=chamber, value=pressure, allowed=allowed)
     return pressure
+
+
+def switched(on: bool, value: float, low: float, high: float) -> bool:
+    """Whether it is on: from `high` on, off below `low`, as it was between them."""
+    return value >= high or (on and value >= low)

@@ -4,10 +4,9 @@ import math
 from collections import deque
 from collections.abc import Mapping
 
-from afo_sim.control.asked import Asked
-from afo_sim.control.command import Command
-from afo_sim.control.hysteresis import switched
-from afo_sim.control.observation import Observation
+from afo_sim.control.command import Command, switched
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import Asked
 from afo_sim.description.control.emg import Emg
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation, Told
+from afo_sim.control.controller import Observation, Told
 from afo_sim.control.pair import apart
 from afo_sim.control.reference import asked
+from afo_sim.control.required_inputs import Asked
 from afo_sim.description.control.impedance import Impedance
 from afo_sim.description.scenario import Scenario
 

@@ -2,11 +2,11 @@
 
 import math
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation, Told
+from afo_sim.control.controller import Observation, Told
 from afo_sim.control.pair import OpenPeriods, apart
 from afo_sim.control.reference import asked
+from afo_sim.control.required_inputs import Asked
 from afo_sim.description.control.pid import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario
 

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
 from afo_sim.control.switch_log import Switch, read_log
 
 

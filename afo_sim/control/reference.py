@@ -3,7 +3,7 @@
 import bisect
 import math
 
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
 from afo_sim.description.control.reference import MomentReference, PressureReference, Reference
 
 AnyReference = Reference | MomentReference | PressureReference

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import COILS, Command
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import Asked
 from afo_sim.description.control.state_machine import STATE_TIME, StateMachine
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario

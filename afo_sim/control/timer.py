@@ -6,9 +6,9 @@ solved for. This one switches only when the loop comes round, and a foot switch 
 
 from collections.abc import Mapping
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import Asked
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.control.timer import ClockTimer
 from afo_sim.description.scenario import Scenario

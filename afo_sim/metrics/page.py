@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from afo_sim.metrics.metric import GROUPS, MetricEntry
-from afo_sim.metrics.renamed import RENAMED
+from afo_sim.metrics.metric import GROUPS, RENAMED, MetricEntry
 from afo_sim.metrics.words import METRICS, UNITS
 
 BEGIN, END = "<!-- metrics: begin -->\n", "<!-- metrics: end -->"

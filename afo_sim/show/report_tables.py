@@ -15,7 +15,7 @@ from afo_sim.metrics.verdict import AGAINST, status_of
 from afo_sim.metrics.words import GROUPS, number, unit, words
 from afo_sim.show.numbers import readable, undefined
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation.judged import limits_of
+from afo_sim.simulation.recording import limits_of
 
 ACROSS = 8  # strides beside one another in a table
 COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another

@@ -27,8 +27,7 @@ from afo_sim.model.person import with_person
 from afo_sim.model.start import air_before, fills
 from afo_sim.simulation.bottle import cold_warning, gas_of, short_warning
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy import balance
-from afo_sim.simulation.energy_told import told_energy, with_static_forces
+from afo_sim.simulation.energy_balance import balance, told_energy, with_static_forces
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.held import EFFICIENCIES, NEEDED, held_metrics
 from afo_sim.simulation.held import NAMES as HELD
@@ -37,7 +36,7 @@ from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
-from afo_sim.simulation.trust import trust_warnings
+from afo_sim.simulation.validity_checks import trust_warnings
 
 FEWEST = 3  # rows that have an energy balance
 

@@ -3,26 +3,136 @@
 import functools
 import math
 import numbers
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import AfoSimError, InputError
-from afo_sim.control.asked import asked_of, check_asked
+from afo_sim.common.errors import AfoSimError, InputError, unknown
+from afo_sim.control.command import checked
 from afo_sim.control.controller import TOLD, Controller
 from afo_sim.control.making import make
+from afo_sim.control.required_inputs import asked_of, check_asked
 from afo_sim.control.watch import TookTooLong, Watch
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built
-from afo_sim.simulation.commander import Commander
-from afo_sim.simulation.observing import Seen, frame_of, known_columns, seen_columns, unit_of
-from afo_sim.simulation.policy import Moment, Policy, PolicyFault, Rows
+from afo_sim.model.controls import OFF
+from afo_sim.simulation.columns import SENSOR, describe, formulas
+from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import SensorBank
-from afo_sim.simulation.stepped import forces_of
+from afo_sim.simulation.simulate import forces_of
+from afo_sim.simulation.stepping import Moment, Policy, PolicyFault, Rows
+from afo_sim.simulation.walk_columns import WalkFrame
+
+Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """An Observation: see `control/controller.py`.
+
+    frame : rows since the last command; at the start the one row of the start
+    readings : of the sensors at these rows
+    time, period : present time and time to the next command [s]
+    """
+
+    frame: Frame
+    readings: Readings
+    time: float
+    period: float
+    columns: Mapping[str, Callable[[Frame], np.ndarray]]
+    found: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def rows(self, column: str) -> np.ndarray:
+        """All samples of a column since the last command (n,)."""
+        if column not in self.found:
+            self.found[column] = self._rows(column)
+        return self.found[column]
+
+    def __getitem__(self, column: str) -> float:
+        return float(self.rows(column)[-1])
+
+    def _rows(self, column: str) -> np.ndarray:
+        if column.startswith(SENSOR):
+            name = column.removeprefix(SENSOR)
+            if name not in self.readings:
+                raise _no_column(column, [f"{SENSOR}{known}" for known in self.readings])
+            return self.readings[name]
+        if column not in self.columns:
+            raise _no_column(column, [*self.columns, *(f"{SENSOR}{known}" for known in self.readings)])
+        return np.asarray(self.columns[column](self.frame))
+
+
+def _no_column(column: str, known: list[str]) -> InputError:
+    return unknown(column, known, field="column", problem="a controller sees no such column")
+
+
+def seen_columns(built: Built) -> dict[str, Callable[[Any], np.ndarray]]:
+    """Columns that a controller or a sensor can see: those that every roll-out records what they need for."""
+    return formulas(built, whole=False)
+
+
+def known_columns(built: Built) -> list[str]:
+    """Names of all that a controller sees in a scenario: columns, and its sensors."""
+    return [*seen_columns(built), *(f"{SENSOR}{name}" for name in built.scenario.sensor)]
+
+
+def unit_of(scenario: Scenario, column: str) -> str:
+    """SI unit of what a controller sees; a sensor's is that of its column, and a switch has none."""
+    if column.startswith(SENSOR):
+        sensor = scenario.sensor[column.removeprefix(SENSOR)]
+        return "" if sensor.is_switch else describe(sensor.column)[0]
+    return describe(column)[0]
+
+
+def frame_of(built: Built, rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:
+    """A stretch as the columns of this scenario take it."""
+    kind = Frame if built.walk is None else WalkFrame
+    return kind(built, rows, control, first_step)
+
+
+class Commander:
+    """The commands in force of one simulation, over the inputs that its scenario gives.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    timed : whether chambers follow the scenario's timing until they are commanded; else their valves are shut
+    """
+
+    def __init__(self, built: Built, *, timed: bool = True):
+        self.built, self.timed = built, timed
+        self.reset()
+
+    def reset(self) -> None:
+        """Take all commands back."""
+        shut = dict.fromkeys(self.built.index.chambers, (0.0, 0.0))
+        self.commands: dict[str, tuple[float, float] | float] = {} if self.timed else dict(shut)
+
+    def take(self, commands: object) -> None:
+        """Put commands in force, all or none; InputError where one is wrong."""
+        index = self.built.index
+        described = self.built.scenario.orthosis.chamber
+        three_way = [name for name, chamber in described.items() if chamber.three_way]
+        found = checked(commands, index.chambers, index.drives, three_way)
+        merged = self.commands | found
+        self.commands = {name: command for name, command in merged.items() if command is not None}
+
+    def apply(self, inputs: np.ndarray) -> None:
+        """Write the commands in force into inputs (…, nu)."""
+        index = self.built.index
+        for chamber, command in self.commands.items():
+            driven = isinstance(command, float)
+            coils = (0.0, 0.0) if isinstance(command, float) else command
+            for side, coil in zip(("inlet", "outlet"), coils, strict=True):
+                inputs[..., index.valves[f"{chamber}_{side}"]] = coil
+            if chamber in index.drives:
+                inputs[..., index.drives[chamber]] = command if driven else OFF
+
 
 TIME_LIMIT = 10.0  # for one command [s]: a controller may compile something at its first
 SLIGHTLY = 1e-6  # of a period, to which it must be whole steps

@@ -15,8 +15,16 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import ControllerError, SimulationError
-from afo_sim.simulation.policy import Policy, PolicyFault, Rows
-from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Stepper, Stop
+from afo_sim.simulation.stepping import (
+    FAILURES,
+    BatchStepper,
+    LoopStepper,
+    Policy,
+    PolicyFault,
+    Rows,
+    Stepper,
+    Stop,
+)
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
 METRIC_FIELDS = ("actuator_force", "actuator_length", "qfrc_actuator", "userdata")  # for metrics

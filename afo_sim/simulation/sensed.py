@@ -12,8 +12,7 @@ from afo_sim.description.control.sensor import FieldError, Sensor, numbers
 from afo_sim.model.build import Built
 from afo_sim.native.sensing import compiled_sense
 from afo_sim.physics import sensing
-from afo_sim.simulation.columns import formulas
-from afo_sim.simulation.describing import SENSOR, describe
+from afo_sim.simulation.columns import SENSOR, describe, formulas
 from afo_sim.simulation.frame import Frame
 
 Columns = Mapping[str, Callable[[Frame], np.ndarray]]

@@ -20,7 +20,6 @@ from afo_sim.model.periodic import AFTER, steps_of_stride
 from afo_sim.model.prefill import cooled, prefill
 from afo_sim.model.walk import JOINTS
 from afo_sim.simulation.first_air import first_air
-from afo_sim.simulation.policy import Rows, fixed
 from afo_sim.simulation.rollout import (
     CONTROL,
     METRIC_FIELDS,
@@ -35,7 +34,7 @@ from afo_sim.simulation.rollout import (
     widths,
 )
 from afo_sim.simulation.simulate import GONE, case_of, first_beyond
-from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Stepper
+from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Rows, Stepper, fixed
 from afo_sim.simulation.stride_search import StrideSearch, sticks
 
 

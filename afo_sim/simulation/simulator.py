@@ -14,14 +14,13 @@ from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command
 from afo_sim.description.scenario import MAX_STEPS, Scenario
 from afo_sim.model.described import build
-from afo_sim.simulation.commander import Commander
 from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.observing import Seen, frame_of, seen_columns
-from afo_sim.simulation.policy import Rows
+from afo_sim.simulation.loop import Commander, Seen, frame_of, seen_columns
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.simulate import Stepped
+from afo_sim.simulation.stepping import Rows
 
 SLIGHTLY = 1e-6  # of dt, to which it must be whole steps
 
@@ -119,7 +118,7 @@ class Simulator(native.Closing):
         return self._seen
 
     def observe(self) -> Seen:
-        """What is seen of the last step; see `control/observation.py`."""
+        """What is seen of the last step; see `control/controller.py`."""
         return self._seen
 
     def step(self, command: Mapping[str, Command] | None = None, dt: float | None = None) -> Seen:

@@ -12,13 +12,12 @@ from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.described import build
-from afo_sim.simulation.commander import Commander
-from afo_sim.simulation.observing import Seen, frame_of, seen_columns
-from afo_sim.simulation.policy import Rows
+from afo_sim.simulation.loop import Commander, Seen, frame_of, seen_columns
 from afo_sim.simulation.rollout import METRIC_FIELDS
 from afo_sim.simulation.sensed import SensorBank, checked_seed
+from afo_sim.simulation.simulate import Stepped
 from afo_sim.simulation.simulator import steps_in
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.stepping import Rows
 
 Source = str | os.PathLike[str] | Scenario | Mapping[str, Any]
 Commands = Mapping[str, Command]

@@ -28,12 +28,12 @@ from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_w
 from afo_sim.model.start import fills
 from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
 from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.reference import References, not_compared
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
+from afo_sim.simulation.run import settled_metrics, unsettled_warning
 from afo_sim.simulation.settle import Settled, settle
-from afo_sim.simulation.settled_run import settled_metrics, unsettled_warning
 from afo_sim.simulation.simulate import simulate, simulate_together
+from afo_sim.simulation.stepping import Policy
 from afo_sim.study.memory import keep_flat
 
 OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"

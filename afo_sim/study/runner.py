@@ -11,9 +11,8 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.metrics.metric import TOLD
+from afo_sim.metrics.metric import TOLD, instead, told
 from afo_sim.metrics.reference import COMPARED, reference_metrics
-from afo_sim.metrics.renamed import instead, told
 from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of

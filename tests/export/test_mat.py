@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from afo_sim.simulation.describing import describe
+from afo_sim.simulation.columns import describe
 from afo_sim.simulation.recording import Recording
 
 

@@ -28,7 +28,7 @@ from afo_sim.metrics.supply import efficiency_metrics, sag_metrics
 from afo_sim.metrics.switching import life_metrics as valve_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.metrics.words import WORDS, words
-from afo_sim.simulation.energy import Energy
+from afo_sim.simulation.energy_balance import Energy
 
 clearance = Metric(12.5, "mm")
 

@@ -11,8 +11,8 @@ import pytest
 import afo_sim as afo
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.simulation.both import Both, described, laid_together
-from afo_sim.simulation.both_air import Cycle, mean_over
+from afo_sim.simulation.bilateral import Both, described, laid_together
+from afo_sim.simulation.bilateral_air import Cycle, mean_over
 
 WALK = "walk-dropfoot-afo"
 OTHER = {"patient.dorsiflexor_strength": 0.5, "phases.dorsiflexor.inlet[0][1]": 0.8}

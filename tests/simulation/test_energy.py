@@ -13,7 +13,7 @@ from afo_sim import load
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.model.build import build
 from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.energy import Energy, balance, balance_of
+from afo_sim.simulation.energy_balance import Energy, balance, balance_of
 
 AMBIENT = 101_325.0
 FRONT = "muscle.dorsiflexor"

@@ -12,7 +12,7 @@ import pytest
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import replacing
-from afo_sim.simulation import shown
+from afo_sim.simulation import display_hooks as shown
 from afo_sim.simulation.recording import Recording, read_recording
 
 

@@ -14,10 +14,10 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.start import equilibrium
-from afo_sim.simulation.policy import Moment, Policy, fixed
 from afo_sim.simulation.rollout import STATE, Case, Recipe, Rollout, roll_out
 from afo_sim.simulation.run import run_built
 from afo_sim.simulation.simulate import simulate
+from afo_sim.simulation.stepping import Moment, Policy, fixed
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
 SUPPLIES = (2e5, 3e5, 4e5)

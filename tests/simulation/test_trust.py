@@ -12,12 +12,11 @@ from afo_sim.metrics.words import words
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy import balance, law_forces
-from afo_sim.simulation.energy_told import with_static_forces
+from afo_sim.simulation.energy_balance import balance, law_forces, with_static_forces
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.trust import trust_warnings
+from afo_sim.simulation.validity_checks import trust_warnings
 
 TERMS = ("skeleton_work", "damper_loss", "friction_loss", "spring_change", "bladder_change")
 Rows = dict[str, np.ndarray]

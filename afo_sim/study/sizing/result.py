@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.metrics.words import words
-from afo_sim.simulation.shown import shown as pictures
+from afo_sim.simulation.display_hooks import shown as pictures
 from afo_sim.study.sizing.candidate import Tried
 from afo_sim.study.sizing.requirement import Requirement
 from afo_sim.study.sizing.table import Table, legend, remarks_of, table_of

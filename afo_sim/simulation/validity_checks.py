@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import muscle_names
-from afo_sim.simulation.energy import Columns, Energy, balance
+from afo_sim.simulation.energy_balance import Columns, Energy, balance
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]

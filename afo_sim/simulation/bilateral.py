@@ -17,12 +17,12 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.model.periodic import why_walked
 from afo_sim.model.person import person_of
 from afo_sim.model.walk import stride_time_of
-from afo_sim.simulation.both_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.simulation.bilateral_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
-from afo_sim.simulation.shown import shown
 
 SIDES: tuple[Side, Side] = ("right", "left")
 APART = 0.5  # share of a stride between the heel strikes of the two feet of a person who walks evenly [-]
