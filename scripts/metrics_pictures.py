@@ -14,7 +14,7 @@ import small_png
 from PIL import Image
 
 import afo_sim
-from afo_sim.metrics import page
+from afo_sim.metrics import metric_words as page
 from afo_sim.metrics.push_off import HEEL_RISE
 from afo_sim.metrics.strides import Stride
 from afo_sim.metrics.walking import FOREFOOT_PITCH, HEEL_PITCH, LOADING

@@ -1,9 +1,12 @@
-"""The controller: observation → command at a control rate."""
+"""The controller: observation → command at a control rate; and how one is made from its description."""
 
+import importlib
 from collections.abc import Mapping
 from typing import Protocol
 
 from afo_sim.control.command import Command
+from afo_sim.description.control.controller import ControllerDescription
+from afo_sim.description.scenario import Scenario
 
 
 class Observation(Protocol):
@@ -45,7 +48,7 @@ class Controller(Protocol):
     reset() : called before the first step of each run
     tell() -> {name: float} : what is recorded beside the commands, as columns "controller/<name>"; the names
         and units are those of `TOLD`
-    asks : the columns that it reads, as names or `Asked`; held against what there is before a run begins
+    asks : the columns that it reads, as names or `RequiredInput`; held against what there is before a run
     """
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
@@ -66,3 +69,17 @@ TOLD: dict[str, tuple[str, str]] = {
     "activation": ("", "of the muscle that the electrodes see, 0 to 1"),
     "toe_load": ("N", "that the controller sees"),
 }
+
+
+def make(description: ControllerDescription, scenario: Scenario) -> Controller:
+    """A fresh controller: what the module of its kind's name calls CONTROLLER.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for; it knows chambers, timers and time step
+    """
+    kind = description.kind
+    module = importlib.import_module(f"afo_sim.control.{kind}")
+    made: Controller = module.CONTROLLER(getattr(description, kind), scenario)
+    return made

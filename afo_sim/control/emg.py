@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from afo_sim.control.command import Command, switched
 from afo_sim.control.controller import Observation
-from afo_sim.control.required_inputs import Asked
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.emg import Emg
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario
@@ -29,7 +29,7 @@ class EmgController:
     def __init__(self, description: Emg, scenario: Scenario):
         self.description, self.full = description, in_si(description.full)
         self.sign = 1.0 if description.side == "dorsiflexor" else -1.0
-        self.asks = [Asked(description.column, "controller.emg", "full", description.full)]
+        self.asks = [RequiredInput(description.column, "controller.emg", "full", description.full)]
         self.reset()
 
     def reset(self) -> None:
@@ -62,3 +62,6 @@ class EmgController:
         if self.description.pressure is not None:
             found["reference_pressure"] = self.description.pressure * self.activation
         return found
+
+
+CONTROLLER = EmgController

@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
 from afo_sim.control.phase_estimate import PhaseEstimate
-from afo_sim.control.required_inputs import Asked
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.gait_phase import ChamberPhases, GaitPhase
 from afo_sim.description.scenario import Scenario
 
@@ -79,7 +79,7 @@ class GaitPhaseController:
         self.switch = FootSwitch(description.heel_strike, description.strides) if description.load else None
         table = "controller.gait_phase"
         columns = ((description.angle, "column", "rad"), (description.load, "switch", "N"))
-        self.asks = [Asked(column, table, key, unit=unit) for column, key, unit in columns if column]
+        self.asks = [RequiredInput(column, table, key, unit=unit) for column, key, unit in columns if column]
 
     @property
     def estimator(self) -> PhaseEstimate | FootSwitch:
@@ -140,3 +140,6 @@ def _coil(intervals: tuple[tuple[float, float], ...], phase: float) -> float:
             start <= phase < end if start < end else phase >= start or phase < end for start, end in intervals
         )
     )
+
+
+CONTROLLER = GaitPhaseController

@@ -9,7 +9,7 @@ from afo_sim.description.control.state_machine import STATE_TIME
 
 
 @dataclass(frozen=True)
-class Asked:
+class RequiredInput:
     """A column that a controller reads.
 
     column : its name, or "sensor/<name>"
@@ -25,7 +25,7 @@ class Asked:
     unit: str | None = None
 
 
-def check_asked(asks: Iterable[Asked], known: Iterable[str], unit: Callable[[str], str]) -> None:
+def check_required(asks: Iterable[RequiredInput], known: Iterable[str], unit: Callable[[str], str]) -> None:
     """Refuse what a controller cannot read, before the first step.
 
     Parameters
@@ -58,7 +58,7 @@ def check_asked(asks: Iterable[Asked], known: Iterable[str], unit: Callable[[str
             _check_unit(asked, found)
 
 
-def _check_unit(asked: Asked, unit: str) -> None:
+def _check_unit(asked: RequiredInput, unit: str) -> None:
     try:
         parse_quantity(_plain(asked.text) if unit == "" else asked.text, unit)
     except ValueError as error:
@@ -76,11 +76,11 @@ def _plain(text: str) -> str | float:
         return text
 
 
-def _key(asked: Asked, key: str) -> str:
+def _key(asked: RequiredInput, key: str) -> str:
     return ".".join(filter(None, (asked.table, key)))
 
 
-def asked_of(controller: object) -> list[Asked]:
+def required_inputs(controller: object) -> list[RequiredInput]:
     """What a controller says that it reads: its `asks`, where it has any."""
     asks = getattr(controller, "asks", [])
-    return [Asked(ask) if isinstance(ask, str) else ask for ask in asks]
+    return [RequiredInput(ask) if isinstance(ask, str) else ask for ask in asks]

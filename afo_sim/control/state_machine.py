@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from afo_sim.control.command import COILS, Command
 from afo_sim.control.controller import Observation
-from afo_sim.control.required_inputs import Asked
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.state_machine import STATE_TIME, StateMachine
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario
@@ -130,10 +130,13 @@ class StateMachineController:
         return {"state": float(self.state)}
 
 
-def _asked(description: StateMachine) -> list[Asked]:
+def _asked(description: StateMachine) -> list[RequiredInput]:
     """Columns that are compared, and the texts that have to be in their units."""
     return [
-        Asked(told.column, f"controller.state_machine.transition.{number}", kind, getattr(told, kind))
+        RequiredInput(told.column, f"controller.state_machine.transition.{number}", kind, getattr(told, kind))
         for number, told in enumerate(description.transition)
         for kind in (("above",) if told.above is not None else ("below",))
     ]
+
+
+CONTROLLER = StateMachineController

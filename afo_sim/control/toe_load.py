@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from afo_sim.control.command import Command, switched
 from afo_sim.control.controller import Observation
-from afo_sim.control.required_inputs import Asked
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.toe_load import ToeLoad
 from afo_sim.description.scenario import Scenario
 
@@ -14,7 +14,7 @@ class ToeLoadController:
 
     def __init__(self, description: ToeLoad, scenario: Scenario):
         self.description = description
-        self.asks = [Asked(description.column, "controller.toe_load", unit="N")]
+        self.asks = [RequiredInput(description.column, "controller.toe_load", unit="N")]
         self.reset()
 
     def reset(self) -> None:
@@ -52,3 +52,6 @@ class ToeLoadController:
     def tell(self) -> dict[str, float]:
         """The load, and whether the toes bear much."""
         return {"toe_load": self.load, "state": float(self.loaded)}
+
+
+CONTROLLER = ToeLoadController

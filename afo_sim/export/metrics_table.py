@@ -3,7 +3,7 @@
 import csv
 import pathlib
 
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.simulation.recording import Recording
 
 TITLES = ("name", "value", "unit", "label")

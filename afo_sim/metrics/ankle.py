@@ -7,10 +7,10 @@ import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.metrics import peak
-from afo_sim.metrics.inversion import inversion_peaks
-from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
+from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
 from afo_sim.metrics.supply import beside_inlets, flow_metrics, rows_of
 from afo_sim.metrics.switching import switching_by_the_minute
+from afo_sim.metrics.torque import inversion_peaks
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
@@ -49,18 +49,18 @@ def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
     return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
 
 
-@tells(
+@reported(
     AIR,
     ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
     ("air_per_cycle_{}", "g", "Air per cycle, {}", "through its inlet, wherever from"),
     ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
 )
-@tells(
+@reported(
     TORQUE,
     ("peak_{}_torque_10ms", "N*m", "{} torque, peak over 10 ms", peak.MEANING),
     ("peak_{}_torque", "N*m", "{} torque, peak of an instant"),
 )
-@tells(
+@reported(
     ANKLE,
     ("peak_{}_angle", "deg", "{} angle, peak"),
     ("range_of_motion", "deg", "Range of motion"),

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from afo_sim.metrics.ankle import chambers
-from afo_sim.metrics.metric import AIR, Found, tells
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.metric import AIR, Found, Of, reported
 from afo_sim.metrics.supply import SET
 
 FULL, EMPTY = 0.9, 0.1  # of the supply's set gauge pressure [-]
@@ -18,11 +19,17 @@ FILL, VENT = "fill_time_{}", "vent_time_{}"
 SINCE = "from the coil's switching on, the valve's delay included; the longest, none where one falls short"
 
 
-@tells(
+@reported(
     AIR,
     (FILL, "s", "Time to fill, {}", f"to 90 % of the supply's set pressure, {SINCE}"),
     (VENT, "s", "Time to vent, {}", f"to 10 % of the supply's set pressure, {SINCE}"),
+    of=Of.RUN,
 )
+def fill_times(run: Run) -> Found:
+    """Longest filling and venting of each chamber [s]."""
+    return filling(run.columns, run.from_rest)
+
+
 def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
     """Longest filling and venting of each chamber [s].
 

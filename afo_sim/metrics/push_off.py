@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from afo_sim.metrics import peak
-from afo_sim.metrics.metric import PUSH_OFF, Found, tells
+from afo_sim.metrics.metric import PUSH_OFF, Found, Of, reported
 from afo_sim.metrics.strides import ORTHOSIS, Stride
 
 HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
@@ -16,7 +16,7 @@ WHOSE = "by the orthosis or by the patient's own weakness: hold it against a run
 HELD = "held against the scenario's limits.{}"  # where the limits stand
 
 
-@tells(
+@reported(
     PUSH_OFF,
     ("ankle_range_lost", "deg", "Ankle range lost", LOST),
     ("dorsiflexion_lost", "deg", "Dorsiflexion lost in stance", f"{LOST}, {WHOSE}"),
@@ -32,6 +32,7 @@ HELD = "held against the scenario's limits.{}"  # where the limits stand
         "Plantarflexion lost at toe-off",
         f"{LOST}, {WHOSE}",
     ),
+    of=Of.STRIDE,
 )
 def push_off(stride: Stride) -> Found:
     """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded healthy ankle."""
@@ -45,7 +46,7 @@ def push_off(stride: Stride) -> Found:
     yield "plantarflexion_lost_at_toe_off", healthy - here
 
 
-@tells(
+@reported(
     PUSH_OFF,
     *peak.rows("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
     (
@@ -60,6 +61,7 @@ def push_off(stride: Stride) -> Found:
         "Work against push-off",
         f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD.format('work_against_push_off')}",
     ),
+    of=Of.WORN,
 )
 def against_push_off(stride: Stride) -> Found:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""

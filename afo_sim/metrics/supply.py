@@ -1,11 +1,12 @@
 """What a device takes from its supply: air by the hour, its flow, how far the supply sags, its exergy."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, measured, tells
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
 
 FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", "supply/set_pressure"
 EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
@@ -71,7 +72,7 @@ def flow_metrics(
     yield "positive_work", float(np.maximum(power, 0.0).sum()) * timestep / cycles
 
 
-@tells(
+@reported(
     AIR,
     (
         "lowest_supply_pressure",
@@ -91,8 +92,15 @@ def flow_metrics(
         "Source empty after",
         "from the run's start until bottle or cartridge has less than the set pressure; only where it does",
     ),
+    of=Of.RUN,
 )
-def sag_metrics(columns: Rows) -> Iterator[tuple[str, float]]:
+def sag(run: Run) -> Found:
+    """How far the supply's pressure falls, over all rows; nothing of endless air."""
+    if run.facts.supply.sags:
+        yield from sag_metrics(run.columns)
+
+
+def sag_metrics(columns: Rows) -> Found:
     """How far the supply's pressure falls, over all rows."""
     if PRESSURE not in columns or SET not in columns:
         return
@@ -122,7 +130,7 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
     return found
 
 
-@tells(
+@reported(
     ENERGY,
     (
         "exergy_efficiency",
@@ -136,9 +144,16 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
         "Efficiency of the air, positive work",
         "positive work on the ankle, of the exergy taken",
     ),
+    of=Of.RUN,
+    made_of=("exergy_taken", "positive_work", "skeleton_work"),
 )
+def efficiency(run: Run) -> Found:
+    """What becomes of the exergy taken."""
+    return efficiency_metrics(run.totals)
+
+
 def efficiency_metrics(totals: Mapping[str, float]) -> Found:
-    """What becomes of the exergy taken; nothing where none is taken or it is not told.
+    """What becomes of the exergy taken; nothing where none is taken or it is not known.
 
     Parameters
     ----------

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.metrics.metric import AIR, Found, Metric, measured, tells
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import Stride
 
 ON = "how often its coil is switched on; a proportional valve's, from shut to open"
@@ -36,14 +37,14 @@ def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
     return found
 
 
-@tells(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON))
+@reported(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON), of=Of.WORN)
 def switching(stride: Stride) -> Found:
     """Switchings of each valve in a stride."""
     for valve in valves(stride.columns):
         yield f"switches_per_stride_{valve}", float(rises(stride.columns, valve)[stride.rows].sum())
 
 
-@tells(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
+@reported(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
 def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) -> Found:
     """Switchings of each valve in a run, by the minute.
 
@@ -54,7 +55,7 @@ def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) 
         yield f"switches_per_minute_{valve}", float(rises(columns, valve).sum()) / minutes
 
 
-@tells(
+@reported(
     AIR,
     (
         "hours_until_valve_life",
@@ -62,7 +63,23 @@ def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) 
         "Hours until a valve's rated switchings",
         "of the valve that comes to them first, switched without a pause as in this run",
     ),
+    of=Of.RUN,
+    made_of=("stride_time",),
 )
+def valve_life(run: Run) -> Found:
+    """Hours until a valve's rated switchings; of walking, by the strides that count."""
+    rated, step = run.facts.rated_switches or {}, run.facts.timestep
+    parts = [stride.rows for stride in run.counted] if run.facts.walks else [slice(None)]
+    seconds = step * sum(len(run.columns["time"][part]) for part in parts)
+    if not rated or seconds <= 0.0:
+        return
+    counts = {valve: rises(run.columns, valve) for valve in rated}
+    rates = {
+        valve: sum(float(count[part].sum()) for part in parts) / seconds for valve, count in counts.items()
+    }
+    yield from life_metrics(rates, rated).items()
+
+
 def life_metrics(rates: Mapping[str, float], rated: Mapping[str, float]) -> dict[str, Metric]:
     """Hours until the first valve has been switched as often as its maker rates it.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, json_text, together
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
@@ -223,8 +224,7 @@ def _scenario(which: Description, sets: Mapping[str, Any]) -> Scenario:
 def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scenario], apart: float) -> Both:
     """Two legs' runs as those of one person; `pair` are their scenarios."""
     legs: dict[Side, Recording] = {"right": right, "left": left}
-    told = _named(legs)
-    told += _doubts(*pair)
+    warnings = (*_named(legs), *_doubts(*pair))
     phase = np.empty(0)
     flow: dict[str, np.ndarray] = {}
     numbers: dict[str, Metric] = {}
@@ -238,7 +238,7 @@ def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scena
         numbers = numbers_of(legs, cycles, phase, flow)
         verdict = worse_of(right, left, numbers)
     notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST)
-    return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, tuple(told), notes)
+    return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, warnings, notes)
 
 
 def _sharing(right: Scenario) -> str:
@@ -251,8 +251,12 @@ def _named(legs: Mapping[Side, Recording]) -> list[str]:
     """Why a leg stopped and its warnings, with its name; what both legs say is told once."""
     of = {side: [*([] if leg.ok else [leg.status]), *leg.warnings] for side, leg in legs.items()}
     both = [w for w in of["right"] if w in of["left"]]
-    found = [f"both legs: {warning}" for warning in both]
-    return found + [f"{side}: {w}" for side, warnings in of.items() for w in warnings if w not in both]
+    found = [_of_leg("both legs", warning) for warning in both]
+    return found + [_of_leg(side, w) for side, warnings in of.items() for w in warnings if w not in both]
+
+
+def _of_leg(leg: str, warning: str) -> str:
+    return warning.of(leg) if isinstance(warning, Notice) else f"{leg}: {warning}"
 
 
 def _period(scenario: Scenario) -> float:
@@ -323,20 +327,22 @@ def _same(right: float, left: float, sentence: str, scenario: Scenario) -> None:
         raise InputError(problem, field="left", value=scenario.name, allowed="the same for both legs")
 
 
-def _doubts(right: Scenario, left: Scenario) -> list[str]:
+def _doubts(right: Scenario, left: Scenario) -> list[Notice]:
     """What to mind of two legs' scenarios."""
-    found = []
+    found: list[Notice] = []
     for side, scenario in zip(SIDES, (right, left), strict=True):
         if scenario.walking and (why := why_walked(scenario)):
-            found.append(f"{side}: its strides are walked, and the last one stands for all: {why}")
+            text = "{subject}: its strides are walked, and the last one stands for all: {why}"
+            found.append(Notice("leg-walked", text, subject=side, why=why))
         if scenario.walking and scenario.timer is not None:
-            found.append(
-                f"{side}: a timer switches its valves; it is taken to keep to this leg's own strides"
-            )
+            text = "{subject}: a timer switches its valves; it is taken to keep to this leg's own strides"
+            found.append(Notice("leg-timer", text, subject=side))
     if right.walking and person_of(right) != person_of(left):
-        found.append("the two legs have persons of different mass or height: they are not one person's")
+        text = "the two legs have persons of different mass or height: they are not one person's"
+        found.append(Notice("legs-persons", text))
     if right.walking and _bottle(right) != _bottle(left):
-        found.append("the legs' limits have different bottles; that of the right leg's is the one told of")
+        text = "the legs' limits have different bottles; that of the right leg's is the one told of"
+        found.append(Notice("legs-bottles", text))
     return found
 
 

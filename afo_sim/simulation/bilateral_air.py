@@ -12,14 +12,13 @@ from afo_sim.description.air.supply import Supply
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
-from afo_sim.metrics.bottle import compressor_metrics
+from afo_sim.metrics.bottle import air_given, compressor_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import SOLVED, progress, settled, strides
 from afo_sim.metrics.supply import FLOW
 from afo_sim.metrics.verdict import AIR, Answer, Status, verdict
 from afo_sim.model.air_path import SOURCE
 from afo_sim.physics import gas
-from afo_sim.simulation.bottle import air_given
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.recording import Recording, feed_of, limits_of
 

@@ -17,7 +17,7 @@ from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics.metric import OTHER, instead, told
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.simulation.criterion import (
     CHECKS,
     GRACE,

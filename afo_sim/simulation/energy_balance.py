@@ -20,7 +20,7 @@ from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
-from afo_sim.metrics.energy import energy_metrics
+from afo_sim.metrics.beside_strides import energy_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import settled, strides
 from afo_sim.model.build import Built
@@ -239,7 +239,7 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
     return rows, found
 
 
-def told_energy(
+def balance_metrics(
     built: Built, columns: Columns, static: Columns, whole: Energy, period: float
 ) -> dict[str, Metric]:
     """Metrics of a run's balance; none where it does not walk a stride that counts, or is not finite.
@@ -259,8 +259,8 @@ def told_energy(
     guided = any(group.path for group in built.scenario.orthosis.muscle.values())
     left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
     terms = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in left_out}
-    told = energy_metrics(terms, number, whole.error)
-    return told if all(map(math.isfinite, told.values())) else {}
+    reported = energy_metrics(terms, number, whole.error)
+    return reported if all(map(math.isfinite, reported.values())) else {}
 
 
 def _cut(columns: Columns, rows: slice) -> Columns:

@@ -5,13 +5,14 @@ import math
 import os
 import pathlib
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any, Protocol
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, json_text, settle, together
 from afo_sim.metrics.metric import Metric
 from afo_sim.simulation.kept_model import labelled, packed, unpacked
@@ -115,7 +116,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "model_xml": run["model_xml"],
             "model_binary": unpacked(model.decode()),
             "status": run["status"],
-            "warnings": tuple(run["warnings"]),
+            "warnings": _warnings(run["warnings"], run.get("notices", ())),
             "timing": run["timing"],
             "versions": run["versions"],
             "parameters": run["parameters"],
@@ -123,6 +124,12 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
         }
     except (KeyError, TypeError, ValueError, zlib.error) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+
+
+def _warnings(texts: list[str], notices: Iterable[dict[str, Any]]) -> tuple[str, ...]:
+    """Warnings with their codes; those of an older recording are texts."""
+    known = {one["text"]: Notice.from_json(one) for one in notices}
+    return tuple(known.get(text, text) for text in texts)
 
 
 def _metrics(table: dict[str, Any]) -> dict[str, Metric]:

@@ -12,9 +12,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import AfoSimError, InputError, unknown
 from afo_sim.control.command import checked
-from afo_sim.control.controller import TOLD, Controller
-from afo_sim.control.making import make
-from afo_sim.control.required_inputs import asked_of, check_asked
+from afo_sim.control.controller import TOLD, Controller, make
+from afo_sim.control.required_inputs import check_required, required_inputs
 from afo_sim.control.watch import TookTooLong, Watch
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
@@ -196,8 +195,8 @@ class Loop:
         self.commander = Commander(built)
         self.sensors = SensorBank(built)
         self.columns = seen_columns(built)
-        asks, known = asked_of(controller), known_columns(built)
-        check_asked(asks, known, functools.partial(unit_of, built.scenario))
+        asks, known = required_inputs(controller), known_columns(built)
+        check_required(asks, known, functools.partial(unit_of, built.scenario))
         self.reads = [ask.column for ask in asks if ask.column in known]
         self.last = self.schedule[:1]  # inputs of the steps since the last command
         self.told: list[tuple[int, dict[str, float]]] = []

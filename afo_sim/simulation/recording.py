@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.notice import Notice
 from afo_sim.description.limits import Limits
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.metrics.metric import Metric, Metrics
@@ -227,6 +228,7 @@ class Recording:
             "versions": self.versions,
             "timing": self.timing,
             "warnings": list(self.warnings),
+            "notices": [warning.as_json() for warning in self.warnings if isinstance(warning, Notice)],
         }
         if answers := self.verdict:
             found["verdict"] = [asdict(answer) for answer in answers]

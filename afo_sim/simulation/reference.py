@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.words import reference as in_words
+from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.model.periodic import two_strides, why_walked
@@ -110,10 +111,12 @@ class References:
         return self.known[key]
 
 
-def not_compared(scenario: Scenario, reference: Reference) -> tuple[str, ...]:
+def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]:
     """A warning where a scenario's reference could not be walked."""
     who = in_words({"reference": scenario.reference, "shoe": {"name": scenario.shoe and scenario.shoe.name}})
-    return (f"not compared with {who}: {reference.failure}",) if reference.failure else ()
+    if not reference.failure:
+        return ()
+    return (Notice("not-compared", "not compared with {who}: {why}", who=who, why=reference.failure),)
 
 
 def compared(recording: Recording, scenario: Scenario) -> Recording:

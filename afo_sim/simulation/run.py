@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.control.controller import Controller
-from afo_sim.control.making import make
+from afo_sim.common.notice import Notice, unique
+from afo_sim.control.controller import Controller, make
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.beside_strides import settling_metrics
+from afo_sim.metrics.bottle import emptied, until_empty
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.settling import settling_metrics
 from afo_sim.metrics.strides import SOLVED
 from afo_sim.metrics.supply import sag_of_both
 from afo_sim.metrics.walking import WalkMetrics
@@ -26,7 +27,6 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides, why_walked
 from afo_sim.model.person import with_person
-from afo_sim.simulation.bottle import emptied, until_empty
 from afo_sim.simulation.examine import (
     Examined,
     described_cycle,
@@ -47,10 +47,6 @@ from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
 
 RATE = 100.0  # of a controller's commands [Hz]
-UNTOLD = (
-    "a controller in Python commanded the chambers: the scenario does not hold it, and walking was walked "
-    "from the start"
-)
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
 
 
@@ -124,21 +120,27 @@ def run_controlled(
     built = build(scenario)
     loop = Loop(built, controller, rate, time_limit)
     recording = run_built(built, policy=loop.policy(), progress=progress, watch=watch)
-    told = tuple(_told(scenario))
-    return compared(dataclasses.replace(recording, warnings=(*recording.warnings, *told)), scenario)
+    warnings = (*recording.warnings, *_loop_warnings(scenario))
+    return compared(dataclasses.replace(recording, warnings=warnings), scenario)
 
 
-def _told(scenario: Scenario) -> Iterator[str]:
+def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:
     """What to mind of a run with a controller."""
     if scenario.controller is None:
-        yield UNTOLD
+        yield Notice(
+            "controller-in-python",
+            "a controller in Python commanded the chambers: the scenario does not hold it, and walking was "
+            "walked from the start",
+        )
     if scenario.walking:
         return
     cycle = described_cycle(scenario)
     if cycle is None:
-        yield f"no cycle is described: numbers per cycle are of the whole run of {scenario.duration:g} s"
+        text = "no cycle is described: numbers per cycle are of the whole run of {duration:g} s"
+        yield Notice("no-cycle", text, duration=scenario.duration)
     elif scenario.controller is None:
-        yield f"numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
+        text = "numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
+        yield Notice("timer-cycle", text, cycle=cycle)
 
 
 def run_scenario(
@@ -195,21 +197,32 @@ def settled_metrics(settled: Settled) -> dict[str, Metric]:
     return settling_metrics(settled.strides, settled.air, settled.angle)
 
 
-def unsettled_warning(settled: Settled) -> tuple[str, ...]:
+def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
     """A warning where no stride was found that repeats, or where it takes many to get there."""
     if settled.found and not settled.slowest > SLOW:
         return ()
     if settled.found:
         strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
-        return (
-            f"the air settles slowly: at least {strides:.0f} strides from a stop until "
-            f"{100.0 * LEFT:.0f} % of the way is left; the numbers are those of the end",
+        slowly = Notice(
+            "air-settles-slowly",
+            "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
+            "way is left; the numbers are those of the end",
+            strides=strides,
+            left=100.0 * LEFT,
         )
-    return (
-        f"no stride was found that repeats: after {settled.strides} strides the air still changes by "
-        f"{100.0 * settled.air:.2g} % over one, and the ankle's angle by {np.degrees(settled.angle):.2g}° "
-        f"({100.0 * AIR:g} % and {np.degrees(ANGLE):.2g}° would be settled); the numbers are the last one's",
+        return (slowly,)
+    unsettled = Notice(
+        "strides-unsettled",
+        "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
+        "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would be "
+        "settled); the numbers are the last one's",
+        strides=settled.strides,
+        air=100.0 * settled.air,
+        angle=float(np.degrees(settled.angle)),
+        air_limit=100.0 * AIR,
+        angle_limit=float(np.degrees(ANGLE)),
     )
+    return (unsettled,)
 
 
 def run_settled(
@@ -295,17 +308,13 @@ def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Me
     """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
     strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
     solved = after.found.totals
-    totals = solved | emptied(first.scenario, solved, _end(first) + 2) | sag_of_both(before.columns, solved)
+    empty = emptied(first.scenario.supply.source, solved, _end(first) + 2)
+    totals = solved | empty | sag_of_both(before.columns, solved)
     return WalkMetrics(totals | until_empty(totals) | beside, strides, ())
 
 
 def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:
     """Of the description, of the settled stride, and of the strides before it what is not said twice."""
     said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
-    about = {_subject(warning) for warning in said}
-    return (*said, *(f"before it settles: {w}" for w in before.limits if _subject(w) not in about))
-
-
-def _subject(warning: str) -> str:
-    """Whom and what a warning is about, without its numbers."""
-    return " ".join(warning.split()[:4])
+    new = unique((*said, *before.limits))[len(unique(said)) :]
+    return (*said, *(warning.of("before it settles") for warning in new if isinstance(warning, Notice)))

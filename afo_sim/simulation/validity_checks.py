@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import muscle_names
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
@@ -18,7 +19,7 @@ PARTS = 50  # stretches of a run, among which the one that closes least is looke
 FINER = 4.0  # times as many steps, where nothing says how many would do
 
 
-def trust_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[str]:
+def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
     """Warnings of what no muscle does, with the time and a smaller step.
 
     Units: static [N].
@@ -29,19 +30,29 @@ def trust_warnings(built: Built, columns: Columns, static: Columns, energy: Ener
     done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
     if done < NOTHING:
         return
-    for found, problem in (
-        (abs(energy.residual), "of the work is found nowhere"),
-        (-energy.friction_loss, "of the work comes from friction, which should take some"),
+    for code, found, problem in (
+        ("energy-lost", abs(energy.residual), "of the work is found nowhere"),
+        (
+            "energy-from-friction",
+            -energy.friction_loss,
+            "of the work comes from friction, which should take some",
+        ),
     ):
         if not found <= UNBALANCED * done:
             muscle, time = _least_closed(built, columns, static)
-            yield (
-                f"the energy balance does not close: {100.0 * found / done:.1f} % {problem}, most of it near "
-                f"{time:.2f} s, where {muscle} moves; {_shorter(step, FINER)} would tell more"
+            yield Notice(
+                code,
+                "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
+                "where {subject} moves; {step} would tell more",
+                subject=muscle,
+                share=100.0 * found / done,
+                problem=problem,
+                time=time,
+                step=_shorter(step, FINER),
             )
 
 
-def _air(built: Built, columns: Columns) -> Iterator[str]:
+def _air(built: Built, columns: Columns) -> Iterator[Notice]:
     """Warnings of air hotter or colder than filling and venting make it."""
     orthosis, step = built.scenario.orthosis, built.scenario.timestep
     for chamber in orthosis.chamber:
@@ -50,24 +61,35 @@ def _air(built: Built, columns: Columns) -> Iterator[str]:
         worst = int(np.argmax(beyond))
         if not beyond[worst] <= 0.0:
             muscles = " and ".join(orthosis.muscles_of(chamber))
-            yield (
-                f"{muscles}: the air is at {temperature[worst]:.0f} K at {columns['time'][worst]:.3f} s, "
-                f"outside {COLDEST:.0f} to {HOTTEST:.0f} K; {_shorter(step, FINER)} would "
-                "tell more"
+            yield Notice(
+                "air-temperature",
+                "{subject}: the air is at {temperature:.0f} K at {time:.3f} s, outside {coldest:.0f} to "
+                "{hottest:.0f} K; {step} would tell more",
+                subject=muscles,
+                temperature=float(temperature[worst]),
+                time=float(columns["time"][worst]),
+                coldest=COLDEST,
+                hottest=HOTTEST,
+                step=_shorter(step, FINER),
             )
 
 
-def _motion(built: Built, columns: Columns) -> Iterator[str]:
+def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
     """Warnings of muscles that jump from step to step."""
     step = built.scenario.timestep
     for name in muscle_names(built.scenario.orthosis):
         moved = np.abs(np.diff(columns[f"muscle/{name}/contraction"]))
         worst = int(np.argmax(moved))
         if not moved[worst] <= MOVED:
-            yield (
-                f"{name} moves by {100.0 * moved[worst]:.1f} % of its length in the step at "
-                f"{columns['time'][worst]:.3f} s, and more than {100.0 * MOVED:.0f} % is not to be believed; "
-                f"{_shorter(step, moved[worst] / MOVED)} would do"
+            yield Notice(
+                "muscle-jumps",
+                "{subject} moves by {moved:.1f} % of its length in the step at {time:.3f} s, and more than "
+                "{most:.0f} % is not to be believed; {step} would do",
+                subject=name,
+                moved=100.0 * float(moved[worst]),
+                time=float(columns["time"][worst]),
+                most=100.0 * MOVED,
+                step=_shorter(step, moved[worst] / MOVED),
             )
 
 

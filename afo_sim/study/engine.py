@@ -18,9 +18,9 @@ from afo_sim import native
 from afo_sim.common.errors import ControllerError, InputError, SimulationError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.beside_strides import reference_metrics
 from afo_sim.metrics.first_strides import undefined
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.reference import reference_metrics
 from afo_sim.metrics.strides import strides
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build

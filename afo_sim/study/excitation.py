@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
-from afo_sim.control.making import make
+from afo_sim.control.controller import make
 from afo_sim.description.control.impedance import Impedance
 from afo_sim.description.control.pid import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario

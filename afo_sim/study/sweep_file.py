@@ -14,7 +14,7 @@ from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import load, split_key
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import instead, told
-from afo_sim.metrics.words import OTHER, WORDS, words
+from afo_sim.metrics.metric_words import OTHER, WORDS, words
 from afo_sim.study.case_table import values_of
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Parameter

@@ -9,9 +9,9 @@ from documents import PAGES
 
 from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.description.reader import load
-from afo_sim.metrics import page
+from afo_sim.metrics import metric_words as page
 from afo_sim.metrics.metric import RENAMED
-from afo_sim.metrics.words import METRICS, number
+from afo_sim.metrics.metric_words import METRICS, number
 
 PAGE = PAGES["metrics"]
 

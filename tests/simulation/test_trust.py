@@ -8,7 +8,7 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.simulation.columns import columns_of
@@ -16,7 +16,7 @@ from afo_sim.simulation.energy_balance import balance, law_forces, with_static_f
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.validity_checks import trust_warnings
+from afo_sim.simulation.validity_checks import validity_warnings
 
 TERMS = ("skeleton_work", "damper_loss", "friction_loss", "spring_change", "bladder_change")
 Rows = dict[str, np.ndarray]
@@ -36,7 +36,7 @@ def seated() -> tuple[Built, Rows, Rows]:
 def doubts(case: tuple[Built, Rows, Rows], **changed: np.ndarray) -> list[str]:
     built, columns, static = case
     columns = columns | {name.replace("__", "/"): values for name, values in changed.items()}
-    return list(trust_warnings(built, columns, static, balance(built, columns, static)))
+    return list(validity_warnings(built, columns, static, balance(built, columns, static)))
 
 
 def test_a_run_that_is_fine_has_no_warning(seated: tuple[Built, Rows, Rows]) -> None:

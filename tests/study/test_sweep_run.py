@@ -25,7 +25,7 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import OTHER, words
+from afo_sim.metrics.metric_words import OTHER, words
 from afo_sim.study import engine, folder, replay, runner, sobol, store, sweep_file
 from afo_sim.study.engine import Outcome
 from afo_sim.study.runner import SweepProgress

@@ -7,8 +7,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command, coils
-from afo_sim.control.controller import Controller, Observation
-from afo_sim.control.making import make
+from afo_sim.control.controller import Controller, Observation, make
 from afo_sim.control.state_machine import machine_of
 from afo_sim.control.switch_log import Coils, Log
 from afo_sim.description.scenario import Scenario

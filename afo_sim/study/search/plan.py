@@ -16,7 +16,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.quantity import refusal
 from afo_sim.metrics.metric import instead, told
-from afo_sim.metrics.words import OTHER, WORDS, words
+from afo_sim.metrics.metric_words import OTHER, WORDS, words
 from afo_sim.study import arguments, sweep_file
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.metrics import words as metric_words
+from afo_sim.metrics import metric_words
 from afo_sim.study.words import human_scale
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows

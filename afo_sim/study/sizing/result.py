@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.writing import check_writable, json_text, together
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.simulation.display_hooks import shown as pictures
 from afo_sim.study.sizing.candidate import Tried
 from afo_sim.study.sizing.requirement import Requirement

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 
-from afo_sim.metrics.words import UNITS, words
+from afo_sim.metrics.metric_words import UNITS, words
 from afo_sim.study.sizing.candidate import Tried
 from afo_sim.study.sizing.requirement import Requirement, as_number
 

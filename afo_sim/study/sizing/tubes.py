@@ -6,7 +6,7 @@ from afo_sim.common import assets
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.study.sizing.candidate import Candidate, Tried
 from afo_sim.study.sizing.requirement import shown
 from afo_sim.study.sizing.result import Sizing

@@ -1,20 +1,82 @@
-"""Pull of the muscles on the segments that carry them: on the shank's cuff and on the foot's plate."""
+"""Facts of a compiled scenario that metrics need, among them the muscles' pull on cuff and plate."""
 
+import functools
 from collections.abc import Mapping
 
 import numpy as np
 
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.places import Segment
-from afo_sim.model.mounting import muscle_names
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.facts import Facts, MuscleLimits, Skin, Supply
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import chamber_of, muscle_names
 from afo_sim.model.paths import paths_of
+from afo_sim.model.start import content_at_start
 from afo_sim.model.tendons import side
+from afo_sim.physics.gas import AIR, Gas
 
 LEFT = 1  # place in forward, left, up
 APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most
 
 
-def pull_on(orthosis: Orthosis, columns: Mapping[str, np.ndarray], segment: Segment) -> np.ndarray:
+PARTS = {"shank": "cuff", "foot": "plate"}  # what lies on a segment
+
+
+def facts_of(built: Built) -> Facts:
+    """The facts of a compiled scenario."""
+    scenario, orthosis = built.scenario, built.scenario.orthosis
+    muscles = {
+        name: MuscleLimits(chamber_of(name, group), *_limits(group))
+        for name, group in muscle_names(orthosis).items()
+    }
+    rated = {
+        f"{name}_{side}": valve.rated_switches
+        for name, chamber in orthosis.chamber.items()
+        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.vent))
+        if valve.rated_switches is not None
+    }
+    walks = built.walk is not None
+    mass = built.body_mass if walks else 0.0
+    supply = _supply(built)
+    return Facts(scenario.timestep, mass, walks, supply, scenario.limits, _skins(orthosis), muscles, rated)
+
+
+def _limits(group: MuscleGroup) -> tuple[float, float, float, float]:
+    limits = group.type.limits
+    return limits.pressure, limits.force, limits.contraction_max, limits.contraction_min
+
+
+def _skins(orthosis: Orthosis) -> dict[str, Skin]:
+    """Skin under cuff and plate, of those that `orthosis.interface` describes."""
+    return {
+        PARTS[segment]: Skin(
+            interface.area, interface.friction, functools.partial(pull_on, orthosis, segment)
+        )
+        for segment, interface in orthosis.interface.items()
+        if orthosis.anchored
+    }
+
+
+def _supply(built: Built) -> Supply:
+    """What the orthosis takes its air from; a source that begins full where nobody walks."""
+    supply = built.scenario.supply
+    source, sags = supply.source, supply.source is not None or supply.regulator is not None
+
+    def content() -> float:
+        assert source is not None
+        return content_at_start(built) if built.walk is not None else source.full_mass
+
+    return Supply(supply.pressure, sags, gas_of(built.scenario).free_density, source, content)
+
+
+def gas_of(scenario: Scenario) -> Gas:
+    """The gas that a scenario's orthosis is driven with."""
+    source = None if scenario.supply is None else scenario.supply.source
+    return AIR if source is None else source.real_gas
+
+
+def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Force of all muscles between two anchors on one segment, in its own axes.
 
     A muscle's tension F acts on the shank along its path, F (f − s)/|f − s|. There s is its end on the shank,

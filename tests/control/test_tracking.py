@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from control.samples import Sample
 
-from afo_sim.control.reference import asked, cycles, value_at
+from afo_sim.control.tracking import cycles, target, value_at
 from afo_sim.description.control.reference import PressureReference, Reference
 
 SEEN = Sample(0.25, 0.01, {"gait/ankle_angle": 0.12})
@@ -45,8 +45,8 @@ def test_a_table_holds_or_runs_straight(between: str, expected: list[float]) -> 
 
 
 def test_a_column_is_followed() -> None:
-    assert asked(Reference(column="gait/ankle_angle"), SEEN) == 0.12
-    assert asked(Reference().with_values(mean=0.3), SEEN) == 0.3
+    assert target(Reference(column="gait/ankle_angle"), SEEN) == 0.12
+    assert target(Reference().with_values(mean=0.3), SEEN) == 0.3
 
 
 @pytest.mark.parametrize(
