@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
-    from afo_sim.simulation.simulator import Simulator as Simulator
+    from afo_sim.simulation.simulators import Simulator as Simulator
     from afo_sim.simulation.simulators import Simulators as Simulators
     from afo_sim.study.effects import effects as effects
     from afo_sim.study.frequency_response import bode as bode
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "run": "simulation.run",
-    "Simulator": "simulation.simulator",
+    "Simulator": "simulation.simulators",
     "Simulators": "simulation.simulators",
     "load": "description.reader",
     "build": "model.described",

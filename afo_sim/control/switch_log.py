@@ -1,13 +1,17 @@
-"""Logs of switched valves: a CSV with a row wherever a chamber's coils change, and how two of them differ."""
+"""Switched valves as a CSV logs them: read, compared, and played again as commands."""
 
 import math
+import os
 import pathlib
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from afo_sim.common.csv_table import Table, read_table
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.control.command import Command
+from afo_sim.control.controller import Observation
 
 TITLES = ("time_ms", "chamber", "inlet", "outlet")
 EXAMPLE = "time_ms,chamber,inlet,outlet"
@@ -176,3 +180,37 @@ def _said(switch: Switch | None) -> str:
         return "nothing"
     words = {(False, False): "shut", (True, False): "inlet", (False, True): "outlet", (True, True): "both"}
     return f"{words[switch.coils]} at {1e3 * switch.time:.3f} ms"
+
+
+class RecordedController:
+    """A controller: the coils of a log, on average over each control period.
+
+    At a rate of a command in each step it switches within steps, as the scenario's own `[timer]` does. A
+    chamber without a row is shut, and after the log's end each keeps its coils.
+    """
+
+    def __init__(self, file: str | os.PathLike[str], chambers: Sequence[str]):
+        self.log = read_log(pathlib.Path(file), chambers)
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The coils' mean from now to the next command."""
+        return {
+            chamber: (
+                _mean(told, 0, seen.time, seen.period),
+                _mean(told, 1, seen.time, seen.period),
+            )
+            for chamber, told in self.log.switches.items()
+        }
+
+
+def _mean(told: Sequence[Switch], side: int, start: float, period: float) -> float:
+    """Share of a period from `start` for which a coil has current [-]."""
+    total = 0.0
+    first = max(bisect_right(told, start, key=lambda switch: switch.time) - 1, 0)
+    for k in range(first, len(told)):
+        if told[k].time >= start + period:
+            break
+        until = told[k + 1].time if k + 1 < len(told) else float("inf")
+        if told[k].coils[side]:
+            total += max(min(until, start + period) - max(told[k].time, start), 0.0)
+    return round(min(total / period, 1.0), 9)  # to a billionth, so that an event on a step's edge is one

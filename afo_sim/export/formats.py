@@ -14,7 +14,7 @@ from afo_sim.export.names import legal_names
 from afo_sim.export.rows import Rows, rows_of
 from afo_sim.export.side import side_of
 from afo_sim.export.storage import write_storage
-from afo_sim.simulation.kept_model import to_binary
+from afo_sim.simulation.files import to_binary
 from afo_sim.simulation.recording import Recording
 
 METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  # after a file's stem

@@ -26,13 +26,12 @@ from afo_sim.model.start import air_before, fills
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import balance, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
+from afo_sim.simulation.files import labelled, parameters_of, to_binary
 from afo_sim.simulation.frame import Frame
-from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
-from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
-from afo_sim.simulation.validity_checks import validity_warnings
+from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
 
 FEWEST = 3  # rows that have an energy balance
 

@@ -17,8 +17,7 @@ from afo_sim.metrics.metric import Metric, Metrics
 from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.display_hooks import shown
-from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
-from afo_sim.simulation.kept_model import model_of
+from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, write_run
 
 if TYPE_CHECKING:
     import mujoco

@@ -38,7 +38,7 @@ from afo_sim.simulation.examine import (
 )
 from afo_sim.simulation.loop import TIME_LIMIT, Loop
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.reference import compared, reference_of
+from afo_sim.simulation.reference_walk import compared, reference_of
 from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle

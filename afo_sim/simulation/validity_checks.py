@@ -1,21 +1,36 @@
-"""Warnings of a run whose time step was too long: air, motion and energy that are not to be believed."""
+"""Warnings of a run: what is not to be believed, limits left, laws beyond their range, skin, a source.
+
+A time step that was too long shows in air, motion and energy.
+"""
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from afo_sim.common.notice import Notice
+from afo_sim.common.units import LEAST_NUMBER
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.quantity import Described, told_of
+from afo_sim.metrics.facts import Facts
+from afo_sim.metrics.safety import skin_metrics
+from afo_sim.metrics.strides import stance
+from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import muscle_names
+from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
+from afo_sim.physics.hill import braid_force
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import static_force
+from afo_sim.physics.store import TRIPLE_TEMPERATURE
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
+from afo_sim.simulation.facts import PARTS, facts_of
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
-PARTS = 50  # stretches of a run, among which the one that closes least is looked for
+STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
 FINER = 4.0  # times as many steps, where nothing says how many would do
 
 
@@ -95,7 +110,7 @@ def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
     """The muscle and the time at which a run's balance closes least."""
-    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, PARTS + 1).astype(int))
+    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int))
     found = []
     for first, last in itertools.pairwise(cuts.tolist()):
         rows = slice(first, last + 1)
@@ -113,3 +128,246 @@ def _shorter(step: float, times: float) -> str:
     decade = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
     first = max(k for k in (1.0, 2.0, 5.0) if k * decade <= wanted * (1.0 + 1e-9))
     return f"a time step of {first * decade:g} ms"
+
+
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+WHO = {"shank": "it", "foot": "its strap"}  # presses on the skin of a segment
+GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
+SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
+
+
+def limit_warnings(
+    built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
+) -> Iterator[Notice]:
+    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
+
+    Units: static [N].
+    """
+    yield from _target_warnings(built, columns)
+    time = columns["time"]
+    groups = muscle_names(built.scenario.orthosis)
+    for name, group in groups.items():
+        limits = group.type.limits
+        chamber = chamber_of(name, group)
+        pressure = columns[f"chamber/{chamber}/pressure"]
+        force = columns[f"muscle/{name}/force"]
+        contraction = columns[f"muscle/{name}/contraction"]
+        for word, key, values, limit, unit in (
+            ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
+            ("force", "force", force, limits.force, " N"),
+            ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
+            ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
+        ):
+            worst = int(np.argmax(values))
+            if values[worst] > limit:
+                yield Notice(
+                    f"muscle-{key}",
+                    "{subject}: {what} reaches {value:.3g}{unit} at {time:.3f} s, beyond its limit of "
+                    "{limit:.3g}{unit}{kind}",
+                    subject=name,
+                    what=word,
+                    value=float(values[worst]),
+                    limit=limit,
+                    unit=unit,
+                    time=float(time[worst]),
+                    kind=told_of(limits, key),
+                )
+        if name.endswith("_1"):  # its neighbours say the same
+            given = (static or {}).get(name, force)
+            n = len(given)
+            yield from _law_warnings(name, group.type, time[:n], pressure[:n], contraction[:n], given)
+            if group.type.length_warning:
+                why = group.type.length_warning
+                yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
+        filled = float(pressure.max())
+        if filled > 1e5 and force.max() < 1.0:
+            strongest = static_force(
+                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
+            )
+            gives = group.cable.stiffness * GIVES < strongest
+            reason = (
+                f"its law, {group.type.law}, gives no force at that pressure"
+                if strongest <= 1.0
+                else "its cable gives way; raise cable.stiffness"
+                if gives
+                else "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
+            )
+            yield Notice(
+                "muscle-never-pulls",
+                "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}",
+                subject=name,
+                bar=filled * 1e-5,
+                reason=reason,
+            )
+    lower, upper = built.model.joint(ANKLE).range
+    angle = columns["ankle/angle"]
+    if angle.min() <= lower or angle.max() >= upper:
+        yield Notice("stop-reached", "the ankle reaches a stop of the joint", subject=ANKLE)
+    if (turned := columns.get("subtalar/angle")) is not None:
+        lower, upper = built.model.joint(SUBTALAR).range
+        if turned.min() <= lower or turned.max() >= upper:
+            text = "the foot reaches a stop of the subtalar joint (leg.subtalar.range)"
+            yield Notice("stop-reached", text, subject=SUBTALAR)
+    yield from _skin_warnings(built, columns)
+    yield from _source_warnings(built, columns)
+
+
+def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of pressures that a drive is asked for and that can hardly be meant."""
+    supply = built.scenario.supply.pressure
+    for chamber in built.scenario.drive:
+        asked = columns.get(f"chamber/{chamber}/target", np.zeros(0))
+        most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
+        who = f"drive of chamber {chamber!r}"
+        if len(asked) and np.isnan(asked).all():
+            yield Notice(
+                "drive-never-asked",
+                "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
+                "regulator: a controller asks it",
+                subject=who,
+            )
+        elif 0.0 < most < LEAST_NUMBER:
+            yield Notice(
+                "drive-asked-too-little",
+                "{subject}: is never asked for more than {most:.3g} Pa; a command is a number of Pa: was it "
+                "meant in bar?",
+                subject=who,
+                most=most,
+            )
+        elif most > supply * (1.0 + SLIGHTLY):
+            yield Notice(
+                "drive-asked-too-much",
+                "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, which "
+                "it cannot reach",
+                subject=who,
+                asked=1e-5 * most,
+                supply=1e-5 * supply,
+            )
+
+
+def _law_warnings(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    contraction: np.ndarray,
+    force: np.ndarray,
+) -> Iterator[Notice]:
+    """Warnings of a muscle whose law gave a force outside its range of validity."""
+    law = muscle.law_set
+    # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
+    for word, values, (lower, upper), unit in (
+        ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
+        ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
+    ):
+        beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > SLIGHTLY * upper:
+            yield Notice(
+                f"law-outside-its-{word.split()[-1]}",
+                "{subject}: the law {law} was asked at a {what} of {value:.3g}{unit} at {time:.3f} s, "
+                "outside its range of {lower:g} to {upper:g}{unit}",
+                subject=name.rsplit("_", 1)[0],
+                law=muscle.law,
+                what=word,
+                value=float(values[worst]),
+                lower=float(lower),
+                upper=float(upper),
+                unit=unit,
+                time=float(time[worst]),
+            )
+
+
+def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of a cuff or strap that presses beyond discomfort, at any time of these rows.
+
+    Blood flow is no warning: nearly every cuff that holds by friction hinders it while it is drawn tight.
+    """
+    limits, facts = built.scenario.limits, facts_of(built)
+    for segment, interface in built.scenario.orthosis.interface.items():
+        part = PARTS[segment]
+        if limits is None or part not in (facts.skins or {}):
+            continue
+        found = skin_metrics(facts, part, columns)
+        pressure = found[f"{part}_skin_pressure"].value
+        discomfort, pain = (1e-3 * limit for limit in limits.skin_pressure)
+        if pressure <= discomfort:
+            continue
+        worse = (
+            f"{discomfort:g} kPa at which discomfort begins (pain from {pain:g} kPa"
+            if pressure <= pain
+            else f"{pain:g} kPa at which pain begins (discomfort from {discomfort:g} kPa"
+        )
+        yield Notice(
+            "skin-pressure",
+            "{subject}: {who} must press with {pressure:.3g} kPa on the skin so as not to slide under "
+            "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
+            "{friction:g}{kind}{in_swing}",
+            subject=part,
+            who=WHO[segment],
+            pressure=pressure,
+            pull=found[f"{part}_pull_along"].value,
+            worse=worse,
+            limit_kind=_kinds(limits, "skin_pressure", mark="; "),
+            area=1e4 * interface.area,
+            friction=interface.friction,
+            kind=_kinds(interface, "area", "friction", mark=": "),
+            in_swing=_in_swing(built, facts, columns, part, discomfort),
+        )
+
+
+def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
+    """A word where the limit [kPa] is kept in swing: on the recorded ground a foot may slap in stance."""
+    if built.walk is None or built.contact is not None:
+        return ""
+    swing = ~stance(columns, built.body_mass)
+    if not swing.any():
+        return ""
+    rows = {key: values[swing] for key, values in columns.items()}
+    pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
+    if pressure > limit:
+        return ""
+    return f"; in swing it is {pressure:.3g} kPa: look at stance with --set ground.mode=contact"
+
+
+def _kinds(described: Described, *keys: str, mark: str) -> str:
+    """What kinds of numbers some keys of a description hold, behind `mark`; nothing where none is known."""
+    kinds = {described.provenance[key].kind for key in keys if key in described.provenance}
+    return mark + " and ".join(sorted(kinds)) if kinds else ""
+
+
+def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of a source that has too little left when the walk begins, and of dry ice in it.
+
+    Carbon dioxide that freezes is nothing that the store's kernels know of.
+    """
+    source, needed = built.scenario.supply.source, built.scenario.supply.pressure
+    pressure, temperature = (columns.get(f"store/{SOURCE}/{what}") for what in ("pressure", "temperature"))
+    if source is None:
+        return
+    name = source.name or source.kind
+    if pressure is not None and columns["time"][0] <= built.scenario.timestep and pressure[0] < needed:
+        yield Notice(
+            "source-short",
+            "{subject}: filling chambers and volumes before the first step takes so much out of {name} that "
+            "{left:.2g} bar are left of the {needed:g} bar that are needed: a larger source, smaller "
+            "volumes, or volumes filled from elsewhere",
+            subject=SOURCE,
+            name=name,
+            left=1e-5 * float(pressure[0]),
+            needed=1e-5 * needed,
+        )
+    if temperature is not None and source.real_gas.liquefies and (temperature < TRIPLE_TEMPERATURE).any():
+        yield Notice(
+            "source-freezes",
+            "{subject}: {name} is below {triple:g} K from {begun:.3g} s on, where carbon dioxide is dry "
+            "ice: its pressure and what follows from it hold no more",
+            subject=SOURCE,
+            name=name,
+            triple=TRIPLE_TEMPERATURE,
+            begun=float(columns["time"][np.argmax(temperature < TRIPLE_TEMPERATURE)]),
+        )

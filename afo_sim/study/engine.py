@@ -28,7 +28,7 @@ from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_w
 from afo_sim.model.start import fills
 from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
 from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.reference import References, not_compared
+from afo_sim.simulation.reference_walk import References, not_compared
 from afo_sim.simulation.rollout import Rollout, Workspace, row_width
 from afo_sim.simulation.run import settled_metrics, unsettled_warning
 from afo_sim.simulation.settle import Settled, settle

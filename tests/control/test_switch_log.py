@@ -7,8 +7,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.control.recorded import RecordedController
-from afo_sim.control.switch_log import Log, differences, read_log
+from afo_sim.control.switch_log import Log, RecordedController, differences, read_log
 from afo_sim.description.reader import load
 from afo_sim.export.electronics.exporting import commanded
 
