@@ -35,7 +35,7 @@ class Observation(Protocol):
         ...
 
 
-Told = Mapping[str, float]  # what a controller tells beside its commands, by name
+Told = Mapping[str, float]  # what a controller reports beside its commands, by name
 
 
 class Controller(Protocol):
@@ -56,7 +56,7 @@ class Controller(Protocol):
         ...
 
 
-# Columns "controller/<name>" that controllers may tell: {name: (unit, meaning)}
+# Columns "controller/<name>" that controllers may report: {name: (unit, meaning)}
 TOLD: dict[str, tuple[str, str]] = {
     "state": ("", "number of the state machine's state, from 0"),
     "phase": ("", "estimated gait phase, 0 = heel strike, up to 1"),

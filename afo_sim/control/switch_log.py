@@ -106,7 +106,7 @@ def _row(table: Table, number: int, cells: Mapping[str, str]) -> tuple[float, st
     except ValueError:
         time = math.nan
     if not 0.0 <= time < 1e12:
-        problem, allowed = f"line {number}: is no time", "milliseconds from 0 on"
+        problem, allowed = f"line {number}: is not a valid time", "milliseconds from 0 on"
         raise InputError(problem, file=table.file, field="time_ms", value=cells["time_ms"], allowed=allowed)
     coils = []
     for side in ("inlet", "outlet"):

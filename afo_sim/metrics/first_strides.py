@@ -92,7 +92,7 @@ def _left_out(name: str, why: str) -> Notice:
 def from_start(
     columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, wanted: Collection[str]
 ) -> list[dict[str, Metric]]:
-    """What the first whole strides of a recording tell, each by itself, however many are walked.
+    """Metrics of the first whole strides of a recording, each by itself, however many are walked.
 
     Parameters
     ----------

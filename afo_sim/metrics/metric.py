@@ -241,7 +241,7 @@ def reporting(functions: Sequence[Reports], wanted: Collection[str] | None) -> l
 
 
 def of_strides(wanted: Collection[str]) -> frozenset[str]:
-    """Those of some metrics, and of what they are made of, that strides tell or that nobody registers."""
+    """Those of some metrics, and of what they are made of, that strides report or that nobody registers."""
     found = set()
     for name in {*wanted, *made_of(wanted)}:
         try:

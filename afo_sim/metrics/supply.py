@@ -41,7 +41,7 @@ def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
 def beside_inlets(rows: Rows, chambers: Sequence[str]) -> float:
     """Sum over the rows of what leaves the supply and comes into no inlet at that instant [kg/s].
 
-    0 where each chamber hangs on the supply. Else volumes fill, tubes leak, or a chamber fills another.
+    0 where each chamber is fed from the supply. Else volumes fill, tubes leak, or a chamber fills another.
     """
     return float((taken(rows, chambers) - through_inlets(rows, chambers)).sum())
 

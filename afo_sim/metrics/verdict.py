@@ -391,7 +391,7 @@ def _unknown(name: str, reason: str, limit: str) -> Answer:
 
 
 def _worn(metrics: Numbers) -> bool:
-    """Whether the leg wears an orthosis with muscles: then its torque and air are told."""
+    """Whether the leg wears an orthosis with muscles: then its torque and air are reported."""
     return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)
 
 

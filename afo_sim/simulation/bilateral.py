@@ -248,7 +248,7 @@ def _sharing(right: Scenario) -> str:
 
 
 def _named(legs: Mapping[Side, Recording]) -> list[str]:
-    """Why a leg stopped and its warnings, with its name; what both legs say is told once."""
+    """Why a leg stopped and its warnings, with its name; what both legs say stands once."""
     of = {side: [*([] if leg.ok else [leg.status]), *leg.warnings] for side, leg in legs.items()}
     both = [w for w in of["right"] if w in of["left"]]
     found = [_of_leg("both legs", warning) for warning in both]
@@ -341,7 +341,7 @@ def _doubts(right: Scenario, left: Scenario) -> list[Notice]:
         text = "the two legs have persons of different mass or height: they are not one person's"
         found.append(Notice("legs-persons", text))
     if right.walking and _bottle(right) != _bottle(left):
-        text = "the legs' limits have different bottles; that of the right leg's is the one told of"
+        text = "the legs' limits have different bottles; that of the right leg's counts"
         found.append(Notice("legs-bottles", text))
     return found
 

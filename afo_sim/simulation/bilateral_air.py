@@ -28,7 +28,7 @@ Legs = Mapping[Side, Recording]
 
 
 def supply_of(legs: Legs) -> Supply:
-    """The supply that both legs hang on."""
+    """The supply that both legs are fed from."""
     return load("scenario", legs["right"].scenario).supply
 
 
@@ -179,7 +179,7 @@ def _period_of(recording: Recording) -> Cycle:
     end = 2.0 * time[-1] - time[-2] if len(time) > 1 else 0.0
     last = int(np.floor(end / period + 1e-9)) - 1
     if last < 0:
-        problem = f"is shorter than the period of {period:g} s, over which air is told"
+        problem = f"is shorter than the period of {period:g} s, over which air is counted"
         raise InputError(
             problem, field="duration", value=recording.scenario["duration"], allowed="a longer one"
         )

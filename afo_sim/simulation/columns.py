@@ -424,7 +424,7 @@ def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[st
 def _of_sensor(column: str, sensors: Mapping[str, Any]) -> tuple[str, str]:
     name, _, output = column.removeprefix(SENSOR).partition("/")
     if name not in sensors:
-        problem = "is no sensor of the scenario, which tells its unit"
+        problem = "is not a sensor of the scenario, which gives its unit"
         raise unknown(column, [f"{SENSOR}{known}" for known in sensors], field="column", problem=problem)
     if output:
         return "V", "physical output"

@@ -204,7 +204,7 @@ def first_strides(
     settled: Mapping[str, Metric] | None,
     asked: Asked = EVERYTHING,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
-    """Metrics of the strides after a stop, and warnings of what they do not tell.
+    """Metrics of the strides after a stop, and warnings of what they do not say.
 
     Parameters
     ----------

@@ -140,7 +140,7 @@ SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
 def steps_of_period(scenario: Scenario, rate: float) -> int:
     """Steps from one command to the next; InputError where that is no whole number."""
     if isinstance(rate, bool) or not isinstance(rate, numbers.Real):
-        problem = "is no number of commands a second"
+        problem = "is not a valid number of commands a second"
         raise InputError(problem, field="controller.rate", value=rate, allowed="a number in Hz, such as 100")
     steps = 1.0 / (rate * scenario.timestep) if rate > 0.0 else 0.0
     if round(steps) < 1 or abs(steps - round(steps)) > SLIGHTLY * steps:
@@ -183,11 +183,13 @@ class Loop:
     def __init__(self, built: Built, controller: Controller, rate: float, time_limit: float = TIME_LIMIT):
         if not callable(controller):
             allowed = "a function of what is seen, or an object that can be called with it"
-            raise InputError("is no controller", field="controller", value=controller, allowed=allowed)
+            raise InputError(
+                "is not a valid controller", field="controller", value=controller, allowed=allowed
+            )
         limit: Any = time_limit  # whatever the caller's annotations say
         if not (isinstance(limit, numbers.Real) and float(limit) > 0.0):
             allowed = "a number above 0 [s]; infinite for none"
-            raise InputError("is no time", field="time_limit", value=time_limit, allowed=allowed)
+            raise InputError("is not a valid time", field="time_limit", value=time_limit, allowed=allowed)
         self.built, self.controller = built, controller
         self.watch = Watch(time_limit)
         self.period = steps_of_period(built.scenario, rate)
@@ -235,14 +237,14 @@ class Loop:
         """Ask the controller, and put its commands in force; PolicyFault where it fails."""
         for column in self.reads:  # a comparison with no number is false: the valves would just stay shut
             if not math.isfinite(seen[column]):
-                raise PolicyFault(f"the controller reads {column}, and that is no number")
+                raise PolicyFault(f"the controller reads {column}, and that is not a number")
         commands = self._watched(lambda _: self.controller(seen), "for a command")
         tell = getattr(self.controller, "tell", None)
-        found = None if tell is None else self._watched(lambda _: tell(), "to tell its columns")
+        found = None if tell is None else self._watched(lambda _: tell(), "to report its columns")
         try:
             told = None if tell is None else checked_told(found)
         except AfoSimError as error:
-            raise PolicyFault(f"what the controller tells is refused: {error}") from error
+            raise PolicyFault(f"what the controller reports is refused: {error}") from error
         try:
             self.commander.take(commands)
         except AfoSimError as error:
@@ -263,7 +265,7 @@ class Loop:
             raise PolicyFault(f"the controller raised {type(error).__name__}: {error}") from error
 
     def columns_told(self, first: int, stop: int) -> Rows:
-        """What the controller has told, as columns of the steps first…stop, held from command to command."""
+        """Reports of the controller as columns of the steps first…stop, held from command to command."""
         if not self.told:
             return {}
         starts = np.array([step for step, _ in self.told])
@@ -285,10 +287,15 @@ class Loop:
 
 
 def checked_told(told: object) -> dict[str, float]:
-    """What a controller tells, by the names of TOLD; InputError otherwise."""
+    """What a controller reports, by the names of TOLD; InputError otherwise."""
     if not isinstance(told, dict) or not set(told) <= set(TOLD):
-        raise InputError("tells something unknown", field="tell", value=told, allowed=", ".join(TOLD))
+        raise InputError("reports something unknown", field="tell", value=told, allowed=", ".join(TOLD))
     strange = {name: value for name, value in told.items() if not isinstance(value, numbers.Real)}
     for name, value in strange.items():
-        raise InputError("tells no number", field=f"tell: {name}", value=value, allowed="a number, or NaN")
+        raise InputError(
+            "reports something that is not a number",
+            field=f"tell: {name}",
+            value=value,
+            allowed="a number, or NaN",
+        )
     return {name: float(value) for name, value in told.items()}

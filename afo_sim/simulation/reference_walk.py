@@ -44,7 +44,7 @@ def reference_of(scenario: Scenario) -> Scenario:
         allowed = '"barefoot", "shoe" or "orthosis-off", where somebody walks'
         raise InputError("names nothing to compare with", field="reference", allowed=allowed)
     if kind == "shoe" and scenario.shoe is None:
-        problem = "compares with a shoe, and the scenario tells none"
+        problem = "compares with a shoe, and the scenario has none"
         raise InputError(problem, field="reference", value=kind, allowed="a shoe, such as shoe=trainer")
     if kind == "orthosis-off" and not orthosis.muscle:
         problem = "compares with an orthosis without air, and none is worn"

@@ -50,7 +50,7 @@ class Rollout:
     wall_seconds : its share of the time that stepping took
     first_step : number of the first row's step
     final : the state after the last step, {name: (width,)}
-    told : columns that the policy tells (n,)
+    told : columns that the policy reports (n,)
     """
 
     rows: Rows

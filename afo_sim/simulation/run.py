@@ -188,7 +188,7 @@ def run_built(
     return make_recording(built, rollout)
 
 
-SLOW, LEFT = 0.8, 0.05  # share that a stride leaves, from which on that is told; of the way [-]
+SLOW, LEFT = 0.8, 0.05  # share that a stride leaves, from which on there is a warning; of the way [-]
 FORWARD = ("ankle/position/x", "ground/position/x", "qpos/shank_x")  # what goes on from stride to stride
 
 

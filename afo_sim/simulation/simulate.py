@@ -31,7 +31,7 @@ from afo_sim.simulation.rollout import (
 from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Policy, Rows, Stepper, fixed
 
 GONE = "the ankle has gone through its stops"
-PLAY = 0.5  # beyond a stop, where no stop gives way by that much [rad]
+PLAY = 0.5  # beyond a stop, where no stop yields by that much [rad]
 WATCHED_BLOCK = 250  # steps between two stretches that somebody watches, and in Python mode
 
 Progress = Callable[[int, int], None]

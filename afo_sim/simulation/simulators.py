@@ -34,7 +34,7 @@ def steps_in(dt: float | None, timestep: float) -> int:
     steps = dt / timestep if number else math.nan
     if not 0.5 < steps < MAX_STEPS or abs(steps - round(steps)) > SLIGHTLY * steps:
         allowed = f"{timestep:g} s times 1, 2, 3, …"
-        raise InputError("is no whole number of time steps", field="dt", value=dt, allowed=allowed)
+        raise InputError("is not a whole number of time steps", field="dt", value=dt, allowed=allowed)
     return round(steps)
 
 

@@ -43,7 +43,7 @@ class Policy:
     choose : inputs (n, n_input) of the n steps of a Moment
     period : steps from one choice to the next; None lets the roll-out decide, for inputs that follow from the
         steps alone
-    told : of the steps first…stop, what the policy tells beside its inputs, as columns (n,); nothing by
+    told : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
         default
 
     `choose` raises `PolicyFault` where a simulation has to end.

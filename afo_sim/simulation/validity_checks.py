@@ -188,7 +188,7 @@ def limit_warnings(
             reason = (
                 f"its law, {group.type.law}, gives no force at that pressure"
                 if strongest <= 1.0
-                else "its cable gives way; raise cable.stiffness"
+                else "its cable yields; raise cable.stiffness"
                 if gives
                 else "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
             )

@@ -140,7 +140,7 @@ def test_a_drive_that_nothing_asks_is_said_to_change_nothing() -> None:
 
 def test_a_text_in_place_of_a_pressure_is_told_what_a_pressure_is() -> None:
     run = driven("pwm", lambda seen: {"dorsiflexor": "2 bar"}, duration="0.1 s")
-    assert "'2 bar': is no command" in run.status and "or a number, a gauge pressure" in run.status
+    assert "'2 bar': is not a valid command" in run.status and "or a number, a gauge pressure" in run.status
     assert "timed" in run.status
 
 

@@ -29,9 +29,9 @@ def late(command: Any) -> Any:
         ({"dorsiflexor": "inlt"}, "'inlt'"),
         ({"dorsiflexor": (math.nan, 0.0)}, "is outside a coil's range"),
         ({"dorsiflexor": (0.0, 1.5)}, "is outside a coil's range"),
-        ({"dorsiflexor": (1.0,)}, "is no command"),
-        ({"dorsiflexor": np.ones((1, 2))}, "is no command"),
-        ({"dorsiflexor": True}, "is no command"),
+        ({"dorsiflexor": (1.0,)}, "is not a valid command"),
+        ({"dorsiflexor": np.ones((1, 2))}, "is not a valid command"),
+        ({"dorsiflexor": True}, "is not a valid command"),
         ({"dorsiflexor": 2e5}, "[drive.dorsiflexor]"),
     ],
 )
@@ -173,4 +173,4 @@ def test_a_described_controller_does_not_go_on_with_a_reading_that_is_no_number(
         "drive.dorsiflexor.kind": "pwm",
     }
     run = afo_sim.run("seated", SHORT | sets)
-    assert "the controller reads sensor/air, and that is no number" in run.status
+    assert "the controller reads sensor/air, and that is not a number" in run.status

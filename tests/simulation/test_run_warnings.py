@@ -1,4 +1,4 @@
-"""What a run with a settled stride warns of: each thing once, and nothing is lost because its words are alike."""
+"""What a run with a settled stride warns of: each thing once, and nothing is lost for alike words."""
 
 from types import SimpleNamespace
 from typing import Any
