@@ -15,8 +15,8 @@ from PIL import Image
 
 import afo_sim
 from afo_sim.metrics import metric_words as page
-from afo_sim.metrics.push_off import HEEL_RISE
 from afo_sim.metrics.strides import Stride
+from afo_sim.metrics.torque import HEEL_RISE
 from afo_sim.metrics.walking import FOREFOOT_PITCH, HEEL_PITCH, LOADING
 from afo_sim.model.torque_map import NEEDS
 from afo_sim.show.run_view import RunView

@@ -8,9 +8,10 @@ import numpy as np
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
+from afo_sim.metrics.strides import chambers
 from afo_sim.metrics.supply import beside_inlets, flow_metrics, rows_of
-from afo_sim.metrics.switching import switching_by_the_minute
 from afo_sim.metrics.torque import inversion_peaks
+from afo_sim.metrics.valves import switching_by_the_minute
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
@@ -42,11 +43,6 @@ def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
         return float(time[0])
     share = (level - rising[k - 1]) / (rising[k] - rising[k - 1])
     return float(time[k - 1] + share * (time[k] - time[k - 1]))
-
-
-def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
-    """Names of a recording's chambers."""
-    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
 
 
 @reported(

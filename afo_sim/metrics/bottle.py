@@ -152,15 +152,7 @@ def until_empty(totals: Mapping[str, Metric]) -> dict[str, Metric]:
 def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> dict[str, Metric]:
     """What walking takes from a bottle of air.
 
-    Parameters
-    ----------
-    free_air : of one stride [l] (ANR)
-    stride_time : [s]
-    bottle : free air that the bottle gives [l] (ANR); None of a source that does not run empty
-
-    Returns
-    -------
-    dict of Metric by name; without strides and hours where they take no air or the source does not run empty
+    Units: free_air [l], stride_time [s], bottle [l].
     """
     found = {"free_air_per_minute": measured("free_air_per_minute", free_air * 60.0 / stride_time)}
     if free_air > 0.0 and bottle is not None:
@@ -173,15 +165,7 @@ def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) ->
 def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, Metric]:
     """What seated cycles take from a bottle of air.
 
-    Parameters
-    ----------
-    free_air : of one cycle [l] (ANR)
-    minutes : that a cycle takes [min]
-    bottle : free air that the bottle gives [l] (ANR)
-
-    Returns
-    -------
-    dict of Metric by name; empty where cycles take no air
+    Units: free_air [l], minutes [min], bottle [l].
     """
     if free_air <= 0.0:
         return {}

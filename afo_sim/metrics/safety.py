@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from afo_sim.metrics.ankle import chambers
 from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.strides import chambers
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
 FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
@@ -68,22 +68,12 @@ def cuff_metrics(
 ) -> dict[str, Metric]:
     """Pressure of a shank's cuff on the skin.
 
-    Parameters
-    ----------
-    pull : force on the cuff forward, left and up along the shank [N] (n, 3)
-    area : of skin that carries, > 0 [m²]
-    friction : coefficient µ between cuff and skin, > 0 [-]
-    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
-    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
-
-    Returns
-    -------
-    dict of Metric by name
-
     Notes
     -----
     N = max |F_along| / µ; sustained pressure N/A; peak pressure (N + max |F_across|)/A. The pull across comes
     and goes, and lifts the cuff off on its other side. So it is not counted among what holds the cuff.
+
+    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
     """
     along = float(np.abs(pull[:, 2]).max())
     across = float(np.hypot(pull[:, 0], pull[:, 1]).max())
@@ -154,17 +144,7 @@ def plate_metrics(
     held by the strap over the instep: N = max(|F_along|/µ − F_up), not below zero. The strap presses the sole
     as well, and the ground does in stance: neither is counted, so that the strap's force is an upper bound.
 
-    Parameters
-    ----------
-    pull : force on the plate forward, left and up in the foot's axes [N] (n, 3)
-    area : of skin under the strap, > 0 [m²]
-    friction : coefficient µ between plate, strap and foot, > 0 [-]
-    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
-    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
-
-    Returns
-    -------
-    dict of Metric by name
+    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
     """
     along = np.hypot(pull[:, 0], pull[:, 1])
     holding = max(0.0, float((along / friction - pull[:, 2]).max()))
@@ -243,14 +223,7 @@ def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict
 def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
     """How close muscles come to their limits.
 
-    Parameters
-    ----------
-    shares : by "pressure", "force", "contraction" and "stretch", the peak of each muscle over its limit [-];
-        one below zero counts as none
-
-    Returns
-    -------
-    dict of Metric by name, of the largest share each; what no muscle has a limit of is left out
+    Units: shares [-].
     """
     found = {}
     for what, each in shares.items():
@@ -285,15 +258,7 @@ def muscle_life(run: Run) -> Found:
 def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
     """How long muscles last that are stated to last some number of cycles.
 
-    Parameters
-    ----------
-    cycles : per stride, of the chamber that has most [-]; none leaves strides and days out
-    life : cycles until the stated life ends [-]
-    strides_per_day : of one leg [-]; 0 leaves the days out
-
-    Returns
-    -------
-    dict of Metric by name
+    Units: cycles [-], life [-], strides_per_day [-].
     """
     values = {"muscle_cycles_per_stride": cycles}
     if cycles > 0.0:
@@ -310,14 +275,7 @@ def cycles(pressure: np.ndarray, strides: int) -> float:
     value, where it swings by a tenth of the highest or more. The ankle works a muscle that stays filled too,
     so that it counts one cycle a stride at least. What stays below 0.1 bar counts none.
 
-    Parameters
-    ----------
-    pressure : gauge, of whole strides that repeat [Pa] (n,)
-    strides : how many, > 0
-
-    Returns
-    -------
-    float [-]
+    Units: pressure [Pa] (n,), returns [-].
     """
     lowest, highest = float(pressure.min()), float(pressure.max())
     if highest <= FILLED:

@@ -18,7 +18,6 @@ from afo_sim.common.notice import Notice
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import peak
-from afo_sim.metrics.ankle import chambers
 from afo_sim.metrics.metric import (
     ANKLE,
     CLEARANCE,
@@ -32,7 +31,7 @@ from afo_sim.metrics.metric import (
     reported,
     reporting,
 )
-from afo_sim.metrics.strides import Stride, settled, strides
+from afo_sim.metrics.strides import Stride, chambers, settled, strides
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not

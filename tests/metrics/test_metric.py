@@ -20,14 +20,13 @@ from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics, settling_metrics
 from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
-from afo_sim.metrics.filling import filling
 from afo_sim.metrics.first_strides import first_stride_metrics
 from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, reported, reporting
 from afo_sim.metrics.metric_words import WORDS, words
 from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
-from afo_sim.metrics.stride_air import air_of
-from afo_sim.metrics.supply import efficiency_metrics, sag_metrics
-from afo_sim.metrics.switching import life_metrics as valve_metrics
+from afo_sim.metrics.supply import air_of, efficiency_metrics, sag_metrics
+from afo_sim.metrics.valves import filling
+from afo_sim.metrics.valves import life_metrics as valve_metrics
 from afo_sim.metrics.walking import walk_metrics
 from afo_sim.simulation.energy_balance import Energy
 

@@ -9,7 +9,13 @@ import pytest
 from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.metric_words import words
-from afo_sim.metrics.supply import beside_inlets, efficiency_metrics, flow_metrics, sag_metrics, sag_of_both
+from afo_sim.metrics.supply import (
+    beside_inlets,
+    efficiency_metrics,
+    flow_metrics,
+    sag_metrics,
+    sag_of_both,
+)
 from afo_sim.metrics.verdict import Answer, Feed, verdict
 
 LIMITS = SimpleNamespace(

@@ -83,7 +83,7 @@ class Endless:
             endless(0)
 
 
-@pytest.mark.parametrize(("part", "words"), [("call", "for a command"), ("tell", "to tell its columns")])
+@pytest.mark.parametrize(("part", "words"), [("call", "for a command"), ("tell", "to report its columns")])
 def test_an_endless_controller_is_interrupted(part: str, words: str) -> None:
     start = time.monotonic()
     run = afo_sim.run("seated", SHORT, controller=Endless(part), time_limit=0.2)
@@ -137,7 +137,7 @@ def test_what_is_told_wrongly_is_a_sentence(told: Any) -> None:
     controller = Endless("")
     controller.tell = lambda: told  # type: ignore[method-assign]
     status = afo_sim.run("seated", SHORT, controller=controller).status
-    assert status.startswith("failed: t = 0 s: what the controller tells is refused: ")
+    assert status.startswith("failed: t = 0 s: what the controller reports is refused: ")
 
 
 def test_a_controller_sees_rows_that_are_one_step_old() -> None:

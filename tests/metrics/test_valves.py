@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.metrics.switching import life_metrics, rises, switching_by_the_minute
+from afo_sim.metrics.valves import life_metrics, rises, switching_by_the_minute
 
 WALK: dict[str, Any] = {"duration": "5 s", "gait.settled": "walked"}
 

@@ -96,7 +96,7 @@ def test_strides_that_do_not_repeat_are_compared_with_such() -> None:
 @pytest.mark.parametrize(
     ("scenario", "sets", "said"),
     [
-        ("walk-dropfoot", {"reference": "shoe"}, "the scenario tells none"),
+        ("walk-dropfoot", {"reference": "shoe"}, "the scenario has none"),
         ("walk-dropfoot", {"reference": "orthosis-off"}, "none is worn"),
         ("walk-dropfoot", {"reference": "nobody"}, "barefoot"),
         ("seated", {"reference": "barefoot"}, "driven shank"),
