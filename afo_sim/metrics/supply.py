@@ -1,4 +1,4 @@
-"""What a device takes from its supply: air of a stride and by the hour, its flow and exergy; how far it sags."""
+"""What a device takes from its supply: air of a stride and by the hour, flow, exergy, how far it sags."""
 
 from collections.abc import Mapping, Sequence
 
