@@ -12,6 +12,7 @@ import numpy as np
 from afo_sim.common.notice import Notice
 from afo_sim.common.units import LEAST_NUMBER
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.quantity import Described, told_of
 from afo_sim.metrics.facts import Facts
 from afo_sim.metrics.safety import skin_metrics
@@ -32,6 +33,10 @@ UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
 FINER = 4.0  # times as many steps, where nothing says how many would do
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+WHO = {"shank": "it", "foot": "its strap"}  # presses on the skin of a segment
+GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
+SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
 def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
@@ -130,12 +135,6 @@ def _shorter(step: float, times: float) -> str:
     return f"a time step of {first * decade:g} ms"
 
 
-NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
-WHO = {"shank": "it", "foot": "its strap"}  # presses on the skin of a segment
-GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
-SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
-
-
 def limit_warnings(
     built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Notice]:
@@ -144,60 +143,25 @@ def limit_warnings(
     Units: static [N].
     """
     yield from _target_warnings(built, columns)
-    time = columns["time"]
-    groups = muscle_names(built.scenario.orthosis)
-    for name, group in groups.items():
-        limits = group.type.limits
-        chamber = chamber_of(name, group)
-        pressure = columns[f"chamber/{chamber}/pressure"]
-        force = columns[f"muscle/{name}/force"]
-        contraction = columns[f"muscle/{name}/contraction"]
-        for word, key, values, limit, unit in (
-            ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
-            ("force", "force", force, limits.force, " N"),
-            ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
-            ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
-        ):
-            worst = int(np.argmax(values))
-            if values[worst] > limit:
-                yield Notice(
-                    f"muscle-{key}",
-                    "{subject}: {what} reaches {value:.3g}{unit} at {time:.3f} s, beyond its limit of "
-                    "{limit:.3g}{unit}{kind}",
-                    subject=name,
-                    what=word,
-                    value=float(values[worst]),
-                    limit=limit,
-                    unit=unit,
-                    time=float(time[worst]),
-                    kind=told_of(limits, key),
-                )
+    for name, group in muscle_names(built.scenario.orthosis).items():
+        pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
+        force, contraction = (columns[f"muscle/{name}/{what}"] for what in ("force", "contraction"))
+        yield from _muscle_limits(name, group.type, columns["time"], pressure, force, contraction)
         if name.endswith("_1"):  # its neighbours say the same
             given = (static or {}).get(name, force)
             n = len(given)
-            yield from _law_warnings(name, group.type, time[:n], pressure[:n], contraction[:n], given)
-            if group.type.length_warning:
-                why = group.type.length_warning
+            rows = columns["time"][:n], pressure[:n], contraction[:n]
+            yield from _law_warnings(name, group.type, *rows, given)
+            if why := group.type.length_warning:
                 yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
-            strongest = static_force(
-                LAWS[group.type.law].native_id, 0.0, filled, [*group.type.coefficients], 0
-            )
-            gives = group.cable.stiffness * GIVES < strongest
-            reason = (
-                f"its law, {group.type.law}, gives no force at that pressure"
-                if strongest <= 1.0
-                else "its cable yields; raise cable.stiffness"
-                if gives
-                else "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
-            )
             yield Notice(
                 "muscle-never-pulls",
                 "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}",
                 subject=name,
                 bar=filled * 1e-5,
-                reason=reason,
+                reason=_why_slack(group, filled),
             )
     lower, upper = built.model.joint(ANKLE).range
     angle = columns["ankle/angle"]
@@ -210,6 +174,52 @@ def limit_warnings(
             yield Notice("stop-reached", text, subject=SUBTALAR)
     yield from _skin_warnings(built, columns)
     yield from _source_warnings(built, columns)
+
+
+def _muscle_limits(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    force: np.ndarray,
+    contraction: np.ndarray,
+) -> Iterator[Notice]:
+    """Warnings of one muscle beyond its limits."""
+    limits = muscle.limits
+    for word, key, values, limit, unit in (
+        ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
+        ("force", "force", force, limits.force, " N"),
+        ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
+        ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
+    ):
+        worst = int(np.argmax(values))
+        if values[worst] > limit:
+            yield Notice(
+                f"muscle-{word.split()[-1]}",
+                "{subject}: {what} reaches {value:.3g}{unit} at {time:.3f} s, beyond its limit of "
+                "{limit:.3g}{unit}{kind}",
+                subject=name,
+                what=word,
+                value=float(values[worst]),
+                limit=limit,
+                unit=unit,
+                time=float(time[worst]),
+                kind=told_of(limits, key),
+            )
+
+
+def _why_slack(group: MuscleGroup, filled: float) -> str:
+    """Why a muscle whose chamber is filled does not pull.
+
+    Units: filled [Pa].
+    """
+    law = group.type.law
+    strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
+    if strongest <= 1.0:
+        return f"its law, {law}, gives no force at that pressure"
+    if group.cable.stiffness * GIVES < strongest:
+        return "its cable yields; raise cable.stiffness"
+    return "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
 
 
 def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
