@@ -76,10 +76,7 @@ def checked_pressure(pressure: float) -> float:
 
 
 def checked(
-    commands: object,
-    chambers: Iterable[str],
-    driven: Iterable[str] = (),
-    three_way: Iterable[str] = (),
+    commands: object, chambers: Iterable[str], driven: Iterable[str] = (), three_way: Iterable[str] = ()
 ) -> dict[str, tuple[float, float] | float | None]:
     """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's timing.
 

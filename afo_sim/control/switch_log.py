@@ -195,10 +195,7 @@ class RecordedController:
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The coils' mean from now to the next command."""
         return {
-            chamber: (
-                _mean(told, 0, seen.time, seen.period),
-                _mean(told, 1, seen.time, seen.period),
-            )
+            chamber: (_mean(told, 0, seen.time, seen.period), _mean(told, 1, seen.time, seen.period))
             for chamber, told in self.log.switches.items()
         }
 

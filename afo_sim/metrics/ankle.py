@@ -110,13 +110,7 @@ def ankle_metrics(
     if names:
         seconds = float(time[-1] - time[0]) + timestep
         told = flow_metrics(
-            rows,
-            names,
-            cycles * total,
-            timestep,
-            seconds=seconds,
-            cycles=cycles,
-            free_density=free_density,
+            rows, names, cycles * total, timestep, seconds=seconds, cycles=cycles, free_density=free_density
         )
         found |= dict(told)
     found |= dict(switching_by_the_minute(columns, timestep))

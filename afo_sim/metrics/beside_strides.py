@@ -8,12 +8,7 @@ from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, measured
 
 @reported(
     TIME,
-    (
-        "strides_solved",
-        "",
-        "Strides that the solver walked",
-        "a wearer walks more until it settles",
-    ),
+    ("strides_solved", "", "Strides that the solver walked", "a wearer walks more until it settles"),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
     ("settled_angle_change", "deg", "Distance of the last two strides", "largest, of the ankle's angle"),
     of=Of.BESIDE,

@@ -108,12 +108,7 @@ def _content(run: Run) -> float:
         "by the mean flow, filling its tank from one switching pressure to the other; bursts that pull the "
         "tank lower make it less: the run's own is the mean of supply/running",
     ),
-    (
-        "compressor_power",
-        "W",
-        "Mean electric power of the compressor",
-        "while it runs, times its duty",
-    ),
+    ("compressor_power", "W", "Mean electric power of the compressor", "while it runs, times its duty"),
     of=Of.RUN,
     made_of=FLOWS,
 )

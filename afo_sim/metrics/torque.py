@@ -161,12 +161,7 @@ HELD = "held against the scenario's limits.{}"  # where the limits stand
         "Plantarflexion at toe-off",
         "plantarflexion positive; a shoe's drop counts",
     ),
-    (
-        "plantarflexion_lost_at_toe_off",
-        "deg",
-        "Plantarflexion lost at toe-off",
-        f"{LOST}, {WHOSE}",
-    ),
+    ("plantarflexion_lost_at_toe_off", "deg", "Plantarflexion lost at toe-off", f"{LOST}, {WHOSE}"),
     of=Of.STRIDE,
 )
 def push_off(stride: Stride) -> Found:

@@ -11,13 +11,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
 from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics
 from afo_sim.metrics.facts import Run, run_metrics
-from afo_sim.metrics.first_strides import (
-    AIR_BEFORE,
-    NAMES,
-    first_stride_metrics,
-    from_start,
-    strides_needed,
-)
+from afo_sim.metrics.first_strides import AIR_BEFORE, NAMES, first_stride_metrics, from_start, strides_needed
 from afo_sim.metrics.metric import REPORTED, Metric, made_of, of_strides
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
@@ -165,12 +159,7 @@ def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examin
 
 
 def examine(
-    built: Built,
-    rollout: Rollout,
-    *,
-    transient: bool = True,
-    solved: bool = False,
-    asked: Asked = EVERYTHING,
+    built: Built, rollout: Rollout, *, transient: bool = True, solved: bool = False, asked: Asked = EVERYTHING
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
     """Columns of every step of a roll-out, and what they say in numbers.
 

@@ -28,14 +28,7 @@ from afo_sim.simulation.stepping import (
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
 METRIC_FIELDS = ("actuator_force", "actuator_length", "qfrc_actuator", "userdata")  # for metrics
-FIELDS = (
-    *METRIC_FIELDS,
-    "qacc",
-    "qfrc_bias",
-    "qfrc_passive",
-    "qfrc_constraint",
-    "ten_J",
-)
+FIELDS = (*METRIC_FIELDS, "qacc", "qfrc_bias", "qfrc_passive", "qfrc_constraint", "ten_J")
 BLOCK = 10_000  # steps between two reports of progress
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 

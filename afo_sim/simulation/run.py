@@ -226,10 +226,7 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
 
 
 def run_settled(
-    scenario: Scenario,
-    *,
-    progress: Progress | None = None,
-    watch: Callable[[Recording], None] | None = None,
+    scenario: Scenario, *, progress: Progress | None = None, watch: Callable[[Recording], None] | None = None
 ) -> Recording:
     """Walk from the start, and solve for the settled stride.
 

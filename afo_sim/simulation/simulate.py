@@ -130,11 +130,7 @@ def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> t
 
 
 def case_of(
-    built: Built,
-    policy: Policy,
-    first: np.ndarray,
-    state: np.ndarray | None = None,
-    air: Guess | None = None,
+    built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None, air: Guess | None = None
 ) -> Case | Rollout:
     """The case to roll out, or an empty Rollout where a kernel refuses the start.
 
@@ -200,12 +196,7 @@ class Stepped:
     """
 
     def __init__(
-        self,
-        builts: Sequence[Built],
-        *,
-        count: int = 1,
-        fields: tuple[str, ...] = FIELDS,
-        threads: int = 1,
+        self, builts: Sequence[Built], *, count: int = 1, fields: tuple[str, ...] = FIELDS, threads: int = 1
     ):
         self.builts = list(builts) * (count if len(builts) == 1 else 1)
         self.fields = fields

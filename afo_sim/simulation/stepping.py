@@ -98,11 +98,7 @@ class BatchStepper:
     """Any number of simulations in threads, with native callbacks."""
 
     def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        states: Sequence[np.ndarray],
-        inputs: int,
-        threads: int,
+        self, models: Sequence[mujoco.MjModel], states: Sequence[np.ndarray], inputs: int, threads: int
     ):
         self.inputs = inputs
         self.batch = Batch(models[0], nsim=len(models), nthread=threads)

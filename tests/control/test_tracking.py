@@ -34,8 +34,7 @@ def test_a_chirp_has_its_frequencies_and_no_jump() -> None:
 
 
 @pytest.mark.parametrize(
-    ("between", "expected"),
-    [("hold", [1.0, 1.0, 1.0, 3.0, 3.0]), ("line", [1.0, 1.0, 2.0, 3.0, 3.0])],
+    ("between", "expected"), [("hold", [1.0, 1.0, 1.0, 3.0, 3.0]), ("line", [1.0, 1.0, 2.0, 3.0, 3.0])]
 )
 def test_a_table_holds_or_runs_straight(between: str, expected: list[float]) -> None:
     table = [["1 s", "1 bar"], ["3 s", "3 bar"]]

