@@ -39,16 +39,16 @@ class EmgController:
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The command at the present activation."""
-        told = self.description
-        excitation = self._delayed(self.sign * seen[told.column] / self.full, seen.period)
-        times = told.activation_time, told.deactivation_time
+        described = self.description
+        excitation = self._delayed(self.sign * seen[described.column] / self.full, seen.period)
+        times = described.activation_time, described.deactivation_time
         self.activation = activated(self.activation, excitation, seen.period, *times)
-        if told.pressure is not None:
-            return {told.chamber: told.pressure * self.activation}
-        self.filling = switched(self.filling, self.activation, told.vent_below, told.fill_above)
+        if described.pressure is not None:
+            return {described.chamber: described.pressure * self.activation}
+        self.filling = switched(self.filling, self.activation, described.vent_below, described.fill_above)
         if self.filling:
-            return {told.chamber: "inlet"}
-        return {told.chamber: "outlet" if self.activation < told.vent_below else "shut"}
+            return {described.chamber: "inlet"}
+        return {described.chamber: "outlet" if self.activation < described.vent_below else "shut"}
 
     def _delayed(self, share: float, period: float) -> float:
         """The excitation of a delay ago, from 0 to 1; 0 before the first."""

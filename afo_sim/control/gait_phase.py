@@ -113,7 +113,7 @@ class GaitPhaseController:
         if not self.estimator.ready or self.stands:
             return dict.fromkeys(self.description.chambers, self.description.waiting)
         phase = self.estimator.phase % 1.0
-        return {chamber: command_at(told, phase) for chamber, told in self.description.chambers.items()}
+        return {chamber: command_at(given, phase) for chamber, given in self.description.chambers.items()}
 
     def tell(self) -> dict[str, float]:
         """Estimated phase and stride time; NaN while they are not known."""
@@ -125,12 +125,12 @@ class GaitPhaseController:
         }
 
 
-def command_at(told: ChamberPhases, phase: float) -> Command:
+def command_at(given: ChamberPhases, phase: float) -> Command:
     """A chamber's command at a phase from 0 to 1: a pressure [Pa], or two coils."""
-    if told.pressure:
-        phases, pressures = zip(*told.pressure, strict=True)
+    if given.pressure:
+        phases, pressures = zip(*given.pressure, strict=True)
         return float(np.interp(phase, phases, pressures, period=1.0))
-    return _coil(told.inlet, phase), _coil(told.outlet, phase)
+    return _coil(given.inlet, phase), _coil(given.outlet, phase)
 
 
 def _coil(intervals: tuple[tuple[float, float], ...], phase: float) -> float:

@@ -36,7 +36,7 @@ class ImpedanceController:
 
     def reset(self) -> None:
         """Forget the last run."""
-        self.told: dict[str, float] = {}
+        self.reported: dict[str, float] = {}
 
     def difference(self, moment: float, angle: float) -> float:
         """Pressure [Pa] by which the chambers depart from the mean for a moment [N·m] at an angle [rad].
@@ -58,7 +58,7 @@ class ImpedanceController:
         # τ = K (θ_ref − θ) − B dθ/dt + feed-forward
         moment = it.stiffness * (reference - angle) - it.damping * velocity + it.feed_forward
         difference = self.difference(moment, angle)
-        self.told = {
+        self.reported = {
             "reference": reference,
             "error": reference - angle,
             "reference_moment": moment,
@@ -68,7 +68,7 @@ class ImpedanceController:
 
     def tell(self) -> Told:
         """Reference, error, the moment that is asked for, and the share of the pressures' range."""
-        return self.told
+        return self.reported
 
 
 CONTROLLER = ImpedanceController

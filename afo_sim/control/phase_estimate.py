@@ -102,7 +102,7 @@ STRIKE = 0.006  # error of a foot switch [-]
 STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
 WAKING = 0.5, 0.01  # what is not known of who stands: rate [1/s], phase [-]
 SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
-AVERAGED = 2.0  # how often a stride the rate that is told is renewed
+AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
 KNOWN = 0.9  # strides that it has followed until it is ready
 BACK = 0.05  # phase by which it waits instead of running back [-]
 
@@ -130,17 +130,17 @@ class PhaseEstimate:
         self._follows = False
         self._followed = 0.0  # strides
         self._lost = False  # until the next swing
-        self._told = -math.inf  # phase, with whole strides
+        self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
         self._kept = (self._state, self._covariance)  # when a swing agreed last
         self._origin = 0.0  # of the shape, to which it is held
-        self._unstruck = math.inf  # strides since the foot switch told
+        self._unstruck = math.inf  # strides since the foot switch closed
         self.stopped = False
 
     @property
     def phase(self) -> float:
         """Gait phase, 0 = heel strike, below 1; NaN before the first swing."""
-        return self._told % 1.0 if self._follows else math.nan
+        return self._stated % 1.0 if self._follows else math.nan
 
     @property
     def stride_time(self) -> float:
@@ -188,7 +188,7 @@ class PhaseEstimate:
         self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
 
     def _loosen(self, phase: float, rate: float) -> None:
-        """Forget how phase and rate go with the rest; their variances are told."""
+        """Forget how phase and rate go with the rest; their variances are given."""
         self._covariance[:SHAPE, :] = 0.0
         self._covariance[:, :SHAPE] = 0.0
         self._covariance[0, 0], self._covariance[1, 1] = phase, rate
@@ -209,7 +209,7 @@ class PhaseEstimate:
         else:  # what it has learnt since then was not this walker's shape
             self._state[:], self._covariance[:, :] = self._kept
         self._follows, self._followed, self._lost = True, 0.0, False
-        self._told, self._rate = -math.inf, rate
+        self._stated, self._rate = -math.inf, rate
         self._state[:SHAPE] = phase, rate
         self._loosen(PHASE**2, (RATE * rate) ** 2)
         self._kept = self._state.copy(), self._covariance.copy()
@@ -233,7 +233,7 @@ class PhaseEstimate:
         surprise = value - series(state, wave)[0]
         if self._lost or (self._followed > KNOWN and abs(surprise) > LOST):
             self._lost = True  # it learns nothing, and goes on as before until the next swing
-            self._told = float(state[0])
+            self._stated = float(state[0])
             return
         error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._followed / FORGOTTEN)
         correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
@@ -242,7 +242,7 @@ class PhaseEstimate:
             if abs(late) > AGREES:
                 state[0] += late
                 self._loosen(STRIKE**2, float(covariance[1, 1]))
-                self._told = -math.inf
+                self._stated = -math.inf
             else:
                 correct(state, covariance, self._striking, late, STRIKE**2)
             self._unstruck = 0.0
@@ -250,8 +250,8 @@ class PhaseEstimate:
         state[1] = min(max(state[1], 0.0), FASTEST)
         self._averaged(dt)
         phase = float(state[0] + state[1] * self._lead)
-        if not 0.0 < self._told - phase < BACK:
-            self._told = phase
+        if not 0.0 < self._stated - phase < BACK:
+            self._stated = phase
 
     def _averaged(self, dt: float) -> None:
         """The rate over about half a stride: within a stride it errs to either side."""

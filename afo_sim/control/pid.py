@@ -84,7 +84,7 @@ class PidController:
         """Forget the last run."""
         self.law.reset()
         self.valves.reset()
-        self.told: dict[str, float] = {}
+        self.reported: dict[str, float] = {}
 
     def __call__(self, seen: Observation) -> dict[str, Command]:
         """Commands of the next period."""
@@ -92,9 +92,9 @@ class PidController:
         error = reference - measured
         beyond = math.copysign(max(abs(error) - self.loop.dead_band, 0.0), error)
         output = self.law(beyond, measured, seen.period)
-        self.told = {TELLS[self.described.quantity]: reference, "output": output}
+        self.reported = {TELLS[self.described.quantity]: reference, "output": output}
         if self.described.quantity == "angle":
-            self.told["error"] = error
+            self.reported["error"] = error
         pressures = self.described.pressures
         if pressures is None:
             return self.valves(output)
@@ -104,7 +104,7 @@ class PidController:
 
     def tell(self) -> Told:
         """What was asked for, the error of an angle, and the output."""
-        return self.told
+        return self.reported
 
 
 CONTROLLER = PidController

@@ -23,16 +23,16 @@ class ToeLoadController:
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The commands at the load that is measured."""
-        told = self.description
-        self.load = seen[told.column]
-        share = self.load / told.peak
-        self.loaded = switched(self.loaded, share, told.unloaded, told.loaded)
-        self.pushing = switched(self.pushing, share, told.vent_below, told.fill_above)
+        described = self.description
+        self.load = seen[described.column]
+        share = self.load / described.peak
+        self.loaded = switched(self.loaded, share, described.unloaded, described.loaded)
+        self.pushing = switched(self.pushing, share, described.vent_below, described.fill_above)
         commands: dict[str, Command] = {}
-        if told.lifts is not None:
-            commands[told.lifts] = self._lift()
-        if told.pushes is not None:
-            commands[told.pushes] = self._push(share)
+        if described.lifts is not None:
+            commands[described.lifts] = self._lift()
+        if described.pushes is not None:
+            commands[described.pushes] = self._push(share)
         return commands
 
     def _lift(self) -> Command:
@@ -42,12 +42,12 @@ class ToeLoadController:
         return 0.0 if self.loaded else pressure
 
     def _push(self, share: float) -> Command:
-        told = self.description
-        if told.push_pressure is not None:
-            return told.push_pressure * min(max(share, 0.0), 1.0)
+        described = self.description
+        if described.push_pressure is not None:
+            return described.push_pressure * min(max(share, 0.0), 1.0)
         if self.pushing:
             return "inlet"
-        return "outlet" if share < told.vent_below else "shut"
+        return "outlet" if share < described.vent_below else "shut"
 
     def tell(self) -> dict[str, float]:
         """The load, and whether the toes bear much."""

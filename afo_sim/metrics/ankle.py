@@ -109,9 +109,9 @@ def ankle_metrics(
     found["air_per_cycle"] = total
     if names:
         seconds = float(time[-1] - time[0]) + timestep
-        told = flow_metrics(
+        flows = flow_metrics(
             rows, names, cycles * total, timestep, seconds=seconds, cycles=cycles, free_density=free_density
         )
-        found |= dict(told)
+        found |= dict(flows)
     found |= dict(switching_by_the_minute(columns, timestep))
     return {name: measured(name, value) for name, value in found.items()}

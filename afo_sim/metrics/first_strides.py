@@ -81,8 +81,8 @@ def first_stride_metrics(
     elif math.isfinite(values.get(AIR_FIRST, math.nan)):
         left = [name for name in (LOWEST, UNTIL) if name in asked]
         warnings += [_left_out(name, _too_few(len(heights))) for name in left]
-    told = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
-    return {name: measured(name, value) for name, value in told.items()}, tuple(warnings)
+    kept = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
+    return {name: measured(name, value) for name, value in kept.items()}, tuple(warnings)
 
 
 def _left_out(name: str, why: str) -> Notice:

@@ -50,7 +50,7 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
     metrics : of the run
     reference : whom it is compared with, as it goes into a sentence
     """
-    sentences = [f"In swing {told}." for told in lift(metrics, reference)]
+    sentences = [f"In swing {clause}." for clause in lift(metrics, reference)]
     if "toe_clearance_to_recorded" in metrics:
         than = _than(metrics["toe_clearance_to_recorded"].value, RECORDED)
         sentences.append(f"The toe passes {than}.")

@@ -43,13 +43,13 @@ def torque_deficit(stride: Stride) -> Found:
     """
     needed = stride["gait/needed_moment"]
     for side, sign in SIDES.items():
-        yield from peak.told(f"needed_{side}_torque", sign * needed, stride.timestep)
+        yield from peak.peaks(f"needed_{side}_torque", sign * needed, stride.timestep)
     held = np.clip(-stride["gait/passive_moment"], 0.0, np.maximum(needed, 0.0))
     for name, rows in (
         ("needed_swing_torque", stride.carried),
         ("needed_terminal_swing_torque", stride.swing & ~stride.carried),
     ):
-        yield from peak.told(name, needed[rows], stride.timestep)
+        yield from peak.peaks(name, needed[rows], stride.timestep)
         if name == "needed_swing_torque":
             yield f"{name}_mean", peak.mean(needed[rows])
         if rows.any():
@@ -72,7 +72,7 @@ def torque_given(stride: Stride) -> Found:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
     torque = stride[ORTHOSIS]
     for side, sign in SIDES.items():
-        yield from peak.told(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
+        yield from peak.peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
         yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
     yield "orthosis_swing_torque_mean", peak.mean(torque[stride.carried])
     needed = stride["gait/needed_moment"]
@@ -80,8 +80,8 @@ def torque_given(stride: Stride) -> Found:
     given = np.clip(way * torque, 0.0, np.abs(needed))
     if peak.highest(np.abs(needed)) > 0.0:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield from peak.told("torque_missing", np.abs(needed) - given, stride.timestep)
-    yield from peak.told("torque_unneeded", np.abs(torque - way * given), stride.timestep)
+    yield from peak.peaks("torque_missing", np.abs(needed) - given, stride.timestep)
+    yield from peak.peaks("torque_unneeded", np.abs(torque - way * given), stride.timestep)
 
 
 @reported(
@@ -110,8 +110,8 @@ def inversion_peaks(rows: Rows, timestep: float) -> Found:
         moment = rows[INVERSION]
     except KeyError:
         return
-    yield from peak.told("peak_inversion_moment", moment, timestep)
-    yield from peak.told("peak_eversion_moment", 0.0 - moment, timestep)
+    yield from peak.peaks("peak_inversion_moment", moment, timestep)
+    yield from peak.peaks("peak_eversion_moment", 0.0 - moment, timestep)
 
 
 @reported(
@@ -197,7 +197,7 @@ def against_push_off(stride: Stride) -> Found:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
     rows = (stride.phase >= HEEL_RISE) & ~stride.swing
     torque, velocity = stride[ORTHOSIS][rows], stride["ankle/velocity"][rows]
-    peaks = dict(peak.told("torque_against_push_off", torque, stride.timestep))
+    peaks = dict(peak.peaks("torque_against_push_off", torque, stride.timestep))
     yield from peaks.items()
     yield "torque_against_push_off_per_mass", peaks[f"torque_against_push_off{peak.OVER}"] / stride.body_mass
     taken = np.maximum(torque, 0.0) * np.maximum(-velocity, 0.0)

@@ -53,8 +53,8 @@ def on_source(
     found: dict[str, Metric] = {}
     if supply.source is not None or supply.regulator is not None:
         for name, worse in SAGGING.items():  # together it falls at least as far
-            told = [leg.metrics[name] for leg in legs.values() if name in leg.metrics]
-            found |= {f"{name}_alone": worse(told)} if told else {}
+            worst = [leg.metrics[name] for leg in legs.values() if name in leg.metrics]
+            found |= {f"{name}_alone": worse(worst)} if worst else {}
     if supply.source is not None and supply.source.kind == "compressor":
         return found | _on_a_compressor(supply.source, supply.pressure, means, flows)
     if length is not None:  # of whole strides; the means are of some phases of one
@@ -251,8 +251,8 @@ def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -
     for one, other in zip(right.verdict, left.verdict, strict=True):
         answers = {"right": one, "left": other}
         if one.name == AIR:
-            told = _air_of_both(right, numbers)
-            found.append(Worse(one.name, one.question, told.status, "both", answers | {"both": told}))
+            answer = _air_of_both(right, numbers)
+            found.append(Worse(one.name, one.question, answer.status, "both", answers | {"both": answer}))
             continue
         rank = RANKS.index(one.status) - RANKS.index(other.status)
         leg: Literal["right", "left", "both"] = "right" if rank > 0 else "left" if rank < 0 else "both"

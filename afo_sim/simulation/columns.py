@@ -393,7 +393,7 @@ def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
 DESCRIBED |= {f"qpos/{name}": ("m", "MuJoCo coordinate") for name in (*JOINTS[:2], SINK)}  # those that slide
 DESCRIBED[SOLVED] = ("", "1 in settled strides, whose air was solved for; 0 in those walked from the start")
-DESCRIBED |= {f"controller/{name}": told for name, told in TOLD.items()}
+DESCRIBED |= {f"controller/{name}": entry for name, entry in TOLD.items()}
 SENSOR = "sensor/"
 
 

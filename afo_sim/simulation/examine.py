@@ -170,7 +170,7 @@ def examine(
     solved : the last whole stride is the settled one
     asked : metrics and warnings
     """
-    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.told
+    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.reported
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)

@@ -201,7 +201,7 @@ class Loop:
         check_required(asks, known, functools.partial(unit_of, built.scenario))
         self.reads = [ask.column for ask in asks if ask.column in known]
         self.last = self.schedule[:1]  # inputs of the steps since the last command
-        self.told: list[tuple[int, dict[str, float]]] = []
+        self.reported: list[tuple[int, dict[str, float]]] = []
         reset = getattr(controller, "reset", None)
         if reset is not None:
             try:
@@ -211,7 +211,7 @@ class Loop:
 
     def policy(self) -> Policy:
         """The policy of a roll-out."""
-        return Policy(self.choose, self.period, self.columns_told)
+        return Policy(self.choose, self.period, self.columns_reported)
 
     def choose(self, moment: Moment) -> np.ndarray:
         """Inputs of the steps of a moment, from what the controller commands in it."""
@@ -242,15 +242,15 @@ class Loop:
         tell = getattr(self.controller, "tell", None)
         found = None if tell is None else self._watched(lambda _: tell(), "to report its columns")
         try:
-            told = None if tell is None else checked_told(found)
+            reported = None if tell is None else checked_report(found)
         except AfoSimError as error:
             raise PolicyFault(f"what the controller reports is refused: {error}") from error
         try:
             self.commander.take(commands)
         except AfoSimError as error:
             raise PolicyFault(f"the controller's command is refused: {error}") from error
-        if told is not None:
-            self.told.append((step, told))
+        if reported is not None:
+            self.reported.append((step, reported))
 
     def _watched(self, call: Callable[[None], Any], what: str) -> Any:
         """What the controller gives; PolicyFault where it raises something or takes too long."""
@@ -264,15 +264,17 @@ class Loop:
         except Exception as error:
             raise PolicyFault(f"the controller raised {type(error).__name__}: {error}") from error
 
-    def columns_told(self, first: int, stop: int) -> Rows:
+    def columns_reported(self, first: int, stop: int) -> Rows:
         """Reports of the controller as columns of the steps first…stop, held from command to command."""
-        if not self.told:
+        if not self.reported:
             return {}
-        starts = np.array([step for step, _ in self.told])
+        starts = np.array([step for step, _ in self.reported])
         place = np.searchsorted(starts, np.arange(first, stop), side="right") - 1
-        names = dict.fromkeys(name for _, told in self.told for name in told)
+        names = dict.fromkeys(name for _, reported in self.reported for name in reported)
         return {
-            f"controller/{name}": np.array([told.get(name, math.nan) for _, told in self.told])[place]
+            f"controller/{name}": np.array([reported.get(name, math.nan) for _, reported in self.reported])[
+                place
+            ]
             for name in names
         }
 
@@ -286,11 +288,11 @@ class Loop:
         return forces_of(model, data, self.schedule[0], FIELDS)
 
 
-def checked_told(told: object) -> dict[str, float]:
+def checked_report(reported: object) -> dict[str, float]:
     """What a controller reports, by the names of TOLD; InputError otherwise."""
-    if not isinstance(told, dict) or not set(told) <= set(TOLD):
-        raise InputError("reports something unknown", field="tell", value=told, allowed=", ".join(TOLD))
-    strange = {name: value for name, value in told.items() if not isinstance(value, numbers.Real)}
+    if not isinstance(reported, dict) or not set(reported) <= set(TOLD):
+        raise InputError("reports something unknown", field="tell", value=reported, allowed=", ".join(TOLD))
+    strange = {name: value for name, value in reported.items() if not isinstance(value, numbers.Real)}
     for name, value in strange.items():
         raise InputError(
             "reports something that is not a number",
@@ -298,4 +300,4 @@ def checked_told(told: object) -> dict[str, float]:
             value=value,
             allowed="a number, or NaN",
         )
-    return {name: float(value) for name, value in told.items()}
+    return {name: float(value) for name, value in reported.items()}

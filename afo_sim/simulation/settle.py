@@ -215,7 +215,7 @@ class _Party:
             if name in STATE:  # after a step; the rows want it before
                 parts = [before.start[name][np.newaxis], *parts[:2], out[name][0, :-1]]
             np.concatenate(parts, out=values)
-        # the shank has walked on, while its first stride is told
+        # the shank has walked on, while its first stride is reported
         forward = search.built.model.joint(JOINTS[0]).qposadr[0]
         assert search.built.walk is not None
         ahead = rows["qpos"][0, forward] - search.built.walk.pose[1, 0]

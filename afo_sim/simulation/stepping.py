@@ -43,7 +43,7 @@ class Policy:
     choose : inputs (n, n_input) of the n steps of a Moment
     period : steps from one choice to the next; None lets the roll-out decide, for inputs that follow from the
         steps alone
-    told : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
+    reported : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
         default
 
     `choose` raises `PolicyFault` where a simulation has to end.
@@ -51,7 +51,7 @@ class Policy:
 
     choose: Callable[[Moment], np.ndarray]
     period: int | None = None
-    told: Callable[[int, int], Rows] | None = None
+    reported: Callable[[int, int], Rows] | None = None
 
 
 class PolicyFault(Exception):

@@ -149,7 +149,7 @@ class StrideSearch:
         own = self._own_slopes()
         step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
         flowing = self._flowing(last)
-        filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not told
+        filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not known
         shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
         self.slowest = float(np.max(shares, initial=0.0))
         enough = np.where(flowing > 0.0, np.clip(OF_FLOW * flowing, LEAST, NEAR), NEAR)
