@@ -16,7 +16,7 @@ import importlib
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.simulation.shown import show_with
+from afo_sim.simulation.display_hooks import show_with
 
 if TYPE_CHECKING:
     from afo_sim.common.errors import AfoSimError as AfoSimError
@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     from afo_sim.show.library import figure as figure
     from afo_sim.show.library import report as report
     from afo_sim.show.library import view as view
-    from afo_sim.simulation.both import Both as Both
-    from afo_sim.simulation.both import both as both
+    from afo_sim.simulation.bilateral import Both as Both
+    from afo_sim.simulation.bilateral import both as both
     from afo_sim.simulation.checks import expect as expect
     from afo_sim.simulation.recording import Recording as Recording
     from afo_sim.simulation.recording import read_recording as read_recording
     from afo_sim.simulation.run import run as run
-    from afo_sim.simulation.simulator import Simulator as Simulator
+    from afo_sim.simulation.simulators import Simulator as Simulator
     from afo_sim.simulation.simulators import Simulators as Simulators
     from afo_sim.study.effects import effects as effects
     from afo_sim.study.frequency_response import bode as bode
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "run": "simulation.run",
-    "Simulator": "simulation.simulator",
+    "Simulator": "simulation.simulators",
     "Simulators": "simulation.simulators",
     "load": "description.reader",
     "build": "model.described",
@@ -77,8 +77,8 @@ _PUBLIC = {
     "Metric": "metrics.metric",
     "read_recording": "simulation.recording",
     "stand": "lab.bench.stand",
-    "both": "simulation.both",
-    "Both": "simulation.both",
+    "both": "simulation.bilateral",
+    "Both": "simulation.bilateral",
     "fit": "lab.fitting.law_result",
     "fit_run": "lab.fitting.run_fit",
     "fit_torque": "lab.fitting.torque_fit",

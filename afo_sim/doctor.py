@@ -43,9 +43,9 @@ from afo_sim.model.mounting import sweep_ankle
 from afo_sim.model.path_words import rows as path_rows
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.ratings import nominal_flow
-from afo_sim.simulation.checks_file import read_checks
+from afo_sim.simulation.checks import read_checks
 from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.reference import reference_of
+from afo_sim.simulation.reference_walk import reference_of
 
 SKIN = {"shank": "cuff", "foot": "plate's strap"}
 

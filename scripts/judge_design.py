@@ -14,7 +14,7 @@ import numpy as np
 
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.reader import expand
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.study.design import Cases
 from afo_sim.study.pool import pool, processors
 from afo_sim.study.runner import probe

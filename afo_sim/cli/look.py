@@ -146,7 +146,7 @@ def check_run_command(
     """Hold a run against a file of checks; exit code 1 when one fails."""
     with progress("checking"):
         from afo_sim.common import assets
-        from afo_sim.simulation.checks_file import run_checks
+        from afo_sim.simulation.checks import run_checks
         from afo_sim.simulation.recording import read_recording
 
         recording = read_recording(folder)

@@ -35,7 +35,7 @@ def coils(
             raise unknown(chamber, known, field="chamber", problem="the orthosis has no such chamber")
         if isinstance(command, str):
             if command not in COILS:
-                raise InputError("is no command", field=chamber, value=command, allowed=allowed)
+                raise InputError("is not a valid command", field=chamber, value=command, allowed=allowed)
             found[chamber] = COILS[command]
             if chamber in one_coil and command in ("shut", "both"):
                 raise _one_coil(chamber, command)
@@ -43,7 +43,9 @@ def coils(
         try:
             inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]
         except (TypeError, ValueError):
-            raise InputError("is no command", field=chamber, value=command, allowed=allowed) from None
+            raise InputError(
+                "is not a valid command", field=chamber, value=command, allowed=allowed
+            ) from None
         if not (0.0 <= inlet <= 1.0 and 0.0 <= outlet <= 1.0):
             raise InputError("is outside a coil's range", field=chamber, value=command, allowed=allowed)
         if chamber in one_coil and min(inlet, outlet) > 0.0:
@@ -64,7 +66,9 @@ def checked_pressure(pressure: float) -> float:
     """A supply's gauge pressure [Pa]; InputError unless it is a number that is not negative."""
     if not isinstance(pressure, numbers.Real) or not 0.0 <= pressure <= 2e6:
         allowed = "a number from 0 to 2e6 Pa, gauge"
-        raise InputError("is no supply pressure", field="supply_pressure", value=pressure, allowed=allowed)
+        raise InputError(
+            "is not a valid supply pressure", field="supply_pressure", value=pressure, allowed=allowed
+        )
     if 0.0 < pressure < LEAST_NUMBER:
         problem = "is a number of Pa: was it meant in bar?"
         raise InputError(problem, field="supply_pressure", value=pressure, allowed="4e5, which is 4 bar")
@@ -72,10 +76,7 @@ def checked_pressure(pressure: float) -> float:
 
 
 def checked(
-    commands: object,
-    chambers: Iterable[str],
-    driven: Iterable[str] = (),
-    three_way: Iterable[str] = (),
+    commands: object, chambers: Iterable[str], driven: Iterable[str] = (), three_way: Iterable[str] = ()
 ) -> dict[str, tuple[float, float] | float | None]:
     """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's timing.
 
@@ -93,7 +94,7 @@ def checked(
     """
     if not isinstance(commands, Mapping):
         allowed = 'a mapping of chambers, such as {"dorsiflexor": "inlet"}'
-        raise InputError("is no command", field="command", value=commands, allowed=allowed)
+        raise InputError("is not a valid command", field="command", value=commands, allowed=allowed)
     known, drives, one_coil = list(chambers), set(driven), set(three_way)
     found: dict[str, tuple[float, float] | float | None] = {}
     for chamber, command in commands.items():
@@ -120,3 +121,8 @@ def _pressure(chamber: str, pressure: float, driven: set[str]) -> float:
         allowed = f"a gauge pressure from 0 to {HIGHEST:g} Pa"
         raise InputError("is out of range", field=chamber, value=pressure, allowed=allowed)
     return pressure
+
+
+def switched(on: bool, value: float, low: float, high: float) -> bool:
+    """Whether it is on: from `high` on, off below `low`, as it was between them."""
+    return value >= high or (on and value >= low)

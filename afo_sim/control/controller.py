@@ -1,10 +1,41 @@
-"""The controller: observation → command at a control rate."""
+"""The controller: observation → command at a control rate; and how one is made from its description."""
 
+import importlib
 from collections.abc import Mapping
 from typing import Protocol
 
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation
+from afo_sim.description.control.controller import ControllerDescription
+from afo_sim.description.scenario import Scenario
+
+
+class Observation(Protocol):
+    """A view of the last sample, by column name, SI; a name that is not asked for costs nothing.
+
+    A sample is a step old: what stands in `seen["time"]` is the start of the last step. "sensor/<name>" is
+    the reading of one of the scenario's sensors, any other name the true column of a run.
+    """
+
+    @property
+    def time(self) -> float:
+        """Present time, at which the command begins [s]."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Time from one command to the next [s]."""
+        ...
+
+    def __getitem__(self, column: str) -> float:
+        """The last sample of a column; InputError where there is no such column."""
+        ...
+
+    def rows(self, column: str) -> "object":
+        """All samples of a column since the last command (n,)."""
+        ...
+
+
+Told = Mapping[str, float]  # what a controller reports beside its commands, by name
 
 
 class Controller(Protocol):
@@ -17,7 +48,7 @@ class Controller(Protocol):
     reset() : called before the first step of each run
     tell() -> {name: float} : what is recorded beside the commands, as columns "controller/<name>"; the names
         and units are those of `TOLD`
-    asks : the columns that it reads, as names or `Asked`; held against what there is before a run begins
+    asks : the columns that it reads, as names or `RequiredInput`; held against what there is before a run
     """
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
@@ -25,7 +56,7 @@ class Controller(Protocol):
         ...
 
 
-# Columns "controller/<name>" that controllers may tell: {name: (unit, meaning)}
+# Columns "controller/<name>" that controllers may report: {name: (unit, meaning)}
 TOLD: dict[str, tuple[str, str]] = {
     "state": ("", "number of the state machine's state, from 0"),
     "phase": ("", "estimated gait phase, 0 = heel strike, up to 1"),
@@ -38,3 +69,17 @@ TOLD: dict[str, tuple[str, str]] = {
     "activation": ("", "of the muscle that the electrodes see, 0 to 1"),
     "toe_load": ("N", "that the controller sees"),
 }
+
+
+def make(description: ControllerDescription, scenario: Scenario) -> Controller:
+    """A fresh controller: what the module of its kind's name calls CONTROLLER.
+
+    Parameters
+    ----------
+    description : of the scenario
+    scenario : that it is for; it knows chambers, timers and time step
+    """
+    kind = description.kind
+    module = importlib.import_module(f"afo_sim.control.{kind}")
+    made: Controller = module.CONTROLLER(getattr(description, kind), scenario)
+    return made

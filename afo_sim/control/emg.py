@@ -4,10 +4,9 @@ import math
 from collections import deque
 from collections.abc import Mapping
 
-from afo_sim.control.asked import Asked
-from afo_sim.control.command import Command
-from afo_sim.control.hysteresis import switched
-from afo_sim.control.observation import Observation
+from afo_sim.control.command import Command, switched
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.emg import Emg
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario
@@ -30,7 +29,7 @@ class EmgController:
     def __init__(self, description: Emg, scenario: Scenario):
         self.description, self.full = description, in_si(description.full)
         self.sign = 1.0 if description.side == "dorsiflexor" else -1.0
-        self.asks = [Asked(description.column, "controller.emg", "full", description.full)]
+        self.asks = [RequiredInput(description.column, "controller.emg", "full", description.full)]
         self.reset()
 
     def reset(self) -> None:
@@ -40,16 +39,16 @@ class EmgController:
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The command at the present activation."""
-        told = self.description
-        excitation = self._delayed(self.sign * seen[told.column] / self.full, seen.period)
-        times = told.activation_time, told.deactivation_time
+        described = self.description
+        excitation = self._delayed(self.sign * seen[described.column] / self.full, seen.period)
+        times = described.activation_time, described.deactivation_time
         self.activation = activated(self.activation, excitation, seen.period, *times)
-        if told.pressure is not None:
-            return {told.chamber: told.pressure * self.activation}
-        self.filling = switched(self.filling, self.activation, told.vent_below, told.fill_above)
+        if described.pressure is not None:
+            return {described.chamber: described.pressure * self.activation}
+        self.filling = switched(self.filling, self.activation, described.vent_below, described.fill_above)
         if self.filling:
-            return {told.chamber: "inlet"}
-        return {told.chamber: "outlet" if self.activation < told.vent_below else "shut"}
+            return {described.chamber: "inlet"}
+        return {described.chamber: "outlet" if self.activation < described.vent_below else "shut"}
 
     def _delayed(self, share: float, period: float) -> float:
         """The excitation of a delay ago, from 0 to 1; 0 before the first."""
@@ -63,3 +62,6 @@ class EmgController:
         if self.description.pressure is not None:
             found["reference_pressure"] = self.description.pressure * self.activation
         return found
+
+
+CONTROLLER = EmgController

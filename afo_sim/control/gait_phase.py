@@ -1,16 +1,73 @@
-"""Commands by estimated gait phase."""
+"""Commands by the gait phase, estimated from the shank's angle or from a switch under the heel."""
 
+from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.foot_switch import FootSwitch
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
 from afo_sim.control.phase_estimate import PhaseEstimate
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.gait_phase import ChamberPhases, GaitPhase
 from afo_sim.description.scenario import Scenario
+
+OPENS = 0.5  # share of the threshold below which the switch opens again [-]
+BOUNCE = 0.4  # least duration of a stride; what closes sooner is the same contact [s]
+LOST = 1.5  # durations of a stride without a heel strike, from which on the phase is not known [-]
+
+
+class FootSwitch:
+    """An estimator of the gait phase.
+
+    Units: threshold [N].
+    """
+
+    def __init__(self, threshold: float, strides: int = 3):
+        self.threshold, self.strides = threshold, strides
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget every stride."""
+        self.durations: deque[float] = deque(maxlen=self.strides)
+        self.since = 0.0  # heel strike, or the beginning [s]
+        self.struck = False  # whether there was a heel strike
+        self.closed = True  # a switch that is closed at first was not seen to close
+
+    def update(self, value: float, dt: float) -> bool:
+        """Take a sample, and tell whether the heel has struck in it.
+
+        Units: value [N], dt [s].
+        """
+        self.since += dt
+        closed = value >= (OPENS * self.threshold if self.closed else self.threshold)
+        striking = closed and not self.closed and (not self.struck or self.since >= BOUNCE)
+        if striking:
+            self._strike()
+        self.closed = closed
+        return striking
+
+    def _strike(self) -> None:
+        if self.durations and self.since > LOST * self.stride_time:
+            self.durations.clear()  # the walker stood: neither that stride nor those before it tell the next
+        elif self.struck:
+            self.durations.append(self.since)
+        self.since, self.struck = 0.0, True
+
+    @property
+    def stride_time(self) -> float:
+        """Mean duration of the last strides [s]; NaN before the first whole one."""
+        return sum(self.durations) / len(self.durations) if self.durations else float("nan")
+
+    @property
+    def ready(self) -> bool:
+        """Whether the phase is known: a whole stride was seen, and the next heel strike is not overdue."""
+        return bool(self.durations) and self.since <= LOST * self.stride_time
+
+    @property
+    def phase(self) -> float:
+        """Gait phase from 0 to 1 [-]; 1 where the next heel strike is late, 0 where it is not known."""
+        return min(self.since / self.stride_time, 1.0) if self.ready else 0.0
 
 
 class GaitPhaseController:
@@ -22,7 +79,7 @@ class GaitPhaseController:
         self.switch = FootSwitch(description.heel_strike, description.strides) if description.load else None
         table = "controller.gait_phase"
         columns = ((description.angle, "column", "rad"), (description.load, "switch", "N"))
-        self.asks = [Asked(column, table, key, unit=unit) for column, key, unit in columns if column]
+        self.asks = [RequiredInput(column, table, key, unit=unit) for column, key, unit in columns if column]
 
     @property
     def estimator(self) -> PhaseEstimate | FootSwitch:
@@ -56,7 +113,7 @@ class GaitPhaseController:
         if not self.estimator.ready or self.stands:
             return dict.fromkeys(self.description.chambers, self.description.waiting)
         phase = self.estimator.phase % 1.0
-        return {chamber: command_at(told, phase) for chamber, told in self.description.chambers.items()}
+        return {chamber: command_at(given, phase) for chamber, given in self.description.chambers.items()}
 
     def tell(self) -> dict[str, float]:
         """Estimated phase and stride time; NaN while they are not known."""
@@ -68,12 +125,12 @@ class GaitPhaseController:
         }
 
 
-def command_at(told: ChamberPhases, phase: float) -> Command:
+def command_at(given: ChamberPhases, phase: float) -> Command:
     """A chamber's command at a phase from 0 to 1: a pressure [Pa], or two coils."""
-    if told.pressure:
-        phases, pressures = zip(*told.pressure, strict=True)
+    if given.pressure:
+        phases, pressures = zip(*given.pressure, strict=True)
         return float(np.interp(phase, phases, pressures, period=1.0))
-    return _coil(told.inlet, phase), _coil(told.outlet, phase)
+    return _coil(given.inlet, phase), _coil(given.outlet, phase)
 
 
 def _coil(intervals: tuple[tuple[float, float], ...], phase: float) -> float:
@@ -83,3 +140,6 @@ def _coil(intervals: tuple[tuple[float, float], ...], phase: float) -> float:
             start <= phase < end if start < end else phase >= start or phase < end for start, end in intervals
         )
     )
+
+
+CONTROLLER = GaitPhaseController

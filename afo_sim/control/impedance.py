@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation, Told
-from afo_sim.control.pair import apart
-from afo_sim.control.reference import asked
+from afo_sim.control.controller import Observation, Told
+from afo_sim.control.required_inputs import RequiredInput
+from afo_sim.control.tracking import apart, target
 from afo_sim.description.control.impedance import Impedance
 from afo_sim.description.scenario import Scenario
 
@@ -21,11 +20,13 @@ class ImpedanceController:
         self.described = described
         table = "controller.impedance"
         self.asks = [
-            Asked(described.angle, table, "angle", unit="rad"),
-            Asked(described.velocity, table, "velocity", unit="rad/s"),
+            RequiredInput(described.angle, table, "angle", unit="rad"),
+            RequiredInput(described.velocity, table, "velocity", unit="rad/s"),
         ]
         if described.reference.column is not None:
-            self.asks.append(Asked(described.reference.column, f"{table}.reference", "column", unit="rad"))
+            self.asks.append(
+                RequiredInput(described.reference.column, f"{table}.reference", "column", unit="rad")
+            )
         rows = np.array(sorted(described.torque_map))
         self.angles, self.differences = np.unique(rows[:, 0]), np.unique(rows[:, 1])
         # rows are sorted by angle and then by d; where a cable hangs, a moment is that of several pressures
@@ -35,7 +36,7 @@ class ImpedanceController:
 
     def reset(self) -> None:
         """Forget the last run."""
-        self.told: dict[str, float] = {}
+        self.reported: dict[str, float] = {}
 
     def difference(self, moment: float, angle: float) -> float:
         """Pressure [Pa] by which the chambers depart from the mean for a moment [N·m] at an angle [rad].
@@ -53,11 +54,11 @@ class ImpedanceController:
     def __call__(self, seen: Observation) -> dict[str, Command]:
         """Commands of the next period."""
         it = self.described
-        reference, angle, velocity = asked(it.reference, seen), seen[it.angle], seen[it.velocity]
+        reference, angle, velocity = target(it.reference, seen), seen[it.angle], seen[it.velocity]
         # τ = K (θ_ref − θ) − B dθ/dt + feed-forward
         moment = it.stiffness * (reference - angle) - it.damping * velocity + it.feed_forward
         difference = self.difference(moment, angle)
-        self.told = {
+        self.reported = {
             "reference": reference,
             "error": reference - angle,
             "reference_moment": moment,
@@ -67,4 +68,7 @@ class ImpedanceController:
 
     def tell(self) -> Told:
         """Reference, error, the moment that is asked for, and the share of the pressures' range."""
-        return self.told
+        return self.reported
+
+
+CONTROLLER = ImpedanceController

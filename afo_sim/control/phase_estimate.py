@@ -2,17 +2,85 @@
 
 The walker's first swing starts it: from its highest angle to its lowest the shank takes a known share of the
 stride. From there an oscillator (`physics/oscillator.py`) follows the angle. What it knows before the first
-stride is the population's shank (`shank_template.py`), which also says where in the shape the heel strikes.
+stride is the population's shank (`Template`), which also says where in the shape the heel strikes.
 It learns the walker's own shape. A foot switch, where there is one, tells it the walker's own heel strike.
 """
 
+import functools
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.control.shank_template import HARMONICS, Template, after_swing
 from afo_sim.physics.oscillator import SHAPE, advance, correct, origin, series, turn
+
+HARMONICS = 6
+# Shank from the vertical, knee ahead positive [deg], every 5 % of the stride: knee − (hip − pelvic tilt),
+# derived from the published means of children at free speed (Schwartz, Rozumalski & Trost 2008, J. Biomech.
+# 41:1639).
+SHANK = (
+    *(-18.0, -11.1, -3.3, 1.6, 5.0, 7.8, 10.4, 13.4, 17.0, 22.2),
+    *(28.9, 37.2, 45.6, 51.4, 51.2, 43.1, 29.4, 12.0, -5.7, -17.5, -18.2),
+)
+# Stance is the shorter the faster the stride: 59.1, 60.3 and 61.8 % at 132.3, 114.7 and 97.9 steps a minute,
+# published means of 42 adults (Fukuchi, Fukuchi & Duarte 2018). A line through them; assumed beyond them.
+STANCE, STANCE_TIME, STANCE_RATE = 0.603, 1.046, 0.085  # [-] at [s], and what it gains per time [1/s]
+SHORTEST, LONGEST = 0.8, 1.8  # stride times beyond which stance stays as it is [s]
+SAMPLES = 512  # of a stride in which extremes are looked for
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """Shank angle of a stride of a duration.
+
+    series : (a₀, a₁, b₁, …) [rad] (2 `HARMONICS` + 1,)
+    lowest, highest : phases of its extremes [-]
+    low, high : its extremes [rad]
+    """
+
+    stride_time: float
+    series: np.ndarray
+    lowest: float
+    highest: float
+    low: float
+    high: float
+
+    @property
+    def swing(self) -> float:
+        """Time from the shank's highest to its lowest angle [s]."""
+        return (self.lowest - self.highest) * self.stride_time
+
+
+@functools.cache
+def templates() -> tuple[Template, ...]:
+    """Of strides from 0.6 s to 2.5 s, every 0.05 s."""
+    return tuple(_template(float(time)) for time in np.arange(0.6, 2.51, 0.05))
+
+
+def after_swing(duration: float) -> Template:
+    """The template whose shank takes a time [s] from its highest to its lowest angle."""
+    return min(templates(), key=lambda template: abs(template.swing - duration))
+
+
+def _template(stride_time: float) -> Template:
+    """The published curve with its stance as long as at this stride time, its swing in the rest."""
+    angles = np.radians(SHANK)
+    angles = angles - (angles[-1] - angles[0]) * np.linspace(-0.5, 0.5, len(angles))  # it closes
+    smooth = np.fft.rfft(angles[:-1])[:-1] / (len(angles) - 1)
+    phase = np.arange(SAMPLES) / SAMPLES
+    stance = STANCE + STANCE_RATE * (min(max(stride_time, SHORTEST), LONGEST) - STANCE_TIME)
+    published = np.interp(phase, [0.0, stance, 1.0], [0.0, STANCE, 1.0])
+    wave = np.exp(2j * np.pi * np.outer(published, np.arange(len(smooth))))
+    shape = 2.0 * (wave @ smooth).real - smooth[0].real
+    found = np.fft.rfft(shape)[: HARMONICS + 1] / SAMPLES
+    series = np.empty(2 * HARMONICS + 1)
+    series[0], series[1::2], series[2::2] = found[0].real, 2.0 * found[1:].real, -2.0 * found[1:].imag
+    lowest, highest = phase[shape.argmin()], phase[shape.argmax()]
+    return Template(
+        stride_time, series, float(lowest), float(highest), float(shape.min()), float(shape.max())
+    )
+
 
 # The numbers below are assumed; they were tried on the shipped walkers (docs/phase.md).
 RANGE = math.radians(25.0)  # that the shank moves in a swing at least
@@ -34,7 +102,7 @@ STRIKE = 0.006  # error of a foot switch [-]
 STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
 WAKING = 0.5, 0.01  # what is not known of who stands: rate [1/s], phase [-]
 SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
-AVERAGED = 2.0  # how often a stride the rate that is told is renewed
+AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
 KNOWN = 0.9  # strides that it has followed until it is ready
 BACK = 0.05  # phase by which it waits instead of running back [-]
 
@@ -62,17 +130,17 @@ class PhaseEstimate:
         self._follows = False
         self._followed = 0.0  # strides
         self._lost = False  # until the next swing
-        self._told = -math.inf  # phase, with whole strides
+        self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
         self._kept = (self._state, self._covariance)  # when a swing agreed last
         self._origin = 0.0  # of the shape, to which it is held
-        self._unstruck = math.inf  # strides since the foot switch told
+        self._unstruck = math.inf  # strides since the foot switch closed
         self.stopped = False
 
     @property
     def phase(self) -> float:
         """Gait phase, 0 = heel strike, below 1; NaN before the first swing."""
-        return self._told % 1.0 if self._follows else math.nan
+        return self._stated % 1.0 if self._follows else math.nan
 
     @property
     def stride_time(self) -> float:
@@ -120,7 +188,7 @@ class PhaseEstimate:
         self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
 
     def _loosen(self, phase: float, rate: float) -> None:
-        """Forget how phase and rate go with the rest; their variances are told."""
+        """Forget how phase and rate go with the rest; their variances are given."""
         self._covariance[:SHAPE, :] = 0.0
         self._covariance[:, :SHAPE] = 0.0
         self._covariance[0, 0], self._covariance[1, 1] = phase, rate
@@ -141,7 +209,7 @@ class PhaseEstimate:
         else:  # what it has learnt since then was not this walker's shape
             self._state[:], self._covariance[:, :] = self._kept
         self._follows, self._followed, self._lost = True, 0.0, False
-        self._told, self._rate = -math.inf, rate
+        self._stated, self._rate = -math.inf, rate
         self._state[:SHAPE] = phase, rate
         self._loosen(PHASE**2, (RATE * rate) ** 2)
         self._kept = self._state.copy(), self._covariance.copy()
@@ -165,7 +233,7 @@ class PhaseEstimate:
         surprise = value - series(state, wave)[0]
         if self._lost or (self._followed > KNOWN and abs(surprise) > LOST):
             self._lost = True  # it learns nothing, and goes on as before until the next swing
-            self._told = float(state[0])
+            self._stated = float(state[0])
             return
         error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._followed / FORGOTTEN)
         correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
@@ -174,7 +242,7 @@ class PhaseEstimate:
             if abs(late) > AGREES:
                 state[0] += late
                 self._loosen(STRIKE**2, float(covariance[1, 1]))
-                self._told = -math.inf
+                self._stated = -math.inf
             else:
                 correct(state, covariance, self._striking, late, STRIKE**2)
             self._unstruck = 0.0
@@ -182,8 +250,8 @@ class PhaseEstimate:
         state[1] = min(max(state[1], 0.0), FASTEST)
         self._averaged(dt)
         phase = float(state[0] + state[1] * self._lead)
-        if not 0.0 < self._told - phase < BACK:
-            self._told = phase
+        if not 0.0 < self._stated - phase < BACK:
+            self._stated = phase
 
     def _averaged(self, dt: float) -> None:
         """The rate over about half a stride: within a stride it errs to either side."""

@@ -2,11 +2,10 @@
 
 import math
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation, Told
-from afo_sim.control.pair import OpenPeriods, apart
-from afo_sim.control.reference import asked
+from afo_sim.control.controller import Observation, Told
+from afo_sim.control.required_inputs import RequiredInput
+from afo_sim.control.tracking import OpenPeriods, apart, target
 from afo_sim.description.control.pid import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario
 
@@ -65,9 +64,11 @@ class PidController:
     def __init__(self, described: Pid, scenario: Scenario):
         self.described, self.loop = described, described.loop
         table, unit = f"controller.pid.{described.quantity}", QUANTITIES[described.quantity]
-        self.asks = [Asked(self.loop.column, table, "column", unit=unit)]
+        self.asks = [RequiredInput(self.loop.column, table, "column", unit=unit)]
         if self.loop.reference.column is not None:
-            self.asks.append(Asked(self.loop.reference.column, f"{table}.reference", "column", unit=unit))
+            self.asks.append(
+                RequiredInput(self.loop.reference.column, f"{table}.reference", "column", unit=unit)
+            )
         lag = described.derivative_filter
         self.law = Law(
             self.loop.proportional_band,
@@ -83,17 +84,17 @@ class PidController:
         """Forget the last run."""
         self.law.reset()
         self.valves.reset()
-        self.told: dict[str, float] = {}
+        self.reported: dict[str, float] = {}
 
     def __call__(self, seen: Observation) -> dict[str, Command]:
         """Commands of the next period."""
-        reference, measured = asked(self.loop.reference, seen), seen[self.loop.column]
+        reference, measured = target(self.loop.reference, seen), seen[self.loop.column]
         error = reference - measured
         beyond = math.copysign(max(abs(error) - self.loop.dead_band, 0.0), error)
         output = self.law(beyond, measured, seen.period)
-        self.told = {TELLS[self.described.quantity]: reference, "output": output}
+        self.reported = {TELLS[self.described.quantity]: reference, "output": output}
         if self.described.quantity == "angle":
-            self.told["error"] = error
+            self.reported["error"] = error
         pressures = self.described.pressures
         if pressures is None:
             return self.valves(output)
@@ -103,4 +104,7 @@ class PidController:
 
     def tell(self) -> Told:
         """What was asked for, the error of an angle, and the output."""
-        return self.told
+        return self.reported
+
+
+CONTROLLER = PidController

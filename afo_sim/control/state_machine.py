@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import COILS, Command
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.state_machine import STATE_TIME, StateMachine
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.scenario import Scenario
@@ -55,7 +55,7 @@ class Machine:
     transitions: tuple[Transition, ...]
 
     def columns(self, state: int | None = None) -> list[str]:
-        """Columns that its transitions compare, each once; those of one state where it is told."""
+        """Columns that its transitions compare, each once; those of one state where it is given."""
         asked = (t.column for t in self.transitions if state is None or t.source == state)
         return [column for column in dict.fromkeys(asked) if column != STATE_TIME]
 
@@ -84,25 +84,25 @@ def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
         states=tuple(names),
         start=names.index(description.start),
         commands=tuple(
-            {chamber: _command(told) for chamber, told in state.chambers.items()}
+            {chamber: _command(described) for chamber, described in state.chambers.items()}
             for state in description.state.values()
         ),
         transitions=tuple(
             Transition(
-                source=names.index(told.state),
-                to=names.index(told.to),
-                column=told.column,
-                above=told.above is not None,
-                threshold=in_si(told.above if told.above is not None else str(told.below)),
-                after=told.after,
+                source=names.index(described.state),
+                to=names.index(described.to),
+                column=described.column,
+                above=described.above is not None,
+                threshold=in_si(described.above if described.above is not None else str(described.below)),
+                after=described.after,
             )
-            for told in description.transition
+            for described in description.transition
         ),
     )
 
 
-def _command(told: str | tuple[float, float] | float) -> tuple[float, float] | float:
-    return COILS[told] if isinstance(told, str) else told
+def _command(described: str | tuple[float, float] | float) -> tuple[float, float] | float:
+    return COILS[described] if isinstance(described, str) else described
 
 
 class StateMachineController:
@@ -130,10 +130,15 @@ class StateMachineController:
         return {"state": float(self.state)}
 
 
-def _asked(description: StateMachine) -> list[Asked]:
+def _asked(description: StateMachine) -> list[RequiredInput]:
     """Columns that are compared, and the texts that have to be in their units."""
     return [
-        Asked(told.column, f"controller.state_machine.transition.{number}", kind, getattr(told, kind))
-        for number, told in enumerate(description.transition)
-        for kind in (("above",) if told.above is not None else ("below",))
+        RequiredInput(
+            described.column, f"controller.state_machine.transition.{number}", kind, getattr(described, kind)
+        )
+        for number, described in enumerate(description.transition)
+        for kind in (("above",) if described.above is not None else ("below",))
     ]
+
+
+CONTROLLER = StateMachineController

@@ -1,13 +1,17 @@
-"""Logs of switched valves: a CSV with a row wherever a chamber's coils change, and how two of them differ."""
+"""Switched valves as a CSV logs them: read, compared, and played again as commands."""
 
 import math
+import os
 import pathlib
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from afo_sim.common.csv_table import Table, read_table
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.control.command import Command
+from afo_sim.control.controller import Observation
 
 TITLES = ("time_ms", "chamber", "inlet", "outlet")
 EXAMPLE = "time_ms,chamber,inlet,outlet"
@@ -41,9 +45,13 @@ class Log:
 
     def text(self) -> str:
         """As CSV: in the order of time, and at the end a row for each chamber, which tells that it lasted."""
-        rows = [(s.time, k, name, s) for k, (name, told) in enumerate(self.switches.items()) for s in told]
+        rows = [
+            (s.time, k, name, s) for k, (name, switches) in enumerate(self.switches.items()) for s in switches
+        ]
         rows += [
-            (self.end, k, name, told[-1]) for k, (name, told) in enumerate(self.switches.items()) if told
+            (self.end, k, name, switches[-1])
+            for k, (name, switches) in enumerate(self.switches.items())
+            if switches
         ]
         lines = [
             f"{1e3 * time:.6f},{name},{s.coils[0]:d},{s.coils[1]:d}"
@@ -54,9 +62,9 @@ class Log:
     def coils_at(self, time: float) -> dict[str, Coils]:
         """Coils at a time [s]; of chambers that have switched until then."""
         return {
-            chamber: [s.coils for s in told if s.time <= time][-1]
-            for chamber, told in self.switches.items()
-            if told and told[0].time <= time
+            chamber: [s.coils for s in switches if s.time <= time][-1]
+            for chamber, switches in self.switches.items()
+            if switches and switches[0].time <= time
         }
 
 
@@ -102,7 +110,7 @@ def _row(table: Table, number: int, cells: Mapping[str, str]) -> tuple[float, st
     except ValueError:
         time = math.nan
     if not 0.0 <= time < 1e12:
-        problem, allowed = f"line {number}: is no time", "milliseconds from 0 on"
+        problem, allowed = f"line {number}: is not a valid time", "milliseconds from 0 on"
         raise InputError(problem, file=table.file, field="time_ms", value=cells["time_ms"], allowed=allowed)
     coils = []
     for side in ("inlet", "outlet"):
@@ -150,7 +158,9 @@ def _difference(
     counts = (_count(logged, end), _count(simulated, end))
     largest, first = 0.0, ""
     for number in range(max(len(logged), len(simulated))):
-        one, other = (told[number] if number < len(told) else None for told in (logged, simulated))
+        one, other = (
+            switches[number] if number < len(switches) else None for switches in (logged, simulated)
+        )
         if min(switch.time for switch in (one, other) if switch is not None) >= end - within:
             break  # one of the two had ended
         if one is None or other is None or one.coils != other.coils:
@@ -162,8 +172,8 @@ def _difference(
     return Difference(name, counts, first, largest)
 
 
-def _count(told: Sequence[Switch], end: float) -> int:
-    return sum(switch.time < end for switch in told[1:])
+def _count(switches: Sequence[Switch], end: float) -> int:
+    return sum(switch.time < end for switch in switches[1:])
 
 
 def _told(number: int, one: Switch | None, other: Switch | None) -> str:
@@ -176,3 +186,34 @@ def _said(switch: Switch | None) -> str:
         return "nothing"
     words = {(False, False): "shut", (True, False): "inlet", (False, True): "outlet", (True, True): "both"}
     return f"{words[switch.coils]} at {1e3 * switch.time:.3f} ms"
+
+
+class RecordedController:
+    """A controller: the coils of a log, on average over each control period.
+
+    At a rate of a command in each step it switches within steps, as the scenario's own `[timer]` does. A
+    chamber without a row is shut, and after the log's end each keeps its coils.
+    """
+
+    def __init__(self, file: str | os.PathLike[str], chambers: Sequence[str]):
+        self.log = read_log(pathlib.Path(file), chambers)
+
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The coils' mean from now to the next command."""
+        return {
+            chamber: (_mean(switches, 0, seen.time, seen.period), _mean(switches, 1, seen.time, seen.period))
+            for chamber, switches in self.log.switches.items()
+        }
+
+
+def _mean(switches: Sequence[Switch], side: int, start: float, period: float) -> float:
+    """Share of a period from `start` for which a coil has current [-]."""
+    total = 0.0
+    first = max(bisect_right(switches, start, key=lambda switch: switch.time) - 1, 0)
+    for k in range(first, len(switches)):
+        if switches[k].time >= start + period:
+            break
+        until = switches[k + 1].time if k + 1 < len(switches) else float("inf")
+        if switches[k].coils[side]:
+            total += max(min(until, start + period) - max(switches[k].time, start), 0.0)
+    return round(min(total / period, 1.0), 9)  # to a billionth, so that an event on a step's edge is one

@@ -6,9 +6,9 @@ solved for. This one switches only when the loop comes round, and a foot switch 
 
 from collections.abc import Mapping
 
-from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.threshold import in_si
 from afo_sim.description.control.timer import ClockTimer
 from afo_sim.description.scenario import Scenario
@@ -26,7 +26,7 @@ class TimerController:
         self.asks = (
             []
             if restart is None
-            else [Asked(restart.column, "controller.timer.restart", "above", restart.above)]
+            else [RequiredInput(restart.column, "controller.timer.restart", "above", restart.above)]
         )
         self.reset()
 
@@ -62,3 +62,6 @@ class TimerController:
     def tell(self) -> dict[str, float]:
         """Time on its clock, as a share of the period."""
         return {"phase": self.place / self.description.period}
+
+
+CONTROLLER = TimerController

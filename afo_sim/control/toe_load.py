@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 
-from afo_sim.control.asked import Asked
-from afo_sim.control.command import Command
-from afo_sim.control.hysteresis import switched
-from afo_sim.control.observation import Observation
+from afo_sim.control.command import Command, switched
+from afo_sim.control.controller import Observation
+from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.description.control.toe_load import ToeLoad
 from afo_sim.description.scenario import Scenario
 
@@ -15,7 +14,7 @@ class ToeLoadController:
 
     def __init__(self, description: ToeLoad, scenario: Scenario):
         self.description = description
-        self.asks = [Asked(description.column, "controller.toe_load", unit="N")]
+        self.asks = [RequiredInput(description.column, "controller.toe_load", unit="N")]
         self.reset()
 
     def reset(self) -> None:
@@ -24,16 +23,16 @@ class ToeLoadController:
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The commands at the load that is measured."""
-        told = self.description
-        self.load = seen[told.column]
-        share = self.load / told.peak
-        self.loaded = switched(self.loaded, share, told.unloaded, told.loaded)
-        self.pushing = switched(self.pushing, share, told.vent_below, told.fill_above)
+        described = self.description
+        self.load = seen[described.column]
+        share = self.load / described.peak
+        self.loaded = switched(self.loaded, share, described.unloaded, described.loaded)
+        self.pushing = switched(self.pushing, share, described.vent_below, described.fill_above)
         commands: dict[str, Command] = {}
-        if told.lifts is not None:
-            commands[told.lifts] = self._lift()
-        if told.pushes is not None:
-            commands[told.pushes] = self._push(share)
+        if described.lifts is not None:
+            commands[described.lifts] = self._lift()
+        if described.pushes is not None:
+            commands[described.pushes] = self._push(share)
         return commands
 
     def _lift(self) -> Command:
@@ -43,13 +42,16 @@ class ToeLoadController:
         return 0.0 if self.loaded else pressure
 
     def _push(self, share: float) -> Command:
-        told = self.description
-        if told.push_pressure is not None:
-            return told.push_pressure * min(max(share, 0.0), 1.0)
+        described = self.description
+        if described.push_pressure is not None:
+            return described.push_pressure * min(max(share, 0.0), 1.0)
         if self.pushing:
             return "inlet"
-        return "outlet" if share < told.vent_below else "shut"
+        return "outlet" if share < described.vent_below else "shut"
 
     def tell(self) -> dict[str, float]:
         """The load, and whether the toes bear much."""
         return {"toe_load": self.load, "state": float(self.loaded)}
+
+
+CONTROLLER = ToeLoadController

@@ -23,8 +23,8 @@ from afo_sim.export.opensim import (
 )
 from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_csv
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import words
-from afo_sim.simulation.kept_model import to_binary
+from afo_sim.metrics.metric_words import words
+from afo_sim.simulation.files import to_binary
 from afo_sim.simulation.recording import Recording
 
 _TITLES = ("name", "value", "unit", "label")

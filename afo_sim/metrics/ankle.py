@@ -7,10 +7,11 @@ import numpy as np
 
 from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.metrics import peak
-from afo_sim.metrics.inversion import inversion_peaks
-from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, tells
+from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
+from afo_sim.metrics.strides import chambers
 from afo_sim.metrics.supply import beside_inlets, flow_metrics, rows_of
-from afo_sim.metrics.switching import switching_by_the_minute
+from afo_sim.metrics.torque import inversion_peaks
+from afo_sim.metrics.valves import switching_by_the_minute
 
 ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
@@ -44,23 +45,18 @@ def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
     return float(time[k - 1] + share * (time[k] - time[k - 1]))
 
 
-def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
-    """Names of a recording's chambers."""
-    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
-
-
-@tells(
+@reported(
     AIR,
     ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
     ("air_per_cycle_{}", "g", "Air per cycle, {}", "through its inlet, wherever from"),
     ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
 )
-@tells(
+@reported(
     TORQUE,
     ("peak_{}_torque_10ms", "N*m", "{} torque, peak over 10 ms", peak.MEANING),
     ("peak_{}_torque", "N*m", "{} torque, peak of an instant"),
 )
-@tells(
+@reported(
     ANKLE,
     ("peak_{}_angle", "deg", "{} angle, peak"),
     ("range_of_motion", "deg", "Range of motion"),
@@ -113,15 +109,9 @@ def ankle_metrics(
     found["air_per_cycle"] = total
     if names:
         seconds = float(time[-1] - time[0]) + timestep
-        told = flow_metrics(
-            rows,
-            names,
-            cycles * total,
-            timestep,
-            seconds=seconds,
-            cycles=cycles,
-            free_density=free_density,
+        flows = flow_metrics(
+            rows, names, cycles * total, timestep, seconds=seconds, cycles=cycles, free_density=free_density
         )
-        found |= dict(told)
+        found |= dict(flows)
     found |= dict(switching_by_the_minute(columns, timestep))
     return {name: measured(name, value) for name, value in found.items()}

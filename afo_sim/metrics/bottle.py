@@ -1,6 +1,13 @@
 """Air by the minute, the strides and hours that a source lasts, and a compressor's duty."""
 
-from afo_sim.metrics.metric import AIR, Metric, measured, tells
+from collections.abc import Mapping
+
+import numpy as np
+
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
+from afo_sim.metrics.facts import Run, Source
+from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
+from afo_sim.metrics.supply import sag_metrics
 
 ANR = "ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 SOURCE = (
@@ -8,59 +15,79 @@ SOURCE = (
     "the supply's pressure"
 )
 BEFORE = "air before the first step is out of a source, not of the limits' bottle"
+MASS = "store/source/mass"
+WALKED = ("free_air_per_stride", "stride_time")
+FLOWS = ("mean_flow", "peak_flow")
+LITRES_A_MINUTE = 60e3  # of a flow [m³/s]
+# Dry air at 20 °C, computed with CoolProp 8.0 from the equation of state of Lemmon, Jacobsen, Penoncello and
+# Friend 2000 (J. Phys. Chem. Ref. Data 29: 331).
+COMPRESSIBILITY = {  # by absolute pressure [bar]
+    0: 1.0, 50: 0.9879, 100: 0.9881, 150: 1.001, 200: 1.026, 250: 1.0612, 300: 1.1043, 400: 1.2056,
+    500: 1.3183, 600: 1.436, 700: 1.5557, 800: 1.6758, 900: 1.7956, 1000: 1.9146, 1100: 2.0325,
+}  # fmt: skip
 
 
-@tells(
+@reported(
     AIR,
     ("free_air_per_minute", "l/min", "Free air per minute of walking", f"litres {ANR}"),
     ("strides_per_bottle", "", "Strides of one bottle", f"walked without a stop, {SOURCE}; {BEFORE}"),
     ("hours_per_bottle", "h", "Hours of one bottle", f"without a stop, {SOURCE}; {BEFORE}"),
+    of=Of.RUN,
+    made_of=WALKED,
 )
-def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> dict[str, Metric]:
-    """What walking takes from a bottle of air.
+@reported(AIR, ("cycles_per_bottle", "", "Cycles of one bottle", f"seated, {SOURCE}"), of=Of.RUN)
+def source_life(run: Run) -> Found:
+    """Air that a run takes, and how long the scenario's source lasts at that, or a bottle of its limits.
 
-    Parameters
-    ----------
-    free_air : of one stride [l] (ANR)
-    stride_time : [s]
-    bottle : free air that the bottle gives [l] (ANR); None of a source that does not run empty
-
-    Returns
-    -------
-    dict of Metric by name; without strides and hours where they take no air or the source does not run empty
+    A named source gives the run's mean flow and cools. Where it is empty within a run that is walked, its
+    life is until then: the mean of a run on too little pressure says nothing.
     """
-    found = {"free_air_per_minute": measured("free_air_per_minute", free_air * 60.0 / stride_time)}
-    if free_air > 0.0 and bottle is not None:
-        strides = bottle / free_air
-        found["strides_per_bottle"] = measured("strides_per_bottle", strides)
-        found["hours_per_bottle"] = measured("hours_per_bottle", strides * stride_time / 3600.0)
-    return found
+    litres, totals = _litres(run), run.totals
+    if litres is None and run.facts.supply.source is None:
+        return
+    if totals.keys() >= set(WALKED):
+        free, duration = (totals[name].value for name in WALKED)
+        yield from bottle_metrics(free, duration, litres).items()
+    elif litres is not None and totals.keys() >= {"mean_flow", "air_per_cycle"}:
+        free = totals["air_per_cycle"].value / run.facts.supply.free_density
+        flow = totals["mean_flow"].value
+        if flow > 0.0:
+            yield from cycle_metrics(free, free / flow, litres).items()
 
 
-@tells(AIR, ("cycles_per_bottle", "", "Cycles of one bottle", f"seated, {SOURCE}"))
-def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, Metric]:
-    """What seated cycles take from a bottle of air.
-
-    Parameters
-    ----------
-    free_air : of one cycle [l] (ANR)
-    minutes : that a cycle takes [min]
-    bottle : free air that the bottle gives [l] (ANR)
-
-    Returns
-    -------
-    dict of Metric by name; empty where cycles take no air
-    """
-    if free_air <= 0.0:
-        return {}
-    cycles = bottle / free_air
-    return {
-        "cycles_per_bottle": measured("cycles_per_bottle", cycles),
-        "hours_per_bottle": measured("hours_per_bottle", cycles * minutes / 60.0),
-    }
+def _litres(run: Run) -> float | None:
+    """Free gas (ANR) that the source gives, or the limits' bottle [l]; None of a compressor, or neither."""
+    supply, limits = run.facts.supply, run.facts.limits
+    if supply.source is not None:
+        flow = _mean_flow(run.totals)  # [l/s]
+        if supply.source.kind == "compressor" or not flow > 0.0:
+            return None
+        empty = None if run.solved else dict(sag_metrics(run.columns)).get("source_empty_after")
+        if empty is not None:
+            return flow * empty
+        litre = 1e-3 * supply.free_density  # [kg]
+        return supply.source.given_at(supply.pressure, flow * litre, _content(run)) / litre
+    if limits is None:
+        return None
+    return 1e3 * air_given(limits.bottle_volume, limits.bottle_pressure, supply.pressure) / STANDARD_DENSITY
 
 
-@tells(
+def _mean_flow(totals: Mapping[str, Metric]) -> float:
+    """Free gas that a run takes in a second [l/s]; 0 where it is not known."""
+    if totals.keys() >= set(WALKED):
+        return totals["free_air_per_stride"].value / totals["stride_time"].value
+    return totals["mean_flow"].value / 60.0 if "mean_flow" in totals else 0.0
+
+
+def _content(run: Run) -> float:
+    """What bottle or cartridge holds as the walk begins [kg]: full, less what was filled before."""
+    rows = {} if run.solved else run.columns
+    if MASS in rows and rows["time"][0] <= run.facts.timestep:
+        return float(rows[MASS][0])
+    return run.facts.supply.content_at_start()
+
+
+@reported(
     AIR,
     (
         "source_share",
@@ -81,13 +108,69 @@ def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, M
         "by the mean flow, filling its tank from one switching pressure to the other; bursts that pull the "
         "tank lower make it less: the run's own is the mean of supply/running",
     ),
-    (
-        "compressor_power",
-        "W",
-        "Mean electric power of the compressor",
-        "while it runs, times its duty",
-    ),
+    ("compressor_power", "W", "Mean electric power of the compressor", "while it runs, times its duty"),
+    of=Of.RUN,
+    made_of=FLOWS,
 )
+def compressor(run: Run) -> Found:
+    """What is asked of a compressor; nothing of other sources."""
+    supply = run.facts.supply
+    if supply.source is None or supply.source.kind != "compressor" or not run.totals.keys() >= set(FLOWS):
+        return
+    mean, peak = (run.totals[name].value for name in FLOWS)
+    flow = mean / LITRES_A_MINUTE * STANDARD_DENSITY
+    delivery = supply.source.delivery(supply.pressure) * LITRES_A_MINUTE / STANDARD_DENSITY
+    found = compressor_metrics(mean, peak, delivery, supply.source.duty(flow), supply.source.electric_power)
+    yield from found.items()
+
+
+def emptied(source: Source | None, totals: Mapping[str, Metric], strides: int) -> dict[str, Metric]:
+    """When bottle or cartridge is empty in a walk whose settled strides are solved for, with a fuller one."""
+    lasts = totals.get("strides_per_bottle")
+    if source is None or lasts is None or lasts.value >= strides:
+        return {}
+    after = lasts.value * totals["stride_time"].value
+    return {"source_empty_after": measured("source_empty_after", after)}
+
+
+def until_empty(totals: Mapping[str, Metric]) -> dict[str, Metric]:
+    """Strides and hours of a source that the run itself empties: those until then."""
+    if not totals.keys() >= {"source_empty_after", "strides_per_bottle", "stride_time"}:
+        return {}
+    after, stride = totals["source_empty_after"].value, totals["stride_time"].value
+    return {
+        "strides_per_bottle": measured("strides_per_bottle", after / stride),
+        "hours_per_bottle": measured("hours_per_bottle", after / 3600.0),
+    }
+
+
+def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> dict[str, Metric]:
+    """What walking takes from a bottle of air.
+
+    Units: free_air [l], stride_time [s], bottle [l].
+    """
+    found = {"free_air_per_minute": measured("free_air_per_minute", free_air * 60.0 / stride_time)}
+    if free_air > 0.0 and bottle is not None:
+        strides = bottle / free_air
+        found["strides_per_bottle"] = measured("strides_per_bottle", strides)
+        found["hours_per_bottle"] = measured("hours_per_bottle", strides * stride_time / 3600.0)
+    return found
+
+
+def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, Metric]:
+    """What seated cycles take from a bottle of air.
+
+    Units: free_air [l], minutes [min], bottle [l].
+    """
+    if free_air <= 0.0:
+        return {}
+    cycles = bottle / free_air
+    return {
+        "cycles_per_bottle": measured("cycles_per_bottle", cycles),
+        "hours_per_bottle": measured("hours_per_bottle", cycles * minutes / 60.0),
+    }
+
+
 def compressor_metrics(
     mean_flow: float, peak_flow: float, delivery: float, duty: float, power: float | None
 ) -> dict[str, Metric]:
@@ -109,3 +192,25 @@ def compressor_metrics(
     if power is not None:
         found["compressor_power"] = duty * power
     return {name: measured(name, value) for name, value in found.items()}
+
+
+def air_given(volume: float, pressure: float, supply: float) -> float:
+    """Air that a full bottle gives until it is down to the supply's pressure [kg].
+
+    Notes
+    -----
+    m = V/(R T) · (p₁/Z(p₁) − p₂/Z(p₂)), absolute pressures, at 20 °C: it is emptied slowly enough to stay
+    warm.
+
+    Units: volume [m³], pressure [Pa], supply [Pa].
+    """
+    full, left = (p / compressibility(p) for p in (pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE))
+    return max(0.0, volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE) * (full - left))
+
+
+def compressibility(pressure: float) -> float:
+    """Z = p V/(m R T) of dry air at 20 °C [-], within 0.2 %.
+
+    Units: pressure [Pa].
+    """
+    return float(np.interp(1e-5 * pressure, list(COMPRESSIBILITY), list(COMPRESSIBILITY.values())))

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from afo_sim.metrics.metric import CLEARANCE, Found, tells
+from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
 from afo_sim.metrics.strides import Stride
 
 NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
@@ -25,7 +25,7 @@ PASSING = "from a tenth of the swing on until the shank stands upright"
 FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the floor"
 
 
-@tells(
+@reported(
     CLEARANCE,
     ("toe_clearance", "mm", "Toe clearance", EVENT),
     ("toe_clearance_phase", "percent", "Toe clearance, when", "of the gait cycle"),
@@ -45,6 +45,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
         "while the foot is fast",
     ),
     ("swings_with_ball_contact", "percent", "Swings in which the ball touches", f"the floor {PASSING}"),
+    of=Of.STRIDE,
 )
 def clearances(stride: Stride) -> Found:
     """Clearances of the outsole in swing: of all its points, and of the ball alone.

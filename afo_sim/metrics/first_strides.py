@@ -8,7 +8,8 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from afo_sim.metrics.metric import START, TOLD, Metric, entry, measured, tells
+from afo_sim.common.notice import Notice
+from afo_sim.metrics.metric import REPORTED, START, Metric, Of, entry, made_of, measured, reported
 from afo_sim.metrics.strides import strides
 from afo_sim.metrics.walking import stride_metrics
 
@@ -27,22 +28,30 @@ NEEDED = {NUMBERED.format(1): 1, NUMBERED.format(2): 2, NUMBERED.format(3): 3, A
 NEEDED |= {LOWEST: STRIDES, UNTIL: STRIDES}  # strides from the start
 
 
-@tells(
+@reported(
     START,
     (NUMBERED.format(1), "mm", "Toe clearance, first stride", "from a stop"),
     (NUMBERED.format(2), "mm", "Toe clearance, second stride", "from a stop"),
     (NUMBERED.format(3), "mm", "Toe clearance, third stride", "from a stop"),
     (LOWEST, "mm", "Toe clearance, lowest of the first ten", TEN),
     (UNTIL, "", "Strides until the toe is clear", CLEAR),
-    (AIR_FIRST, "g", "Air of the first stride", "taken from the supply"),
+    of=Of.BESIDE,
+    made_of=(CLEARANCE,),
+)
+@reported(
+    START, (AIR_FIRST, "g", "Air of the first stride", "taken from the supply"), of=Of.BESIDE, made_of=(AIR,)
+)
+@reported(
+    START,
     (AIR_BEFORE, "g", "Air before the first step", "filled while standing, beyond ambient air"),
+    of=Of.BESIDE,
 )
 def first_stride_metrics(
     begun: Sequence[Mapping[str, Metric]],
     settled: Mapping[str, Metric] | None = None,
     air_before: float | None = None,
     wanted: Collection[str] | None = None,
-) -> tuple[dict[str, Metric], tuple[str, ...]]:
+) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
     """Metrics of the strides after a stop.
 
     Parameters
@@ -61,25 +70,29 @@ def first_stride_metrics(
     heights = [_value(stride, CLEARANCE) for stride in begun[:STRIDES]]
     end = _value(settled, CLEARANCE) if settled is not None else None
     values |= {NUMBERED.format(k): height for k, height in enumerate(heights[:3], 1)}
-    warnings = []
+    warnings: list[Notice] = []
     if begun:
         values[AIR_FIRST] = _value(begun[0], AIR)
     if len(heights) == STRIDES or (heights and end is not None and abs(heights[-1] - end) <= NEAR):
         values[LOWEST] = _lowest(heights if len(heights) == STRIDES or end is None else [*heights, end])
         values[UNTIL], why = _until_clear(heights, end)
         if why and UNTIL in asked:
-            warnings.append(f"{UNTIL} is left out: {why}")
+            warnings.append(_left_out(UNTIL, why))
     elif math.isfinite(values.get(AIR_FIRST, math.nan)):
         left = [name for name in (LOWEST, UNTIL) if name in asked]
-        warnings += [f"{name} is left out: {_too_few(len(heights))}" for name in left]
-    told = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
-    return {name: measured(name, value) for name, value in told.items()}, tuple(warnings)
+        warnings += [_left_out(name, _too_few(len(heights))) for name in left]
+    kept = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
+    return {name: measured(name, value) for name, value in kept.items()}, tuple(warnings)
+
+
+def _left_out(name: str, why: str) -> Notice:
+    return Notice("metric-left-out", "{subject} is left out: {why}", subject=name, why=why)
 
 
 def from_start(
     columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, wanted: Collection[str]
 ) -> list[dict[str, Metric]]:
-    """What the first whole strides of a recording tell, each by itself, however many are walked.
+    """Metrics of the first whole strides of a recording, each by itself, however many are walked.
 
     Parameters
     ----------
@@ -96,12 +109,6 @@ def strides_needed(wanted: Collection[str] | None) -> int:
     """Strides from the start that some metrics need, by their names; None for all of them."""
     names = NEEDED if wanted is None else wanted
     return max((NEEDED.get(name, 0) for name in names), default=0)
-
-
-def made_of(wanted: Collection[str]) -> frozenset[str]:
-    """The metrics of single strides that some metrics need, by their names."""
-    numbered = {CLEARANCE for name in wanted if name in NEEDED and name not in (AIR_FIRST, AIR_BEFORE)}
-    return frozenset(numbered | {AIR for name in wanted if name == AIR_FIRST})
 
 
 def undefined(wanted: Collection[str] | None, has_air: bool, is_filled: bool) -> dict[str, Metric]:
@@ -137,4 +144,4 @@ def _until_clear(heights: Sequence[float], end: float | None) -> tuple[float, st
     return float(below[-1] if below else 0), ""
 
 
-NAMES = frozenset(row.name for row in TOLD[first_stride_metrics])
+NAMES = frozenset(row.name for row in REPORTED[first_stride_metrics])

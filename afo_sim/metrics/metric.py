@@ -1,11 +1,16 @@
-"""A number with its unit, and the registry of what such numbers are called and mean."""
+"""A number with its unit, the registry of what such numbers are called and mean, and their old names."""
 
+import dataclasses
 import functools
-from collections.abc import Callable, Collection, Iterator, Sequence
+import importlib
+import pkgutil
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any, NoReturn, Self, TypeVar
 
-from afo_sim.common.errors import InputError
+from afo_sim import metrics
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import in_unit, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
@@ -130,11 +135,22 @@ def _spelled(text: str) -> str:
     return text.replace("%", "percent").replace("·", "*").replace("°", "deg")
 
 
+class Of(StrEnum):
+    """What the function of a metric looks at."""
+
+    STRIDE = "stride"  # a `Stride`; over a run the metric is the mean of the strides that count
+    WORN = "worn stride"  # a `Stride` of a leg that wears an orthosis
+    RUN = "run"  # a `Run`: columns, facts and the metrics that are known before
+    WHOLE = "whole"  # what its caller gives it, before those of a RUN
+    BESIDE = "beside"  # what its caller gives it, from beside the strides: a search, a balance, another run
+
+
 @dataclass(frozen=True)
 class MetricEntry:
     """A metric's row in the registry.
 
-    `name` may hold {}, which stands for a chamber or a direction and is filled into `label`.
+    `name` may hold {}, which stands for a chamber or a direction and is filled into `label`. `made_of` are
+    the metrics that it is computed from.
     """
 
     group: str
@@ -142,6 +158,8 @@ class MetricEntry:
     unit: str
     label: str
     meaning: str = ""
+    of: Of = Of.WHOLE
+    made_of: frozenset[str] = frozenset()
 
     def fill(self, name: str) -> "MetricEntry | None":
         """This row for a metric of that name; None where the name is another."""
@@ -155,44 +173,101 @@ class MetricEntry:
             return None
         if self.label.startswith("{}"):
             middle = middle.replace("_", " ").capitalize()
-        return MetricEntry(self.group, name, self.unit, self.label.format(middle), self.meaning)
+        return dataclasses.replace(self, name=name, label=self.label.format(middle))
 
 
 METRICS: dict[str, MetricEntry] = {}
-TOLD: dict[Callable[..., Any], list[MetricEntry]] = {}  # by the function that tells them
-Tells = TypeVar("Tells", bound=Callable[..., Any])
+REPORTED: dict[Callable[..., Any], list[MetricEntry]] = {}  # by the function that reports them
+Reports = TypeVar("Reports", bound=Callable[..., Any])
 
 
-def tells(group: str, *rows: tuple[str, ...]) -> Callable[[Tells], Tells]:
-    """Register what the decorated function tells.
+def reported(
+    group: str, *rows: tuple[str, ...], of: Of = Of.WHOLE, made_of: Collection[str] = ()
+) -> Callable[[Reports], Reports]:
+    """Register what the decorated function reports; this is all that a new metric needs.
 
-    Units: rows (name, unit, label).
+    Functions of a STRIDE or a RUN are called wherever such metrics are wanted. Every module of this room is
+    looked at.
+
+    Parameters
+    ----------
+    group : of `GROUPS`
+    rows : (name, unit, label) or (name, unit, label, meaning)
+    of : what the function looks at
+    made_of : metrics that these are computed from
     """
 
-    def register(function: Tells) -> Tells:
+    def register(function: Reports) -> Reports:
         for row in rows:
-            entry = MetricEntry(group, *row)
-            assert entry.name not in METRICS, f"{entry.name} is registered twice"
-            METRICS[entry.name] = entry
-            TOLD.setdefault(function, []).append(entry)
+            name, unit, label, meaning = (*row, "")[:4]
+            made = MetricEntry(group, name, unit, label, meaning, of, frozenset(made_of))
+            assert made.name not in METRICS, f"{made.name} is registered twice"
+            METRICS[made.name] = made
+            REPORTED.setdefault(function, []).append(made)
         return function
 
     return register
 
 
-def telling(functions: Sequence[Tells], wanted: Collection[str] | None) -> list[Tells]:
-    """Those of some functions that tell what is wanted; all, where none of them registers one of it."""
+@functools.cache
+def load_all() -> None:
+    """Import every module of this room, so that what it reports is registered."""
+    for module in pkgutil.iter_modules(metrics.__path__):
+        importlib.import_module(f"{metrics.__name__}.{module.name}")
+
+
+@functools.cache
+def functions_of(*scopes: Of) -> list[Callable[..., Found]]:
+    """Functions that report what is of some scopes: scope by scope, in the order of the groups."""
+    load_all()
+    found = [f for f, rows in REPORTED.items() if rows[0].of in scopes]
+    return sorted(found, key=lambda f: (scopes.index(REPORTED[f][0].of), *_place(f)))
+
+
+def _place(function: Callable[..., Any]) -> tuple[int, str, int]:
+    """Group, module and line of a function."""
+    group = min(GROUPS.index(row.group) for row in REPORTED[function])
+    return group, function.__module__, function.__code__.co_firstlineno
+
+
+def reporting(functions: Sequence[Reports], wanted: Collection[str] | None) -> list[Reports]:
+    """Those of some functions that report what is wanted; all, where none of them registers one of it."""
     if wanted is None:
         return list(functions)
-    found = {name: [f for f in functions if any(row.fill(name) for row in TOLD[f])] for name in wanted}
+    found = {name: [f for f in functions if any(row.fill(name) for row in REPORTED[f])] for name in wanted}
     if not all(found.values()):
         return list(functions)
     return [f for f in functions if any(f in each for each in found.values())]
 
 
+def of_strides(wanted: Collection[str]) -> frozenset[str]:
+    """Those of some metrics, and of what they are made of, that strides report or that nobody registers."""
+    found = set()
+    for name in {*wanted, *made_of(wanted)}:
+        try:
+            of = entry(name).of
+        except KeyError:
+            of = Of.STRIDE
+        if of not in (Of.RUN, Of.BESIDE):
+            found.add(name)
+    return frozenset(found)
+
+
+def made_of(wanted: Collection[str]) -> frozenset[str]:
+    """The metrics that some metrics are computed from."""
+    found: set[str] = set()
+    for name in wanted:
+        try:
+            found |= entry(name).made_of
+        except KeyError:
+            continue
+    return frozenset(found)
+
+
 @functools.cache
 def entry(name: str) -> MetricEntry:
-    """The registered row of a metric; KeyError where no function tells it."""
+    """The registered row of a metric; KeyError where no function reports it."""
+    load_all()
     if name in METRICS:
         return METRICS[name]
     for row in METRICS.values():
@@ -205,3 +280,37 @@ def entry(name: str) -> MetricEntry:
 def measured(name: str, value: float) -> Metric:
     """A value with the unit that the registry has for its name."""
     return Metric(value, entry(name).unit)
+
+
+EVENT = "the minimum is looked for while the foot is fast"
+# Old name: the new one, and why.
+RENAMED = {
+    "swings_without_toe_dip": ("swings_without_toe_event", EVENT),
+    "swings_without_ball_dip": ("swings_without_ball_event", EVENT),
+    "share_of_dorsiflexion_moment": (
+        "orthosis_swing_torque_mean",
+        "its peak stood at push-off; needed_swing_torque_mean is what to hold it against",
+    ),
+    "share_of_plantarflexion_moment": (
+        "orthosis_peak_plantarflexion_torque",
+        "a share of one peak in another that stands elsewhere in the stride says nothing",
+    ),
+}
+
+
+def instead(name: str, names: Iterable[str]) -> str | None:
+    """The metric meant by a name that is none of `names`: its new name, or the most similar one."""
+    return RENAMED[name][0] if name in RENAMED else nearest_name(name, names)
+
+
+def told(problem: str, name: str) -> str:
+    """A problem with an unknown metric; of one that has another name now, why."""
+    return f"{problem} any more ({RENAMED[name][1]})" if name in RENAMED else problem
+
+
+class Metrics(dict[str, Metric]):
+    """Metrics by name; one that is not there is refused, an old one with its new name."""
+
+    def __missing__(self, name: str) -> Metric:
+        problem = told("the run has no such metric", name)
+        raise InputError(problem, field="metric", value=name, nearest=instead(name, self))

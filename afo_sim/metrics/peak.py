@@ -43,7 +43,7 @@ def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tup
     )
 
 
-def told(name: str, torque: np.ndarray, timestep: float) -> Iterator[tuple[str, float]]:
+def peaks(name: str, torque: np.ndarray, timestep: float) -> Iterator[tuple[str, float]]:
     """Peak of a torque [N·m] (n,) over 10 ms, and beside it that of an instant, as `rows` registers them."""
     mean = largest_mean(torque, timestep) if len(torque) else 0.0
     yield f"{name}{OVER}", clean(max(mean, 0.0))

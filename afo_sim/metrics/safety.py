@@ -9,7 +9,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from afo_sim.metrics.metric import SAFETY, Metric, measured, tells
+from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run
+from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.strides import chambers
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
 FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
@@ -20,7 +22,7 @@ USED = "100 % is the limit; of the muscle that comes closest"
 CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
 
 
-@tells(
+@reported(
     SAFETY,
     ("cuff_pull_along", "N", "Pull on the cuff along the shank, peak", "friction on the skin carries it"),
     ("cuff_pull_across", "N", "Pull on the cuff across the shank, peak", "presses it against the limb"),
@@ -50,7 +52,13 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
         "Cuff's pressure by that which hinders blood flow",
         "all the time; beyond 100 % it may be hindered",
     ),
+    of=Of.RUN,
 )
+def cuff(run: Run) -> Found:
+    """Pressure of a shank's cuff on the skin."""
+    return _skin(run, "cuff")
+
+
 def cuff_metrics(
     pull: np.ndarray,
     area: float,
@@ -60,22 +68,12 @@ def cuff_metrics(
 ) -> dict[str, Metric]:
     """Pressure of a shank's cuff on the skin.
 
-    Parameters
-    ----------
-    pull : force on the cuff forward, left and up along the shank [N] (n, 3)
-    area : of skin that carries, > 0 [m²]
-    friction : coefficient µ between cuff and skin, > 0 [-]
-    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
-    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
-
-    Returns
-    -------
-    dict of Metric by name
-
     Notes
     -----
     N = max |F_along| / µ; sustained pressure N/A; peak pressure (N + max |F_across|)/A. The pull across comes
     and goes, and lifts the cuff off on its other side. So it is not counted among what holds the cuff.
+
+    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
     """
     along = float(np.abs(pull[:, 2]).max())
     across = float(np.hypot(pull[:, 0], pull[:, 1]).max())
@@ -92,7 +90,7 @@ def cuff_metrics(
     return {name: measured(name, value) for name, value in values.items()}
 
 
-@tells(
+@reported(
     SAFETY,
     ("plate_pull_along", "N", "Pull on the plate along the sole, peak", "friction on the foot carries it"),
     (
@@ -126,7 +124,13 @@ def cuff_metrics(
         "Strap's pressure by that which hinders blood flow",
         "all the time; beyond 100 % it may be hindered",
     ),
+    of=Of.RUN,
 )
+def plate(run: Run) -> Found:
+    """Pressure of the strap that holds a foot's plate."""
+    return _skin(run, "plate")
+
+
 def plate_metrics(
     pull: np.ndarray,
     area: float,
@@ -140,17 +144,7 @@ def plate_metrics(
     held by the strap over the instep: N = max(|F_along|/µ − F_up), not below zero. The strap presses the sole
     as well, and the ground does in stance: neither is counted, so that the strap's force is an upper bound.
 
-    Parameters
-    ----------
-    pull : force on the plate forward, left and up in the foot's axes [N] (n, 3)
-    area : of skin under the strap, > 0 [m²]
-    friction : coefficient µ between plate, strap and foot, > 0 [-]
-    skin_pressure : of discomfort and of pain [Pa]; None leaves the shares of them out
-    blood_flow : pressure that may stay all the time [Pa]; None leaves the share of it out
-
-    Returns
-    -------
-    dict of Metric by name
+    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
     """
     along = np.hypot(pull[:, 0], pull[:, 1])
     holding = max(0.0, float((along / friction - pull[:, 2]).max()))
@@ -163,6 +157,21 @@ def plate_metrics(
     }
     values |= _shares("plate", pressure, pressure, skin_pressure, blood_flow)
     return {name: measured(name, value) for name, value in values.items()}
+
+
+def _skin(run: Run, part: str) -> Found:
+    """What a part presses with in the rows that count; nothing where there is no such part."""
+    if run.rows and part in (run.facts.skins or {}):
+        yield from skin_metrics(run.facts, part, run.rows).items()
+
+
+def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]:
+    """Pressure of the cuff or the plate on the skin over all rows."""
+    assert facts.skins is not None
+    skin, limits = facts.skins[part], facts.limits
+    of = cuff_metrics if part == "cuff" else plate_metrics
+    bounds = (None, None) if limits is None else (limits.skin_pressure, limits.blood_flow_pressure)
+    return of(skin.pull(columns), skin.area, skin.friction, *bounds)
 
 
 def _shares(
@@ -182,24 +191,39 @@ def _shares(
     return found
 
 
-@tells(
+@reported(
     SAFETY,
     ("muscle_share_of_pressure", "percent", "Muscles' highest pressure by its limit", USED),
     ("muscle_share_of_force", "percent", "Muscles' highest force by its limit", USED),
     ("muscle_share_of_contraction", "percent", "Muscles' greatest contraction by its limit", USED),
     ("muscle_share_of_stretch", "percent", "Muscles' greatest stretch by its limit", USED),
+    of=Of.RUN,
 )
+def muscles(run: Run) -> Found:
+    """How close muscles come to their limits."""
+    if not run.rows:
+        return
+    yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows)).items()
+
+
+def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict[str, list[float]]:
+    """Peak of each muscle over its limit [-]; a braid that may not be stretched at all has no share of it."""
+    found: dict[str, list[float]] = {"pressure": [], "force": [], "contraction": [], "stretch": []}
+    for name, own in limits.items():
+        contraction = columns[f"muscle/{name}/contraction"]
+        pressure = columns[f"chamber/{own.chamber}/pressure"]
+        found["pressure"].append(float(pressure.max()) / own.pressure)
+        found["force"].append(float(columns[f"muscle/{name}/force"].max()) / own.force)
+        found["contraction"].append(float(contraction.max()) / own.contraction_max)
+        if own.contraction_min < 0.0:
+            found["stretch"].append(float(contraction.min()) / own.contraction_min)
+    return found
+
+
 def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
     """How close muscles come to their limits.
 
-    Parameters
-    ----------
-    shares : by "pressure", "force", "contraction" and "stretch", the peak of each muscle over its limit [-];
-        one below zero counts as none
-
-    Returns
-    -------
-    dict of Metric by name, of the largest share each; what no muscle has a limit of is left out
+    Units: shares [-].
     """
     found = {}
     for what, each in shares.items():
@@ -210,7 +234,7 @@ def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
     return found
 
 
-@tells(
+@reported(
     SAFETY,
     ("muscle_cycles_per_stride", "", "Cycles of the muscles per stride", CYCLES),
     ("strides_until_muscle_life", "", "Strides until the muscles' stated life", CYCLES),
@@ -220,19 +244,21 @@ def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
         "Days until the muscles' stated life",
         "at as many strides a day as the limits say",
     ),
+    of=Of.RUN,
 )
+def muscle_life(run: Run) -> Found:
+    """How long muscles last that are stated to last some number of cycles; of walking alone."""
+    limits, number = run.facts.limits, len(run.counted)
+    if limits is None or not number or not run.facts.muscles:
+        return
+    most = max(cycles(run.rows[f"chamber/{name}/pressure"], number) for name in chambers(run.rows))
+    yield from life_metrics(most, limits.muscle_life, limits.strides_per_day).items()
+
+
 def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
     """How long muscles last that are stated to last some number of cycles.
 
-    Parameters
-    ----------
-    cycles : per stride, of the chamber that has most [-]; none leaves strides and days out
-    life : cycles until the stated life ends [-]
-    strides_per_day : of one leg [-]; 0 leaves the days out
-
-    Returns
-    -------
-    dict of Metric by name
+    Units: cycles [-], life [-], strides_per_day [-].
     """
     values = {"muscle_cycles_per_stride": cycles}
     if cycles > 0.0:
@@ -249,14 +275,7 @@ def cycles(pressure: np.ndarray, strides: int) -> float:
     value, where it swings by a tenth of the highest or more. The ankle works a muscle that stays filled too,
     so that it counts one cycle a stride at least. What stays below 0.1 bar counts none.
 
-    Parameters
-    ----------
-    pressure : gauge, of whole strides that repeat [Pa] (n,)
-    strides : how many, > 0
-
-    Returns
-    -------
-    float [-]
+    Units: pressure [Pa] (n,), returns [-].
     """
     lowest, highest = float(pressure.min()), float(pressure.max())
     if highest <= FILLED:

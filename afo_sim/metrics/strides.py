@@ -184,3 +184,8 @@ def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stri
     half = mass[len(mass) // 2 :]
     alike = np.abs(mass - np.median(half)) <= max(AIR_SETTLED * np.median(half), 2.0 * half.std())
     return later[int(np.argmax(alike)) :]
+
+
+def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:
+    """Names of a recording's chambers."""
+    return [name.split("/")[1] for name in columns if name.startswith("chamber/") and name.endswith("/mass")]

@@ -1,11 +1,13 @@
-"""What a device takes from its supply: air by the hour, its flow, how far the supply sags, its exergy."""
+"""What a device takes from its supply: air of a stride and by the hour, flow, exergy, how far it sags."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, measured, tells
+from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.strides import Stride, chambers
 
 FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", "supply/set_pressure"
 EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
@@ -40,7 +42,7 @@ def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
 def beside_inlets(rows: Rows, chambers: Sequence[str]) -> float:
     """Sum over the rows of what leaves the supply and comes into no inlet at that instant [kg/s].
 
-    0 where each chamber hangs on the supply. Else volumes fill, tubes leak, or a chamber fills another.
+    0 where each chamber is fed from the supply. Else volumes fill, tubes leak, or a chamber fills another.
     """
     return float((taken(rows, chambers) - through_inlets(rows, chambers)).sum())
 
@@ -71,7 +73,7 @@ def flow_metrics(
     yield "positive_work", float(np.maximum(power, 0.0).sum()) * timestep / cycles
 
 
-@tells(
+@reported(
     AIR,
     (
         "lowest_supply_pressure",
@@ -91,8 +93,15 @@ def flow_metrics(
         "Source empty after",
         "from the run's start until bottle or cartridge has less than the set pressure; only where it does",
     ),
+    of=Of.RUN,
 )
-def sag_metrics(columns: Rows) -> Iterator[tuple[str, float]]:
+def sag(run: Run) -> Found:
+    """How far the supply's pressure falls, over all rows; nothing of endless air."""
+    if run.facts.supply.sags:
+        yield from sag_metrics(run.columns)
+
+
+def sag_metrics(columns: Rows) -> Found:
     """How far the supply's pressure falls, over all rows."""
     if PRESSURE not in columns or SET not in columns:
         return
@@ -122,7 +131,7 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
     return found
 
 
-@tells(
+@reported(
     ENERGY,
     (
         "exergy_efficiency",
@@ -136,14 +145,16 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
         "Efficiency of the air, positive work",
         "positive work on the ankle, of the exergy taken",
     ),
+    of=Of.RUN,
+    made_of=("exergy_taken", "positive_work", "skeleton_work"),
 )
-def efficiency_metrics(totals: Mapping[str, float]) -> Found:
-    """What becomes of the exergy taken; nothing where none is taken or it is not told.
+def efficiency(run: Run) -> Found:
+    """What becomes of the exergy taken."""
+    return efficiency_metrics(run.totals)
 
-    Parameters
-    ----------
-    totals : metrics of a run, plain or with their units
-    """
+
+def efficiency_metrics(totals: Mapping[str, float]) -> Found:
+    """What becomes of the exergy taken; nothing where none is taken or it is not known."""
     exergy = float(totals.get("exergy_taken", 0.0))
     if exergy <= 0.0:
         return
@@ -151,3 +162,80 @@ def efficiency_metrics(totals: Mapping[str, float]) -> Found:
         yield "exergy_efficiency", 100.0 * float(totals["skeleton_work"]) / exergy
     if "positive_work" in totals:
         yield "exergy_efficiency_positive", 100.0 * float(totals["positive_work"]) / exergy
+
+
+ANR = "litres ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
+NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
+EACH = "per counted stride; of a fixed shank per cycle begun"
+
+
+def grams_of(stride: Stride) -> float:
+    """Air that a stride takes from the supply [g]: through the inlets, and what else leaves the supply."""
+    total, names = 0.0, chambers(stride.columns)
+    for name in names:
+        inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
+        total += 1e3 * float(inlet.sum()) * stride.timestep
+    rest = beside_inlets(rows_of(stride.columns, stride.rows, names), names)
+    return total + 1e3 * rest * stride.timestep
+
+
+@reported(
+    AIR,
+    ("air_per_stride_{}", "g", "Air per stride, {}", "through its inlet, wherever from"),
+    ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
+    ("air_per_stride", "g", "Air per stride", "taken from the supply"),
+    ("free_air_per_stride", "l", "Free air per stride", ANR),
+    ("normal_litres_per_stride", "l", "Normal litres per stride", NORMAL),
+    of=Of.WORN,
+)
+def air_of(stride: Stride) -> Found:
+    """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
+    pressures, total = [], grams_of(stride)
+    for name in chambers(stride.columns):
+        inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
+        yield f"air_per_stride_{name}", 1e3 * float(inlet.sum()) * stride.timestep
+        pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
+        pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
+        pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
+    yield "air_per_stride", total
+    yield "free_air_per_stride", total / stride.free_density  # 1 g/l = 1 kg/m³
+    yield "normal_litres_per_stride", total / (NORMAL_DENSITY * (stride.free_density / STANDARD_DENSITY))
+    yield from pressures
+
+
+@reported(
+    AIR,
+    ("air_per_hour", "g/h", "Air per hour", "taken from the supply, walking or moving without a stop"),
+    ("free_air_per_hour", "l/h", "Free air per hour", ANR),
+    ("mean_flow", "l/min", "Mean flow from the supply", f"{ANR}; of what is counted, also seated"),
+    ("peak_flow", "l/min", "Peak flow from the supply", f"of an instant, {ANR}"),
+    of=Of.WORN,
+)
+@reported(
+    ENERGY,
+    (
+        "exergy_taken",
+        "J",
+        "Exergy of the air taken",
+        f"m R T0 ln(p/p0) at the pressure of the supply, behind its regulator; {EACH}",
+    ),
+    (
+        "exergy_vented",
+        "J",
+        "Exergy of the air vented",
+        f"as it is in the chamber or volume that it leaves; {EACH}",
+    ),
+    ("positive_work", "J", "Positive work on the ankle", f"of the orthosis' torque; {EACH}"),
+    of=Of.WORN,
+)
+def flow_of(stride: Stride) -> Found:
+    """Flow and exergy of a stride's air, by the hour and by the minute."""
+    names = chambers(stride.columns)
+    yield from flow_metrics(
+        rows_of(stride.columns, stride.rows, names),
+        names,
+        grams_of(stride),
+        stride.timestep,
+        seconds=stride.duration,
+        free_density=stride.free_density,
+    )

@@ -1,6 +1,6 @@
 """The four answers that a walk opens with: does it lift the toe, land on the heel, hinder push-off, cost air.
 
-Each answer has a number, what it is held against, and a status that is told by a word and a mark as well as
+Each answer has a number, what it is held against, and a status that is stated by a word and a mark as well as
 by a colour.
 """
 
@@ -131,7 +131,7 @@ def with_draws(
     draws : how many were drawn; where none of n trips, fewer than 3/n do with 95 %: (1 − 3/n)^n ≈ 0.05
     limit : wanted at most, and bad beyond [-]
     """
-    told = f"Of strides drawn over what is not known, {of_draws(trips, draws)} touch the floor."
+    stated = f"Of strides drawn over what is not known, {of_draws(trips, draws)} touch the floor."
     drawn = at_most(trips, limit)
     if trips <= 0.0 and 3.0 / max(draws, 1) > limit[0]:
         drawn = "doubtful"  # too few draws to tell that it is as good as wanted
@@ -140,7 +140,7 @@ def with_draws(
         dataclasses.replace(
             answer,
             status=worst([answer.status, drawn]),
-            text=f"{answer.text} {told}",
+            text=f"{answer.text} {stated}",
             limit=answer.limit + against,
         )
         if answer.name == LIFT
@@ -177,7 +177,7 @@ def worst(statuses: Sequence[Status]) -> Status:
 
 
 def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
-    """Toe clearance of all strides that are told; a forefoot that touches the floor trips, too.
+    """Toe clearance of all strides that are stated; a forefoot that touches the floor trips, too.
 
     A stride whose clearance is undefined, or less than wanted with the toes less extended, is no good one.
     """
@@ -185,19 +185,19 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
     if not _has(metrics, "toe_clearance"):
         return _unknown(LIFT, "the toe clearance is undefined", limit)
-    told = {k: s["toe_clearance"].value for k, s in strides.items() if _has(s, "toe_clearance")}
-    lowest = min([*told.values(), *(metrics[name].value for name in HEIGHTS if _has(metrics, name))])
+    stated = {k: s["toe_clearance"].value for k, s in strides.items() if _has(s, "toe_clearance")}
+    lowest = min([*stated.values(), *(metrics[name].value for name in HEIGHTS if _has(metrics, name))])
     touching = [k for k, s in strides.items() if _touches(s)] if trips >= 0.0 else []
-    short = sorted({k for k, height in told.items() if height < trips}.union(touching))
+    short = sorted({k for k, height in stated.items() if height < trips}.union(touching))
     statuses: list[Status] = [at_least(lowest, (wanted, trips))]
     statuses += ["bad"] if short or (trips >= 0.0 and _touches(metrics)) else []
     less = metrics.get("toe_clearance_less_extended", math.nan)
-    parts = [_heights(metrics, told, lowest, less)]
+    parts = [_heights(metrics, stated, lowest, less)]
     if lowest >= trips and "bad" in statuses:
         parts.append("The forefoot touches the floor earlier in swing.")
     statuses += ["doubtful"] if less < wanted else []
-    if untold := [k for k in strides if k not in told]:
-        parts.append(f"It is undefined in {_numbered(untold)}.")
+    if unstated := [k for k in strides if k not in stated]:
+        parts.append(f"It is undefined in {_numbered(unstated)}.")
         statuses.append("doubtful")
     status = worst(statuses)
     if status == "bad":
@@ -205,11 +205,11 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit)
 
 
-def _heights(metrics: Numbers, told: Mapping[int, float], lowest: float, less: float) -> str:
+def _heights(metrics: Numbers, stated: Mapping[int, float], lowest: float, less: float) -> str:
     """The clearance of the settled stride, of the first and of the lowest one, as a sentence."""
     solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
     parts = [f"{_millimetres(settled)} {'when settled' if solved else 'on average'}"]
-    first = metrics[FIRST].value if _has(metrics, FIRST) else told.get(0)
+    first = metrics[FIRST].value if _has(metrics, FIRST) else stated.get(0)
     if first is not None:
         parts.append(f"{_millimetres(first)} in stride 1")
     text = f"Clearance is {_listed([*parts, f'{_millimetres(lowest)} at the lowest'])}"
@@ -244,8 +244,8 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         s["foot_pitch_at_contact"].value for k, s in strides.items() if k and _has(s, "foot_pitch_at_contact")
     ]
     each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
-    told = _landings(each) if landed else ""
-    text = f"The foot lands with its toes {abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{told}."
+    stated = _landings(each) if landed else ""
+    text = f"The foot lands with its toes {abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}."
     return Answer(HEEL, QUESTIONS[HEEL], worst([*each, at_least(pitch, (heel, forefoot))]), text, limit)
 
 
@@ -312,10 +312,10 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
         parts.append(f"{_three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
     words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
     if feed is not None and feed.runs:
-        status, told = _compressor(metrics, feed.words)
+        status, stated = _compressor(metrics, feed.words)
     else:
-        status, told = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
-    found = [f"{', '.join(parts)}.", told]
+        status, stated = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
+    found = [f"{', '.join(parts)}.", stated]
     if _sags(metrics):
         status = "bad"
         found.append(_sag(metrics))
@@ -328,8 +328,8 @@ def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[S
         return "unknown", "The run does not hold the strides of a bottle: run it again."
     strides = metrics["strides_per_bottle"].value
     if strides <= 0.0:
-        told = f"{_capital(words)} gives none: the supply needs as much pressure."
-        return at_least(strides, limit), told
+        stated = f"{_capital(words)} gives none: the supply needs as much pressure."
+        return at_least(strides, limit), stated
     lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
     if _has(metrics, "stride_time"):
         lasts += f", {_lasting(strides * metrics['stride_time'].value)}"
@@ -342,15 +342,15 @@ def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
         return "unknown", "The run does not hold the compressor's duty: run it again."
     duty = metrics["compressor_duty"].value
     share = metrics["source_share"].value if _has(metrics, "source_share") else math.inf
-    told = f"{_capital(words)} runs {_three(duty)} % of the time"
+    stated = f"{_capital(words)} runs {_three(duty)} % of the time"
     if _has(metrics, "compressor_power"):
-        told += f", {metrics['compressor_power'].value:.3g} W on average"
+        stated += f", {metrics['compressor_power'].value:.3g} W on average"
     if share > 100.0:
         gives = "nothing"
         if math.isfinite(share) and _has(metrics, "free_air_per_minute"):
             gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
-        return "bad", f"{told} and cannot keep up: at the set pressure it gives {gives}."
-    return ("doubtful" if duty >= 100.0 else "good"), f"{told}, at {_three(share)} % of what it can give."
+        return "bad", f"{stated} and cannot keep up: at the set pressure it gives {gives}."
+    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {_three(share)} % of what it can give."
 
 
 def _sags(metrics: Numbers) -> bool:
@@ -391,7 +391,7 @@ def _unknown(name: str, reason: str, limit: str) -> Answer:
 
 
 def _worn(metrics: Numbers) -> bool:
-    """Whether the leg wears an orthosis with muscles: then its torque and air are told."""
+    """Whether the leg wears an orthosis with muscles: then its torque and air are reported."""
     return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)
 
 
@@ -408,8 +408,8 @@ def _numbered(keys: Sequence[int]) -> str:
             runs[-1][1] = number
         else:
             runs.append([number, number])
-    told = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
-    return f"stride{'s' if len(numbers) > 1 else ''} {_listed(told)}"
+    stated = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
+    return f"stride{'s' if len(numbers) > 1 else ''} {_listed(stated)}"
 
 
 def _listed(parts: Sequence[str]) -> str:

@@ -4,40 +4,34 @@ The first stride begun, and those whose air is far from what it is later on, are
 they stand among the strides, but not in the totals (`strides.settled`).
 A total is the mean over the strides, but for the `lowest_…` clearances. Swing is from toe-off to the next
 heel strike (`Stride.toe_off`). Angles and torques are dorsiflexion positive; peaks and means of a torque
-"each way" are positive numbers. A metric that is undefined is left out, and a warning says so.
+"each way" are positive numbers. A metric that is undefined is left out, and a warning says so. What a stride
+reports stands in the modules of its subjects: clearance, push-off, torque, air, switching.
 """
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import STANDARD_DENSITY
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import peak
-from afo_sim.metrics.ankle import chambers
-from afo_sim.metrics.clearance import clearances
-from afo_sim.metrics.inversion import inversion
 from afo_sim.metrics.metric import (
-    AIR,
     ANKLE,
     CLEARANCE,
     CONTACT,
     TIME,
-    TORQUE,
-    WORK,
     Found,
     Metric,
+    Of,
+    functions_of,
     measured,
-    telling,
-    tells,
+    reported,
+    reporting,
 )
-from afo_sim.metrics.need import SIDES, SWING, needs
-from afo_sim.metrics.push_off import against_push_off, push_off
-from afo_sim.metrics.stride_air import flow_of, grams_of
-from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
-from afo_sim.metrics.switching import switching
+from afo_sim.metrics.strides import Stride, chambers, settled, strides
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
@@ -47,9 +41,6 @@ GVS_POINTS = 51  # of a stride, both heel strikes among them
 
 COUNTED = "the solved one; where none was solved for, those after the start's transient"
 SLAP = "highest plantarflexion velocity as the foot comes down after heel strike"
-HEALTHY = "of the recorded healthy ankle's"
-ANR = "litres ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
-NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
 CHANGE = "from the last but one counted stride to the last, where strides are walked and not solved for"
 CHANGES = {"walked_clearance_change": "toe_clearance", "walked_air_change": "air_per_stride"}
 
@@ -60,16 +51,16 @@ class WalkMetrics:
 
     totals: dict[str, Metric]
     strides: dict[int, dict[str, Metric]]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
 
 
-@tells(
+@reported(
     TIME,
     ("strides_counted", "", "Strides counted", COUNTED),
     ("walked_clearance_change", "mm", "Change of the toe clearance", CHANGE),
     ("walked_air_change", "percent", "Change of the air per stride", CHANGE),
 )
-@tells(
+@reported(
     CLEARANCE,
     ("lowest_toe_clearance", "mm", "Toe clearance, lowest stride"),
     ("lowest_ball_clearance", "mm", "Ball clearance, lowest stride"),
@@ -106,17 +97,23 @@ def walk_metrics(
     all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
     each = {number: _finite(metrics) for number, metrics in all_of.items()}
     if not counted:
-        missing = "no whole stride follows the first, which is the start's transient: no gait metrics"
-        return WalkMetrics({}, each, (f"{missing}; a longer duration would give some",))
+        missing = Notice(
+            "no-stride-counts",
+            "no whole stride follows the first, which is the start's transient: no gait metrics; a longer "
+            "duration would give some",
+        )
+        return WalkMetrics({}, each, (missing,))
     totals = {"strides_counted": measured("strides_counted", float(len(counted)))}
-    warnings = []
+    warnings: list[Notice] = []
     for name in dict.fromkeys(name for stride in counted for name in all_of[stride.number]):
         found = [each[stride.number][name] for stride in counted if name in each[stride.number]]
         if found:
             totals[name] = measured(name, float(np.mean([metric.value for metric in found])))
         if len(found) < len(counted):
             extent = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
-            warnings.append(f"{name} is undefined {extent}")
+            warnings.append(
+                Notice("metric-undefined", "{subject} is undefined {extent}", subject=name, extent=extent)
+            )
     for name in ("toe_clearance", "ball_clearance"):
         if name in totals:
             lowest = min(each[s.number][name].value for s in counted if name in each[s.number])
@@ -132,23 +129,29 @@ def _finite(metrics: dict[str, Metric]) -> dict[str, Metric]:
     return {name: metric for name, metric in metrics.items() if math.isfinite(metric.value)}
 
 
-def _without_event(totals: dict[str, Metric]) -> Iterator[str]:
+def _without_event(totals: dict[str, Metric]) -> Iterator[Notice]:
     """Warnings of swings without the minimum that the literature calls clearance."""
     for point in ("toe", "ball"):
         share = totals.get(f"swings_without_{point}_event")
         if share is not None and share.value > 0.0:
-            yield (
-                f"{point}_clearance: {share.value:.0f} % of the swings have no minimum while the foot is "
-                "fast; there it is the height at the ankle's greatest speed"
+            yield Notice(
+                "no-swing-minimum",
+                "{subject}: {share:.0f} % of the swings have no minimum while the foot is fast; there it is "
+                "the height at the ankle's greatest speed",
+                subject=f"{point}_clearance",
+                share=share.value,
             )
 
 
-def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator[str]:
+def _too_few(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> Iterator[Notice]:
     """A run with air that ends before one can tell that it has settled."""
     if chambers(columns) and len(whole) < FEWEST:
-        yield (
-            f"{len(whole)} whole strides are too few to tell whether the orthosis' air has settled: walk at "
-            f"least {FEWEST} (a longer duration)"
+        yield Notice(
+            "too-few-strides",
+            "{strides} whole strides are too few to tell whether the orthosis' air has settled: walk at "
+            "least {fewest} (a longer duration)",
+            strides=len(whole),
+            fewest=FEWEST,
         )
 
 
@@ -167,15 +170,17 @@ def _changes(counted: list[Stride], each: dict[int, dict[str, Metric]]) -> dict[
     return found
 
 
-def _unsettled(counted: list[Stride], totals: dict[str, Metric]) -> Iterator[str]:
+def _unsettled(counted: list[Stride], totals: dict[str, Metric]) -> Iterator[Notice]:
     """Strides of equal duration that do not repeat: totals are means over a change."""
     change = totals.get("walked_clearance_change")
     if change is None or abs(counted[-1].duration - counted[-2].duration) > counted[-1].timestep:
         return
     if abs(change.value) > UNSETTLED:
-        yield (
-            f"the strides do not repeat: the last one's toe clearance is {change.value:+.1f} mm "
-            "off the one's before (air still settling, or a timer that drifts); totals are means over them"
+        yield Notice(
+            "strides-differ",
+            "the strides do not repeat: the last one's toe clearance is {change:+.1f} mm off the one's "
+            "before (air still settling, or a timer that drifts); totals are means over them",
+            change=change.value,
         )
 
 
@@ -186,10 +191,9 @@ def _each(name: str) -> str:
 
 def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dict[str, Metric]:
     """Metrics of one stride, by name; NaN where one is undefined."""
-    parts: list[Callable[[Stride], Found]] = [_timing, clearances, _contact, _ankle, push_off, needs]
-    if has_orthosis(stride.columns):
-        parts += [against_push_off, _torque, inversion, _work, _air, flow_of, switching]
-    return {name: measured(name, value) for part in telling(parts, wanted) for name, value in part(stride)}
+    scopes = (Of.STRIDE, Of.WORN) if has_orthosis(stride.columns) else (Of.STRIDE,)
+    functions = reporting(functions_of(*scopes), wanted)
+    return {name: measured(name, value) for function in functions for name, value in function(stride)}
 
 
 def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
@@ -197,10 +201,11 @@ def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:
     return any(name.startswith("muscle/") for name in columns)
 
 
-@tells(
+@reported(
     TIME,
     ("stride_time", "s", "Stride time", "heel strike to the same foot's next"),
     ("stance", "percent", "Stance", "heel strike to toe-off, of the stride"),
+    of=Of.STRIDE,
 )
 def _timing(stride: Stride) -> Found:
     """Durations of the stride and of its stance."""
@@ -208,13 +213,14 @@ def _timing(stride: Stride) -> Found:
     yield "stance", 100.0 * stride.toe_off
 
 
-@tells(
+@reported(
     CONTACT,
     ("foot_pitch_at_contact", "deg", "Foot pitch at initial contact", "outsole to floor, toe up positive"),
     ("contacts_with_heel", "percent", "Strides that begin with the heel", "pitch above 8°"),
     ("contacts_with_flat", "percent", "Strides that begin flat", "pitch from −1.6° to 8°"),
     ("contacts_with_forefoot", "percent", "Strides that begin with the forefoot", "pitch below −1.6°"),
     ("foot_slap_velocity", "deg/s", "Foot slap", SLAP),
+    of=Of.STRIDE,
 )
 def _contact(stride: Stride) -> Found:
     """Pitch at the heel strike that begins the stride, and the slap after it.
@@ -234,7 +240,7 @@ def _contact(stride: Stride) -> Found:
     yield "foot_slap_velocity", math.degrees(peak.highest(-stride["ankle/velocity"][: lowest + 1]))
 
 
-@tells(
+@reported(
     ANKLE,
     (
         "peak_swing_dorsiflexion",
@@ -258,6 +264,7 @@ def _contact(stride: Stride) -> Found:
     ),
     ("gvs_recorded", "deg", "Gait variable score against the healthy walk", "RMS over 51 points"),
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
+    of=Of.STRIDE,
 )
 def _ankle(stride: Stride) -> Found:
     """Ankle angle of the stride, and its distance from the recorded healthy walker and from the norm.
@@ -282,84 +289,6 @@ def _ankle(stride: Stride) -> Found:
     ):
         yield f"angle_error_{name}", _rms(angle - np.degrees(rows))
         yield f"gvs_{name}", _rms(here - np.degrees(score))
-
-
-@tells(
-    TORQUE,
-    *peak.rows("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
-    ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
-    *peak.rows("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
-    ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
-    ("orthosis_swing_torque_mean", "N*m", "Torque in swing, mean", f"dorsiflexion positive, {SWING}"),
-    ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
-    *peak.rows("torque_missing", "Torque missing", "need that the orthosis leaves open"),
-    *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
-)
-def _torque(stride: Stride) -> Found:
-    """Torque of the orthosis about the ankle, and how much of the need it covers."""
-    torque = stride[ORTHOSIS]
-    for side, sign in SIDES.items():
-        yield from peak.told(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
-        yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
-    yield "orthosis_swing_torque_mean", peak.mean(torque[stride.carried])
-    needed = stride["gait/needed_moment"]
-    way = np.where(needed < 0.0, -1.0, 1.0)
-    given = np.clip(way * torque, 0.0, np.abs(needed))
-    if peak.highest(np.abs(needed)) > 0.0:
-        yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield from peak.told("torque_missing", np.abs(needed) - given, stride.timestep)
-    yield from peak.told("torque_unneeded", np.abs(torque - way * given), stride.timestep)
-
-
-@tells(
-    WORK,
-    ("orthosis_positive_work", "J/kg", "Positive work", "given to the ankle per stride and body mass"),
-    ("orthosis_negative_work", "J/kg", "Negative work", "taken from the ankle per stride and body mass"),
-    ("orthosis_peak_power", "W/kg", "Peak power given"),
-    ("orthosis_peak_absorption", "W/kg", "Peak power taken"),
-    ("share_of_positive_work", "percent", "Share of biological positive work", HEALTHY),
-)
-def _work(stride: Stride) -> Found:
-    """Work of the orthosis on the ankle, torque times ankle velocity; taken power is positive."""
-    power = stride[ORTHOSIS] * stride["ankle/velocity"] / stride.body_mass
-    velocity = np.gradient(stride["gait/ankle_angle"], stride.timestep)
-    healthy = stride["gait/ankle_moment"] * velocity / stride.body_mass
-    given, taken, own = (
-        peak.clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
-    )
-    yield "orthosis_positive_work", given
-    yield "orthosis_negative_work", 0.0 - taken
-    yield "orthosis_peak_power", peak.highest(power)
-    yield "orthosis_peak_absorption", peak.highest(-power)
-    yield "share_of_positive_work", _share(given, own)
-
-
-@tells(
-    AIR,
-    ("air_per_stride_{}", "g", "Air per stride, {}", "through its inlet, wherever from"),
-    ("lowest_pressure_{}", "bar", "Lowest pressure, {}", "gauge"),
-    ("air_per_stride", "g", "Air per stride", "taken from the supply"),
-    ("free_air_per_stride", "l", "Free air per stride", ANR),
-    ("normal_litres_per_stride", "l", "Normal litres per stride", NORMAL),
-)
-def _air(stride: Stride) -> Found:
-    """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
-    pressures, total = [], grams_of(stride)
-    for name in chambers(stride.columns):
-        inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
-        yield f"air_per_stride_{name}", 1e3 * float(inlet.sum()) * stride.timestep
-        pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
-        pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
-        pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
-    yield "air_per_stride", total
-    yield "free_air_per_stride", total / stride.free_density  # 1 g/l = 1 kg/m³
-    yield "normal_litres_per_stride", total / (NORMAL_DENSITY * (stride.free_density / STANDARD_DENSITY))
-    yield from pressures
-
-
-def _share(part: float, whole: float) -> float:
-    """[percent]; NaN of nothing."""
-    return 100.0 * part / whole if whole > 0.0 else math.nan
 
 
 def _rms(values: np.ndarray) -> float:

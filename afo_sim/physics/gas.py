@@ -66,7 +66,7 @@ AIR = Gas(
     second=(2.1467646e-3, -0.73701083),
     third=(1.0418722e-8, 6.1664402e-4),
     source=(
-        "virial coefficients fitted here: at 20 °C to COMPRESSIBILITY of simulation/bottle.py, 0 to 300 bar, "
+        "virial coefficients fitted here: at 20 °C to COMPRESSIBILITY of metrics/bottle.py, 0 to 300 bar, "
         "within 0.24 % of the pressure; their slopes by temperature to CoolProp 8.0 (Lemmon et al. 2000), "
         "10 to 350 bar, within 1.8 % from 220 to 330 K"
     ),

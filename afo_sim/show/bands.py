@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.metric_words import unit, words
 from afo_sim.metrics.verdict import of_draws, percent
-from afo_sim.metrics.words import unit, words
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation.recording import Recording
 

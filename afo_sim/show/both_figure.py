@@ -9,10 +9,10 @@ import numpy as np
 from afo_sim.description.places import Side
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import BLUE, GREY, RED, RUN_STYLES, ZERO, plain, write_figure
-from afo_sim.simulation.both_source import litres_a_minute
+from afo_sim.simulation.bilateral_air import litres_a_minute
 
 if TYPE_CHECKING:
-    from afo_sim.simulation.both import Both
+    from afo_sim.simulation.bilateral import Both
 
 SIZE = (7.1, 6.2)  # [inch]
 COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics.words import UNITS, number
+from afo_sim.metrics.metric_words import UNITS, number
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.effects import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect, Effects

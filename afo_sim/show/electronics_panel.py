@@ -10,7 +10,7 @@ from afo_sim.control.controller import TOLD
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import COLOURS, LINE_STYLES, plain
-from afo_sim.simulation.describing import SENSOR
+from afo_sim.simulation.columns import SENSOR
 from afo_sim.simulation.recording import Recording
 
 PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")

@@ -12,7 +12,7 @@ from afo_sim.lab.fitting.law_result import StaticFit
 from afo_sim.lab.fitting.run_fit import FitRun
 from afo_sim.lab.fitting.torque_fit import TorqueFit
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import in_short, number, unit, words
+from afo_sim.metrics.metric_words import in_short, number, unit, words
 from afo_sim.show import bands, effects, sweep_tables, verdict
 from afo_sim.show.numbers import decisive
 from afo_sim.show.run_figure import draw_angle, draw_torque

@@ -9,7 +9,7 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.description.words import body_height, body_mass, reference, worn
 from afo_sim.metrics.first_strides import NAMES
 from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import lift, number
+from afo_sim.metrics.metric_words import lift, number
 
 if TYPE_CHECKING:
     from afo_sim.gait.cycle import GaitCycle

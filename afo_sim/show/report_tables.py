@@ -10,12 +10,12 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.words import facts, reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.metric import GROUPS, Metric
+from afo_sim.metrics.metric_words import number, unit, words
 from afo_sim.metrics.verdict import AGAINST, status_of
-from afo_sim.metrics.words import GROUPS, number, unit, words
 from afo_sim.show.numbers import readable, undefined
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation.judged import limits_of
+from afo_sim.simulation.recording import limits_of
 
 ACROSS = 8  # strides beside one another in a table
 COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another

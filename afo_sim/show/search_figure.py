@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.metrics import words as metric_words
+from afo_sim.metrics import metric_words
 from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 from afo_sim.study.scales import human_scale
 from afo_sim.study.search.aim import OBJECTIVE, Limit

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.metrics.words import UNITS
+from afo_sim.metrics.metric_words import UNITS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 from afo_sim.study.sizing.requirement import Requirement, Tried
 from afo_sim.study.sizing.result import Sizing

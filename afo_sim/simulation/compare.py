@@ -60,7 +60,7 @@ def compare_laws(
                 law,
                 known,
                 field="laws",
-                problem="is no law that all muscles of the scenario have parameters for",
+                problem="is not a law that all muscles of the scenario have parameters for",
             )
     runs = {}
     for law in dict.fromkeys(laws or known):

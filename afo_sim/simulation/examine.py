@@ -5,39 +5,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
 from afo_sim.common.versions import versions
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.energy import energy_metrics
-from afo_sim.metrics.filling import filling, is_filling
-from afo_sim.metrics.first_strides import (
-    AIR_BEFORE,
-    NAMES,
-    first_stride_metrics,
-    from_start,
-    made_of,
-    strides_needed,
-)
-from afo_sim.metrics.metric import TOLD, Metric, measured
-from afo_sim.metrics.reference import COMPARED, reference_metrics
-from afo_sim.metrics.settling import settling_metrics
+from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics
+from afo_sim.metrics.facts import Run, run_metrics
+from afo_sim.metrics.first_strides import AIR_BEFORE, NAMES, first_stride_metrics, from_start, strides_needed
+from afo_sim.metrics.metric import REPORTED, Metric, made_of, of_strides
 from afo_sim.metrics.walking import WalkMetrics, walk_metrics
 from afo_sim.model.build import Built
 from afo_sim.model.person import with_person
 from afo_sim.model.start import air_before, fills
-from afo_sim.simulation.bottle import cold_warning, gas_of, short_warning
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy import balance
-from afo_sim.simulation.energy_told import told_energy, with_static_forces
+from afo_sim.simulation.energy_balance import balance, balance_metrics, with_static_forces
+from afo_sim.simulation.facts import facts_of, gas_of
+from afo_sim.simulation.files import labelled, parameters_of, to_binary
 from afo_sim.simulation.frame import Frame
-from afo_sim.simulation.held import EFFICIENCIES, NEEDED, held_metrics
-from afo_sim.simulation.held import NAMES as HELD
-from afo_sim.simulation.kept_model import labelled, parameters_of, to_binary
-from afo_sim.simulation.limits import limit_warnings
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
-from afo_sim.simulation.trust import trust_warnings
+from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
 
 FEWEST = 3  # rows that have an energy balance
 
@@ -51,7 +39,7 @@ class Examined:
 
     columns: dict[str, np.ndarray]
     found: WalkMetrics
-    limits: tuple[str, ...]
+    limits: tuple[Notice, ...]
 
 
 @dataclass(frozen=True)
@@ -69,22 +57,13 @@ class Asked:
 
     @property
     def walking(self) -> frozenset[str] | None:
-        """Those that a stride tells, and those that others are compared with."""
-        if self.metrics is None:
-            return None
-        own = {name for name in self.metrics - ELSEWHERE if not is_filling(name)} | made_of(self.metrics)
-        own = own.union(*(NEEDED.get(name, ()) for name in self.metrics))
-        return frozenset(own | ({COMPARED} if self.reference else set()))
+        """Those that a stride reports, and those that others are made of."""
+        return None if self.metrics is None else of_strides(self.metrics)
 
     @property
     def reference(self) -> bool:
         """Whether a comparison with the scenario's reference is asked for, which takes a walk of its own."""
         return self.metrics is not None and not self.metrics.isdisjoint(COMPARISONS)
-
-    @property
-    def filling(self) -> bool:
-        """Whether times to fill and to vent are asked for."""
-        return self.metrics is None or any(map(is_filling, self.metrics))
 
     @property
     def first_strides(self) -> int:
@@ -94,14 +73,14 @@ class Asked:
     @property
     def energy(self) -> bool:
         """Whether the energy balance is needed."""
-        return self.doubts or self.metrics is None or not self.metrics.isdisjoint(BALANCED)
+        if self.doubts or self.metrics is None:
+            return True
+        return not ENERGIES.isdisjoint(self.metrics | made_of(self.metrics))
 
 
 EVERYTHING = Asked()
-ENERGIES = frozenset(row.name for row in TOLD[energy_metrics])
-BALANCED = ENERGIES.union(EFFICIENCIES)
-COMPARISONS = frozenset(row.name for row in TOLD[reference_metrics])
-ELSEWHERE = ENERGIES | COMPARISONS | {row.name for row in TOLD[settling_metrics]} | NAMES | HELD
+ENERGIES = frozenset(row.name for row in REPORTED[energy_metrics])
+COMPARISONS = frozenset(row.name for row in REPORTED[reference_metrics])
 
 
 def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recording:
@@ -180,12 +159,7 @@ def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examin
 
 
 def examine(
-    built: Built,
-    rollout: Rollout,
-    *,
-    transient: bool = True,
-    solved: bool = False,
-    asked: Asked = EVERYTHING,
+    built: Built, rollout: Rollout, *, transient: bool = True, solved: bool = False, asked: Asked = EVERYTHING
 ) -> tuple[dict[str, np.ndarray], WalkMetrics]:
     """Columns of every step of a roll-out, and what they say in numbers.
 
@@ -196,21 +170,20 @@ def examine(
     solved : the last whole stride is the settled one
     asked : metrics and warnings
     """
-    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.told
+    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.reported
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
     energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
-    held = {}
+    further: dict[str, Metric] = {}
     if found.totals:
-        held = held_metrics(built, columns, found.totals | energy, asked.metrics, solved=solved)
-        if asked.filling:
-            from_rest = rollout.first_step == 0 and not solved
-            held |= {name: measured(name, value) for name, value in filling(columns, from_rest)}
+        known = found.totals | energy
+        run = Run(columns, facts_of(built), known, solved, rollout.first_step == 0 and not solved)
+        further = run_metrics(run, asked.metrics)
     begins = built.walk is not None and not solved and rollout.first_step == 0
     first, left_out = first_strides(built, rollout, columns, None, asked) if begins else ({}, ())
     warnings = (*doubts, *found.warnings, *left_out)
-    return columns, WalkMetrics(found.totals | held | energy | first, found.strides, warnings)
+    return columns, WalkMetrics(found.totals | further | energy | first, found.strides, warnings)
 
 
 def first_strides(
@@ -219,8 +192,8 @@ def first_strides(
     columns: dict[str, np.ndarray] | None,
     settled: Mapping[str, Metric] | None,
     asked: Asked = EVERYTHING,
-) -> tuple[dict[str, Metric], tuple[str, ...]]:
-    """Metrics of the strides after a stop, and warnings of what they do not tell.
+) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
+    """Metrics of the strides after a stop, and warnings of what they do not say.
 
     Parameters
     ----------
@@ -247,22 +220,20 @@ def first_strides(
 
 def _energy(
     built: Built, rollout: Rollout, columns: dict[str, np.ndarray]
-) -> tuple[dict[str, Metric], list[str]]:
+) -> tuple[dict[str, Metric], list[Notice]]:
     """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
     if not _balanced(built, rollout, columns):
         return {}, []
     rows, static = with_static_forces(built, rollout, columns)
     whole = balance(built, rows, static)
-    told = told_energy(built, rows, static, whole, _period(built.scenario))
-    return told, list(trust_warnings(built, rows, static, whole))
+    reported = balance_metrics(built, rows, static, whole, _period(built.scenario))
+    return reported, list(validity_warnings(built, rows, static, whole))
 
 
-def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[str]:
+def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits; a law counts as asked by the static force that it gave."""
     static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
     yield from limit_warnings(built, columns, static)
-    yield from short_warning(built, columns)
-    yield from cold_warning(built, columns)
 
 
 def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> bool:

@@ -3,26 +3,135 @@
 import functools
 import math
 import numbers
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import AfoSimError, InputError
-from afo_sim.control.asked import asked_of, check_asked
-from afo_sim.control.controller import TOLD, Controller
-from afo_sim.control.making import make
+from afo_sim.common.errors import AfoSimError, InputError, unknown
+from afo_sim.control.command import checked
+from afo_sim.control.controller import TOLD, Controller, make
+from afo_sim.control.required_inputs import check_required, required_inputs
 from afo_sim.control.watch import TookTooLong, Watch
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built
-from afo_sim.simulation.commander import Commander
-from afo_sim.simulation.observing import Seen, frame_of, known_columns, seen_columns, unit_of
-from afo_sim.simulation.policy import Moment, Policy, PolicyFault, Rows
+from afo_sim.model.controls import OFF
+from afo_sim.simulation.columns import SENSOR, describe, formulas
+from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import SensorBank
-from afo_sim.simulation.stepped import forces_of
+from afo_sim.simulation.simulate import forces_of
+from afo_sim.simulation.stepping import Moment, Policy, PolicyFault, Rows
+from afo_sim.simulation.walk_columns import WalkFrame
+
+Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """An Observation: see `control/controller.py`.
+
+    frame : rows since the last command; at the start the one row of the start
+    readings : of the sensors at these rows
+    time, period : present time and time to the next command [s]
+    """
+
+    frame: Frame
+    readings: Readings
+    time: float
+    period: float
+    columns: Mapping[str, Callable[[Frame], np.ndarray]]
+    found: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def rows(self, column: str) -> np.ndarray:
+        """All samples of a column since the last command (n,)."""
+        if column not in self.found:
+            self.found[column] = self._rows(column)
+        return self.found[column]
+
+    def __getitem__(self, column: str) -> float:
+        return float(self.rows(column)[-1])
+
+    def _rows(self, column: str) -> np.ndarray:
+        if column.startswith(SENSOR):
+            name = column.removeprefix(SENSOR)
+            if name not in self.readings:
+                raise _no_column(column, [f"{SENSOR}{known}" for known in self.readings])
+            return self.readings[name]
+        if column not in self.columns:
+            raise _no_column(column, [*self.columns, *(f"{SENSOR}{known}" for known in self.readings)])
+        return np.asarray(self.columns[column](self.frame))
+
+
+def _no_column(column: str, known: list[str]) -> InputError:
+    return unknown(column, known, field="column", problem="a controller sees no such column")
+
+
+def seen_columns(built: Built) -> dict[str, Callable[[Any], np.ndarray]]:
+    """Columns that a controller or a sensor can see: those that every roll-out records what they need for."""
+    return formulas(built, whole=False)
+
+
+def known_columns(built: Built) -> list[str]:
+    """Names of all that a controller sees in a scenario: columns, and its sensors."""
+    return [*seen_columns(built), *(f"{SENSOR}{name}" for name in built.scenario.sensor)]
+
+
+def unit_of(scenario: Scenario, column: str) -> str:
+    """SI unit of what a controller sees; a sensor's is that of its column, and a switch has none."""
+    if column.startswith(SENSOR):
+        sensor = scenario.sensor[column.removeprefix(SENSOR)]
+        return "" if sensor.is_switch else describe(sensor.column)[0]
+    return describe(column)[0]
+
+
+def frame_of(built: Built, rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:
+    """A stretch as the columns of this scenario take it."""
+    kind = Frame if built.walk is None else WalkFrame
+    return kind(built, rows, control, first_step)
+
+
+class Commander:
+    """The commands in force of one simulation, over the inputs that its scenario gives.
+
+    Parameters
+    ----------
+    built : compiled scenario
+    timed : whether chambers follow the scenario's timing until they are commanded; else their valves are shut
+    """
+
+    def __init__(self, built: Built, *, timed: bool = True):
+        self.built, self.timed = built, timed
+        self.reset()
+
+    def reset(self) -> None:
+        """Take all commands back."""
+        shut = dict.fromkeys(self.built.index.chambers, (0.0, 0.0))
+        self.commands: dict[str, tuple[float, float] | float] = {} if self.timed else dict(shut)
+
+    def take(self, commands: object) -> None:
+        """Put commands in force, all or none; InputError where one is wrong."""
+        index = self.built.index
+        described = self.built.scenario.orthosis.chamber
+        three_way = [name for name, chamber in described.items() if chamber.three_way]
+        found = checked(commands, index.chambers, index.drives, three_way)
+        merged = self.commands | found
+        self.commands = {name: command for name, command in merged.items() if command is not None}
+
+    def apply(self, inputs: np.ndarray) -> None:
+        """Write the commands in force into inputs (…, nu)."""
+        index = self.built.index
+        for chamber, command in self.commands.items():
+            driven = isinstance(command, float)
+            coils = (0.0, 0.0) if isinstance(command, float) else command
+            for side, coil in zip(("inlet", "outlet"), coils, strict=True):
+                inputs[..., index.valves[f"{chamber}_{side}"]] = coil
+            if chamber in index.drives:
+                inputs[..., index.drives[chamber]] = command if driven else OFF
+
 
 TIME_LIMIT = 10.0  # for one command [s]: a controller may compile something at its first
 SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
@@ -31,7 +140,7 @@ SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
 def steps_of_period(scenario: Scenario, rate: float) -> int:
     """Steps from one command to the next; InputError where that is no whole number."""
     if isinstance(rate, bool) or not isinstance(rate, numbers.Real):
-        problem = "is no number of commands a second"
+        problem = "is not a valid number of commands a second"
         raise InputError(problem, field="controller.rate", value=rate, allowed="a number in Hz, such as 100")
     steps = 1.0 / (rate * scenario.timestep) if rate > 0.0 else 0.0
     if round(steps) < 1 or abs(steps - round(steps)) > SLIGHTLY * steps:
@@ -74,11 +183,13 @@ class Loop:
     def __init__(self, built: Built, controller: Controller, rate: float, time_limit: float = TIME_LIMIT):
         if not callable(controller):
             allowed = "a function of what is seen, or an object that can be called with it"
-            raise InputError("is no controller", field="controller", value=controller, allowed=allowed)
+            raise InputError(
+                "is not a valid controller", field="controller", value=controller, allowed=allowed
+            )
         limit: Any = time_limit  # whatever the caller's annotations say
         if not (isinstance(limit, numbers.Real) and float(limit) > 0.0):
             allowed = "a number above 0 [s]; infinite for none"
-            raise InputError("is no time", field="time_limit", value=time_limit, allowed=allowed)
+            raise InputError("is not a valid time", field="time_limit", value=time_limit, allowed=allowed)
         self.built, self.controller = built, controller
         self.watch = Watch(time_limit)
         self.period = steps_of_period(built.scenario, rate)
@@ -86,11 +197,11 @@ class Loop:
         self.commander = Commander(built)
         self.sensors = SensorBank(built)
         self.columns = seen_columns(built)
-        asks, known = asked_of(controller), known_columns(built)
-        check_asked(asks, known, functools.partial(unit_of, built.scenario))
+        asks, known = required_inputs(controller), known_columns(built)
+        check_required(asks, known, functools.partial(unit_of, built.scenario))
         self.reads = [ask.column for ask in asks if ask.column in known]
         self.last = self.schedule[:1]  # inputs of the steps since the last command
-        self.told: list[tuple[int, dict[str, float]]] = []
+        self.reported: list[tuple[int, dict[str, float]]] = []
         reset = getattr(controller, "reset", None)
         if reset is not None:
             try:
@@ -100,7 +211,7 @@ class Loop:
 
     def policy(self) -> Policy:
         """The policy of a roll-out."""
-        return Policy(self.choose, self.period, self.columns_told)
+        return Policy(self.choose, self.period, self.columns_reported)
 
     def choose(self, moment: Moment) -> np.ndarray:
         """Inputs of the steps of a moment, from what the controller commands in it."""
@@ -126,20 +237,20 @@ class Loop:
         """Ask the controller, and put its commands in force; PolicyFault where it fails."""
         for column in self.reads:  # a comparison with no number is false: the valves would just stay shut
             if not math.isfinite(seen[column]):
-                raise PolicyFault(f"the controller reads {column}, and that is no number")
+                raise PolicyFault(f"the controller reads {column}, and that is not a number")
         commands = self._watched(lambda _: self.controller(seen), "for a command")
         tell = getattr(self.controller, "tell", None)
-        found = None if tell is None else self._watched(lambda _: tell(), "to tell its columns")
+        found = None if tell is None else self._watched(lambda _: tell(), "to report its columns")
         try:
-            told = None if tell is None else checked_told(found)
+            reported = None if tell is None else checked_report(found)
         except AfoSimError as error:
-            raise PolicyFault(f"what the controller tells is refused: {error}") from error
+            raise PolicyFault(f"what the controller reports is refused: {error}") from error
         try:
             self.commander.take(commands)
         except AfoSimError as error:
             raise PolicyFault(f"the controller's command is refused: {error}") from error
-        if told is not None:
-            self.told.append((step, told))
+        if reported is not None:
+            self.reported.append((step, reported))
 
     def _watched(self, call: Callable[[None], Any], what: str) -> Any:
         """What the controller gives; PolicyFault where it raises something or takes too long."""
@@ -153,15 +264,17 @@ class Loop:
         except Exception as error:
             raise PolicyFault(f"the controller raised {type(error).__name__}: {error}") from error
 
-    def columns_told(self, first: int, stop: int) -> Rows:
-        """What the controller has told, as columns of the steps first…stop, held from command to command."""
-        if not self.told:
+    def columns_reported(self, first: int, stop: int) -> Rows:
+        """Reports of the controller as columns of the steps first…stop, held from command to command."""
+        if not self.reported:
             return {}
-        starts = np.array([step for step, _ in self.told])
+        starts = np.array([step for step, _ in self.reported])
         place = np.searchsorted(starts, np.arange(first, stop), side="right") - 1
-        names = dict.fromkeys(name for _, told in self.told for name in told)
+        names = dict.fromkeys(name for _, reported in self.reported for name in reported)
         return {
-            f"controller/{name}": np.array([told.get(name, math.nan) for _, told in self.told])[place]
+            f"controller/{name}": np.array([reported.get(name, math.nan) for _, reported in self.reported])[
+                place
+            ]
             for name in names
         }
 
@@ -175,11 +288,16 @@ class Loop:
         return forces_of(model, data, self.schedule[0], FIELDS)
 
 
-def checked_told(told: object) -> dict[str, float]:
-    """What a controller tells, by the names of TOLD; InputError otherwise."""
-    if not isinstance(told, dict) or not set(told) <= set(TOLD):
-        raise InputError("tells something unknown", field="tell", value=told, allowed=", ".join(TOLD))
-    strange = {name: value for name, value in told.items() if not isinstance(value, numbers.Real)}
+def checked_report(reported: object) -> dict[str, float]:
+    """What a controller reports, by the names of TOLD; InputError otherwise."""
+    if not isinstance(reported, dict) or not set(reported) <= set(TOLD):
+        raise InputError("reports something unknown", field="tell", value=reported, allowed=", ".join(TOLD))
+    strange = {name: value for name, value in reported.items() if not isinstance(value, numbers.Real)}
     for name, value in strange.items():
-        raise InputError("tells no number", field=f"tell: {name}", value=value, allowed="a number, or NaN")
-    return {name: float(value) for name, value in told.items()}
+        raise InputError(
+            "reports something that is not a number",
+            field=f"tell: {name}",
+            value=value,
+            allowed="a number, or NaN",
+        )
+    return {name: float(value) for name, value in reported.items()}

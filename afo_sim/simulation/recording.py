@@ -1,24 +1,23 @@
-"""The one result of a simulation: columns with units and provenance, metrics, warnings."""
+"""The one result of a simulation: columns with units and provenance, metrics, warnings, verdict."""
 
 import os
 import pathlib
 import tempfile
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.renamed import Metrics
-from afo_sim.metrics.verdict import Answer
-from afo_sim.simulation.describing import describe
-from afo_sim.simulation.exchange import dataset, frame
-from afo_sim.simulation.files import RERUN, read_header, read_run, write_run
-from afo_sim.simulation.judged import verdict_of
-from afo_sim.simulation.kept_model import model_of
-from afo_sim.simulation.shown import shown
+from afo_sim.common.notice import Notice
+from afo_sim.description.limits import Limits
+from afo_sim.description.reader import USUAL_LIMITS, load
+from afo_sim.metrics.metric import Metric, Metrics
+from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
+from afo_sim.simulation.columns import describe
+from afo_sim.simulation.display_hooks import shown
+from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, write_run
 
 if TYPE_CHECKING:
     import mujoco
@@ -106,7 +105,11 @@ class Recording:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
-        return frame(self.columns, self.describe)
+        import pandas
+
+        made = pandas.DataFrame(self.columns)
+        made.attrs = {"units": {name: self.describe(name)[0] for name in self.columns}}
+        return made
 
     def to_xarray(self) -> "xarray.Dataset":
         """The columns [SI] as an xarray Dataset over `time` (needs xarray).
@@ -114,8 +117,16 @@ class Recording:
         Each variable's `attrs` hold its `units` and `sign`; those of the Dataset the scenario's name, the
         status, and the metrics as texts with their units.
         """
+        import xarray
+
         facts = {"scenario": self.scenario["name"], "status": self.status}
-        return dataset(self.columns, self.describe, facts | {n: str(m) for n, m in self.metrics.items()})
+        facts |= {name: str(metric) for name, metric in self.metrics.items()}
+        variables = {}
+        for name, values in self.columns.items():
+            unit, sign = self.describe(name)
+            variables[name] = ("time", values, {"long_name": name, "units": unit, "sign": sign})
+        time = variables.pop("time")
+        return xarray.Dataset(variables, coords={"time": time}, attrs=facts)
 
     def save(
         self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
@@ -216,6 +227,7 @@ class Recording:
             "versions": self.versions,
             "timing": self.timing,
             "warnings": list(self.warnings),
+            "notices": [warning.as_json() for warning in self.warnings if isinstance(warning, Notice)],
         }
         if answers := self.verdict:
             found["verdict"] = [asdict(answer) for answer in answers]
@@ -250,3 +262,54 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
 def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
     """A run's Recording without its rows, from its opened Parquet file."""
     return Recording(columns={}, **read_header(file, folder))
+
+
+class HasVerdict(Protocol):
+    """The parts of a recording that its verdict needs."""
+
+    @property
+    def ok(self) -> bool: ...
+    @property
+    def scenario(self) -> dict[str, Any]: ...
+    @property
+    def metrics(self) -> dict[str, Metric]: ...
+    @property
+    def strides(self) -> dict[int, dict[str, Metric]]: ...
+    @property
+    def studies(self) -> dict[str, Any]: ...
+
+
+def limits_of(recording: HasVerdict) -> Limits:
+    """The limits of a recording's scenario; the usual ones of a recording that is older than limits are."""
+    return load("limits", recording.scenario.get("limits") or USUAL_LIMITS)
+
+
+def feed_of(recording: HasVerdict) -> Feed | None:
+    """The source that a recording's scenario names, in words; None of endless air."""
+    described = (recording.scenario.get("supply") or {}).get("source")
+    if not described:
+        return None
+    source = load("source", described)
+    name = f" {source.name}" if source.name else ""
+    if source.kind == "compressor":
+        return Feed(f"the compressor{name}", runs=True)
+    gas = "CO2" if source.gas == "co2" else "air"
+    if source.content is not None:
+        return Feed(f"the cartridge{name} of {1e3 * source.content:g} g {gas}")
+    full = 1e-5 * (source.filling_pressure or 0.0)
+    return Feed(f"the bottle{name} of {1e3 * source.volume:g} l at {full:g} bar")
+
+
+def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
+    """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
+    if not recording.scenario.get("gait"):
+        return ()
+    limits = limits_of(recording)
+    if not recording.ok:
+        return undecided(limits, "the simulation stopped early")
+    found = verdict(recording.metrics, recording.strides, limits, feed_of(recording))
+    study = recording.studies.get("uncertainty", {})
+    if "trips" not in study:
+        return found
+    draws = study["draws"] - study["failed"]["count"]
+    return with_draws(found, study["trips"]["touch"]["share"], draws, limits.drawn_trips)

@@ -15,19 +15,20 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import ControllerError, SimulationError
-from afo_sim.simulation.policy import Policy, PolicyFault, Rows
-from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Stepper, Stop
+from afo_sim.simulation.stepping import (
+    FAILURES,
+    BatchStepper,
+    LoopStepper,
+    Policy,
+    PolicyFault,
+    Rows,
+    Stepper,
+    Stop,
+)
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
 METRIC_FIELDS = ("actuator_force", "actuator_length", "qfrc_actuator", "userdata")  # for metrics
-FIELDS = (
-    *METRIC_FIELDS,
-    "qacc",
-    "qfrc_bias",
-    "qfrc_passive",
-    "qfrc_constraint",
-    "ten_J",
-)
+FIELDS = (*METRIC_FIELDS, "qacc", "qfrc_bias", "qfrc_passive", "qfrc_constraint", "ten_J")
 BLOCK = 10_000  # steps between two reports of progress
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 
@@ -42,7 +43,7 @@ class Rollout:
     wall_seconds : its share of the time that stepping took
     first_step : number of the first row's step
     final : the state after the last step, {name: (width,)}
-    told : columns that the policy tells (n,)
+    reported : columns that the policy reports (n,)
     """
 
     rows: Rows
@@ -51,7 +52,7 @@ class Rollout:
     wall_seconds: float = 0.0
     first_step: int = 0
     final: Rows = field(default_factory=dict)
-    told: Rows = field(default_factory=dict)
+    reported: Rows = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -337,13 +338,15 @@ class _Run:
         """Steps first…stop of a simulation."""
         stride = self.recipe.stride
         kept = slice(-(-first // stride), -(-stop // stride))
-        tell = self.cases[k].policy.told
-        told = (
+        tell = self.cases[k].policy.reported
+        reported = (
             {}
             if tell is None
             else {name: v[-first % stride :: stride] for name, v in tell(first, stop).items()}
         )
-        return Rollout(self.aligned(k, first, stop), self.control[k, kept], first_step=first, told=told)
+        return Rollout(
+            self.aligned(k, first, stop), self.control[k, kept], first_step=first, reported=reported
+        )
 
     def rollout(self, k: int, wall: float) -> Rollout:
         """The simulation number k up to its end or its failure; `wall` is the time it took [s]."""
@@ -351,7 +354,7 @@ class _Run:
         found = self.stretch(k, 0, done)
         failure = None if reason is None else self._failure(k, reason, done)
         final = {name: values[k].copy() for name, values in self.now.items()}
-        return Rollout(found.rows, found.control, failure, wall, 0, final, found.told)
+        return Rollout(found.rows, found.control, failure, wall, 0, final, found.reported)
 
     def _failure(self, k: int, reason: str, done: int) -> SimulationError:
         model, number = self.cases[k].model, self.cases[k].number

@@ -1,31 +1,52 @@
-"""A scenario simulated from beginning to end: `afo_sim.run`."""
+"""A scenario simulated from beginning to end: `afo_sim.run`.
+
+A walk whose strides repeat has two parts: strides from the start, and the settled stride, which is solved.
+Between them the air jumps. The column `gait/solved` says which rows are which.
+"""
 
 import dataclasses
+import math
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from afo_sim.control.controller import Controller
-from afo_sim.control.making import make
+import numpy as np
+
+from afo_sim.common.notice import Notice, unique
+from afo_sim.control.controller import Controller, make
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.beside_strides import settling_metrics
+from afo_sim.metrics.bottle import emptied, until_empty
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.strides import SOLVED
+from afo_sim.metrics.supply import sag_of_both
+from afo_sim.metrics.walking import WalkMetrics
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import why_walked
-from afo_sim.simulation.examine import described_cycle, make_recording
+from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides, why_walked
+from afo_sim.model.person import with_person
+from afo_sim.simulation.examine import (
+    Examined,
+    described_cycle,
+    first_strides,
+    make_recording,
+    name_rows,
+    recording_of,
+    timing_of,
+)
 from afo_sim.simulation.loop import TIME_LIMIT, Loop
-from afo_sim.simulation.policy import Policy
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.reference import compared, reference_of
-from afo_sim.simulation.sensed import check_sensors
-from afo_sim.simulation.settled_run import run_settled
+from afo_sim.simulation.reference_walk import compared, reference_of
+from afo_sim.simulation.rollout import FIELDS
+from afo_sim.simulation.sensed import check_sensors, sensor_columns
+from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
+from afo_sim.simulation.stepping import Policy
+from afo_sim.simulation.stride_search import AIR, ANGLE
 
 RATE = 100.0  # of a controller's commands [Hz]
-UNTOLD = (
-    "a controller in Python commanded the chambers: the scenario does not hold it, and walking was walked "
-    "from the start"
-)
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
 
 
@@ -99,21 +120,27 @@ def run_controlled(
     built = build(scenario)
     loop = Loop(built, controller, rate, time_limit)
     recording = run_built(built, policy=loop.policy(), progress=progress, watch=watch)
-    told = tuple(_told(scenario))
-    return compared(dataclasses.replace(recording, warnings=(*recording.warnings, *told)), scenario)
+    warnings = (*recording.warnings, *_loop_warnings(scenario))
+    return compared(dataclasses.replace(recording, warnings=warnings), scenario)
 
 
-def _told(scenario: Scenario) -> Iterator[str]:
+def _loop_warnings(scenario: Scenario) -> Iterator[Notice]:
     """What to mind of a run with a controller."""
     if scenario.controller is None:
-        yield UNTOLD
+        yield Notice(
+            "controller-in-python",
+            "a controller in Python commanded the chambers: the scenario does not hold it, and walking was "
+            "walked from the start",
+        )
     if scenario.walking:
         return
     cycle = described_cycle(scenario)
     if cycle is None:
-        yield f"no cycle is described: numbers per cycle are of the whole run of {scenario.duration:g} s"
+        text = "no cycle is described: numbers per cycle are of the whole run of {duration:g} s"
+        yield Notice("no-cycle", text, duration=scenario.duration)
     elif scenario.controller is None:
-        yield f"numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
+        text = "numbers per cycle are over the timer's period of {cycle:g} s, whatever the controller did"
+        yield Notice("timer-cycle", text, cycle=cycle)
 
 
 def run_scenario(
@@ -159,3 +186,132 @@ def run_built(
         see=None if watch is None else lambda stretch: watch(make_recording(built, stretch)),
     )
     return make_recording(built, rollout)
+
+
+SLOW, LEFT = 0.8, 0.05  # share that a stride leaves, from which on there is a warning; of the way [-]
+FORWARD = ("ankle/position/x", "ground/position/x", "qpos/shank_x")  # what goes on from stride to stride
+
+
+def settled_metrics(settled: Settled) -> dict[str, Metric]:
+    """How the settled stride was found, as metrics."""
+    return settling_metrics(settled.strides, settled.air, settled.angle)
+
+
+def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
+    """A warning where no stride was found that repeats, or where it takes many to get there."""
+    if settled.found and not settled.slowest > SLOW:
+        return ()
+    if settled.found:
+        strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
+        slowly = Notice(
+            "air-settles-slowly",
+            "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
+            "way is left; the numbers are those of the end",
+            strides=strides,
+            left=100.0 * LEFT,
+        )
+        return (slowly,)
+    unsettled = Notice(
+        "strides-unsettled",
+        "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
+        "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would be "
+        "settled); the numbers are the last one's",
+        strides=settled.strides,
+        air=100.0 * settled.air,
+        angle=float(np.degrees(settled.angle)),
+        air_limit=100.0 * AIR,
+        angle_limit=float(np.degrees(ANGLE)),
+    )
+    return (unsettled,)
+
+
+def run_settled(
+    scenario: Scenario, *, progress: Progress | None = None, watch: Callable[[Recording], None] | None = None
+) -> Recording:
+    """Walk from the start, and solve for the settled stride.
+
+    Units: progress (steps done, steps in all).
+    """
+    first, second = build(start_up(scenario)), build(two_strides(scenario))
+    check_sensors(first)  # before anything is walked
+    if watch is not None:
+        _ = first.xml, second.xml  # compiled now: MuJoCo cannot compile beside Python callbacks
+    see = None if watch is None else lambda stretch: watch(make_recording(first, stretch))
+    walked = simulate(first, schedule.controls(first), progress=progress, see=see)
+    if walked.failure is not None:
+        return dataclasses.replace(make_recording(first, walked), scenario=with_person(scenario).resolved())
+    begun = time.perf_counter()
+    settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
+    seconds = walked.wall_seconds + time.perf_counter() - begun
+    if settled.rollout.failure is not None:
+        failed = make_recording(first, walked)
+        status = f"failed: while the settled stride was sought: {settled.rollout.failure}"
+        return dataclasses.replace(
+            failed, scenario=with_person(scenario).resolved(), status=status, metrics={}
+        )
+    before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
+    begun_with, left_out = first_strides(first, walked, before.columns, after.found.totals)
+    steps = first.scenario.n_step + settled.strides * steps_of_stride(scenario)
+    recording = recording_of(
+        first,
+        scenario,
+        columns=_joined(first, before, second, after),
+        found=_found(first, before, after, settled_metrics(settled) | begun_with),
+        warnings=(*_warnings(first, before, after, settled), *left_out),
+        timing=timing_of(steps, seconds),
+    )
+    if watch is not None:
+        solved = {name: values[recording[SOLVED] == 1.0] for name, values in recording.columns.items()}
+        watch(dataclasses.replace(recording, columns=solved))
+    return recording
+
+
+def _joined(first: Built, before: Examined, second: Built, after: Examined) -> dict[str, np.ndarray]:
+    """Columns of both parts, one behind the other, at the recording's rate."""
+    assert first.walk is not None and second.walk is not None
+    n, stride = first.scenario.n_step, first.scenario.record_stride
+    shifts = dict.fromkeys(FORWARD, float(first.walk.pose[n + 1, 0] - second.walk.pose[1, 0]))
+    shifts |= {"time": n * first.scenario.timestep, "gait/stride": float(_end(first))}
+    found = {}
+    for name, values in before.columns.items():
+        behind = after.columns[name][-n % stride : -AFTER : stride]
+        found[name] = np.concatenate([values[::stride], behind + shifts.get(name, 0.0)])
+    kept = len(before.columns["time"][::stride])
+    found |= _sensed(first, before, after, shifts)
+    found[SOLVED] = (np.arange(len(found["time"])) >= kept).astype(float)
+    return found
+
+
+def _sensed(
+    first: Built, before: Examined, after: Examined, shifts: dict[str, float]
+) -> dict[str, np.ndarray]:
+    """Readings over both parts, as of one run: the sensors remember what came before the air jumps."""
+    wanted = ("time", *(sensor.column for sensor in first.scenario.sensor.values()))
+    joined = {
+        name: np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
+        for name in wanted
+    }
+    stride = first.scenario.record_stride
+    return {name: values[::stride] for name, values in sensor_columns(first, joined).items()}
+
+
+def _end(first: Built) -> int:
+    """Number of the stride that follows those walked from the start."""
+    assert first.walk is not None
+    return round(float(first.walk.phase[first.scenario.n_step + 1]))
+
+
+def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Metric]) -> WalkMetrics:
+    """Totals of the settled stride, with what stands beside them, and the metrics of every stride."""
+    strides = before.found.strides | {_end(first) + k: m for k, m in after.found.strides.items()}
+    solved = after.found.totals
+    empty = emptied(first.scenario.supply.source, solved, _end(first) + 2)
+    totals = solved | empty | sag_of_both(before.columns, solved)
+    return WalkMetrics(totals | until_empty(totals) | beside, strides, ())
+
+
+def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:
+    """Of the description, of the settled stride, and of the strides before it what is not said twice."""
+    said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
+    new = unique((*said, *before.limits))[len(unique(said)) :]
+    return (*said, *(warning.of("before it settles") for warning in new if isinstance(warning, Notice)))

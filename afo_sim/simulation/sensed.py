@@ -12,8 +12,7 @@ from afo_sim.description.control.sensor import FieldError, Sensor, numbers
 from afo_sim.model.build import Built
 from afo_sim.native.sensing import compiled_sense
 from afo_sim.physics import sensing
-from afo_sim.simulation.columns import formulas
-from afo_sim.simulation.describing import SENSOR, describe
+from afo_sim.simulation.columns import SENSOR, describe, formulas
 from afo_sim.simulation.frame import Frame
 
 Columns = Mapping[str, Callable[[Frame], np.ndarray]]
@@ -103,7 +102,9 @@ def checked_seed(seed: int | None, plus: int = 0) -> int:
     if seed is None:
         return 0
     if isinstance(seed, bool) or not isinstance(seed, Integral) or not 0 <= seed < SEEDS:
-        raise InputError("is no seed", field="seed", value=seed, allowed=f"a whole number, 0 to {SEEDS - 1}")
+        raise InputError(
+            "is not a valid seed", field="seed", value=seed, allowed=f"a whole number, 0 to {SEEDS - 1}"
+        )
     return (int(seed) + plus) % SEEDS
 
 
@@ -114,7 +115,7 @@ def check_sensors(built: Built) -> dict[str, Sensor]:
     for name, sensor in sensors.items():
         at = f"sensor.{name}"
         if "/" in name or not name.strip():
-            problem = "is no name of a sensor: it " + ("has a /" if name.strip() else "is empty")
+            problem = "is not a valid name of a sensor: it " + ("has a /" if name.strip() else "is empty")
             raise InputError(problem, field="sensor", value=name)
         if sensor.column not in known:
             problem = "a run of this scenario has no such column that can be sensed"

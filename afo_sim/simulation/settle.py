@@ -20,7 +20,6 @@ from afo_sim.model.periodic import AFTER, steps_of_stride
 from afo_sim.model.prefill import cooled, prefill
 from afo_sim.model.walk import JOINTS
 from afo_sim.simulation.first_air import first_air
-from afo_sim.simulation.policy import Rows, fixed
 from afo_sim.simulation.rollout import (
     CONTROL,
     METRIC_FIELDS,
@@ -35,7 +34,7 @@ from afo_sim.simulation.rollout import (
     widths,
 )
 from afo_sim.simulation.simulate import GONE, case_of, first_beyond
-from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Stepper
+from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Rows, Stepper, fixed
 from afo_sim.simulation.stride_search import StrideSearch, sticks
 
 
@@ -216,7 +215,7 @@ class _Party:
             if name in STATE:  # after a step; the rows want it before
                 parts = [before.start[name][np.newaxis], *parts[:2], out[name][0, :-1]]
             np.concatenate(parts, out=values)
-        # the shank has walked on, while its first stride is told
+        # the shank has walked on, while its first stride is reported
         forward = search.built.model.joint(JOINTS[0]).qposadr[0]
         assert search.built.walk is not None
         ahead = rows["qpos"][0, forward] - search.built.walk.pose[1, 0]

@@ -1,6 +1,9 @@
-"""MuJoCo steps of a block: through `mujoco.batch`, or by a plain loop where callbacks are Python's."""
+"""Inputs, known beforehand or chosen as it goes, and the MuJoCo steps of a block.
 
-from collections.abc import Sequence
+Blocks go through `mujoco.batch`, or through a plain loop where the callbacks are Python's.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,7 +13,55 @@ from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
-from afo_sim.simulation.policy import Rows
+
+Rows = dict[str, np.ndarray]
+
+
+class Moment(Protocol):
+    """The view from which a policy chooses the inputs of the next steps."""
+
+    @property
+    def steps(self) -> range:
+        """The steps whose inputs are wanted."""
+        ...
+
+    @property
+    def now(self) -> Rows:
+        """The state that the first of these steps starts from: {"time", "qpos", "qvel", "act": (width,)}."""
+        ...
+
+    @property
+    def last(self) -> Rows:
+        """Aligned rows of the steps since the last choice (n, width); none at first."""
+        ...
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Inputs that are chosen block by block.
+
+    choose : inputs (n, n_input) of the n steps of a Moment
+    period : steps from one choice to the next; None lets the roll-out decide, for inputs that follow from the
+        steps alone
+    reported : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
+        default
+
+    `choose` raises `PolicyFault` where a simulation has to end.
+    """
+
+    choose: Callable[[Moment], np.ndarray]
+    period: int | None = None
+    reported: Callable[[int, int], Rows] | None = None
+
+
+class PolicyFault(Exception):
+    """A policy cannot choose: the simulation ends here, with this sentence; what came before is kept."""
+
+
+def fixed(inputs: np.ndarray) -> Policy:
+    """The policy of inputs (n_step, n_input) that are known beforehand."""
+    return Policy(lambda moment: inputs[moment.steps.start : moment.steps.stop])
+
 
 FAILURES = (mujoco.FatalError, native.KernelFailure)  # a kernel's objection, through mju_error or as itself
 
@@ -47,11 +98,7 @@ class BatchStepper:
     """Any number of simulations in threads, with native callbacks."""
 
     def __init__(
-        self,
-        models: Sequence[mujoco.MjModel],
-        states: Sequence[np.ndarray],
-        inputs: int,
-        threads: int,
+        self, models: Sequence[mujoco.MjModel], states: Sequence[np.ndarray], inputs: int, threads: int
     ):
         self.inputs = inputs
         self.batch = Batch(models[0], nsim=len(models), nthread=threads)

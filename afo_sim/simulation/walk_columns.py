@@ -218,11 +218,7 @@ def _toes_moment(f: WalkFrame) -> np.ndarray:
     speed = f.dof("qvel") - f.rows["qvel"][:, shank]
     angular = f.dof("qacc") - f.driven[:, 2]
     straight = toes.moment(f.driven[:, :2], [(f.turn, speed, angular)] * 2)
-    bent = (
-        f.turn.further(f.extension),
-        speed + f.rows["qvel"][:, joint],
-        angular + f.rows["qacc"][:, joint],
-    )
+    bent = (f.turn.further(f.extension), speed + f.rows["qvel"][:, joint], angular + f.rows["qacc"][:, joint])
     return straight - toes.moment(f.driven[:, :2], [(f.turn, speed, angular), bent])
 
 
@@ -275,10 +271,7 @@ WALKING = (
     _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.instants(f.walk.phase) % 1.0),
     _column("gait/stride", "", "number of the stride, from 0", lambda f: np.floor(f.instants(f.walk.phase))),
     _column(
-        "gait/ankle_angle",
-        "rad",
-        "as recorded, dorsiflexion positive",
-        lambda f: f.instants(f.walk.ankle),
+        "gait/ankle_angle", "rad", "as recorded, dorsiflexion positive", lambda f: f.instants(f.walk.ankle)
     ),
     _column(
         "gait/ankle_moment",
@@ -316,10 +309,7 @@ WALKING = (
         lambda f: f.ground_moment,
     ),
     _column(
-        "sole/pitch",
-        "rad",
-        "of the outsole to the floor, toe up positive",
-        lambda f: f.pitch - f.foot.level,
+        "sole/pitch", "rad", "of the outsole to the floor, toe up positive", lambda f: f.pitch - f.foot.level
     ),
     _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", lambda f: f.shank),
     _column(
@@ -331,10 +321,7 @@ WALKING = (
     _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
     _column("ankle/position/z", "m", "up, the floor at 0", lambda f: f.ankle_height),
     _column(
-        "ground/force/x",
-        "N",
-        "on the foot, forward positive",
-        lambda f: f.weight * f.recorded_ground[0],
+        "ground/force/x", "N", "on the foot, forward positive", lambda f: f.weight * f.recorded_ground[0]
     ),
     _column("ground/force/z", "N", "on the foot, upward positive", lambda f: f.pressing),
     _column("foot/heel_load", "N", "under the heel, upward on the foot", lambda f: f.heel_load),

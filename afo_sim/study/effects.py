@@ -15,8 +15,7 @@ from afo_sim.metrics.metric import Metric
 from afo_sim.model.periodic import as_run
 from afo_sim.model.person import with_person
 from afo_sim.simulation.examine import Asked
-from afo_sim.simulation.judged import limits_of, verdict_of
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.recording import Recording, limits_of, verdict_of
 from afo_sim.simulation.run import run_scenario
 from afo_sim.study.effects_parameters import Step, steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order

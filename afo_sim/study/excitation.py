@@ -8,16 +8,15 @@ from typing import Literal, Protocol
 import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
-from afo_sim.control.making import make
+from afo_sim.control.controller import make
 from afo_sim.description.control.impedance import Impedance
 from afo_sim.description.control.pid import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.simulation.commander import Commander
-from afo_sim.simulation.describing import SENSOR
-from afo_sim.simulation.loop import Loop, steps_of_period
-from afo_sim.simulation.policy import Policy, fixed
+from afo_sim.simulation.columns import SENSOR
+from afo_sim.simulation.loop import Commander, Loop, steps_of_period
+from afo_sim.simulation.stepping import Policy, fixed
 
 What = Literal["reference", "pressure", "valves"]
 WHATS: tuple[What, ...] = ("reference", "pressure", "valves")

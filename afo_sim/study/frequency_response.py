@@ -14,9 +14,8 @@ from afo_sim.common.units import parse_quantity
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import MAX_STEPS, Scenario
 from afo_sim.model.build import Built
-from afo_sim.simulation.columns import formulas
-from afo_sim.simulation.describing import describe
-from afo_sim.simulation.observing import frame_of
+from afo_sim.simulation.columns import describe, formulas
+from afo_sim.simulation.loop import frame_of
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of

@@ -16,7 +16,7 @@ from afo_sim.description.field import Field, field_at
 from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import PROBLEMS
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.words import OTHER, words
+from afo_sim.metrics.metric_words import OTHER, words
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 

@@ -11,9 +11,8 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.metrics.metric import TOLD
-from afo_sim.metrics.reference import COMPARED, reference_metrics
-from afo_sim.metrics.renamed import instead, told
+from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
+from afo_sim.metrics.metric import REPORTED, instead, told
 from afo_sim.simulation.examine import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
@@ -264,7 +263,7 @@ def comparisons(
     compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
     if not compares or COMPARED not in units:
         return {}
-    return {row.name: row.unit for row in TOLD[reference_metrics]}
+    return {row.name: row.unit for row in REPORTED[reference_metrics]}
 
 
 def probe(

@@ -7,8 +7,8 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import EXAMPLES, in_unit
-from afo_sim.metrics import words as metric_words
-from afo_sim.metrics.renamed import instead, told
+from afo_sim.metrics import metric_words
+from afo_sim.metrics.metric import instead, told
 from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]

@@ -16,8 +16,8 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import load, split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.renamed import instead, told
-from afo_sim.metrics.words import OTHER, WORDS, words
+from afo_sim.metrics.metric import OTHER, instead, told
+from afo_sim.metrics.metric_words import WORDS, words
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Joint, Parameter, Span
 from afo_sim.study.parameter_table import (

@@ -130,7 +130,7 @@ def test_library_names_fields_and_the_command_line_options(
     code, _, complaint = call(capsys, "new", "valve", "m/n", "--out", tmp_path)
     assert complaint.startswith("afo-sim: NAME = 'm/n'")
     code, _, complaint = call(capsys, "compare", "arm", "--laws", "kerscher")
-    assert complaint.startswith("afo-sim: --laws = 'kerscher': is no law that all muscles")
+    assert complaint.startswith("afo-sim: --laws = 'kerscher': is not a law that all muscles")
     code, _, complaint = call(capsys, "torque-map", "--angle", "-90 deg", "90 deg", "10 deg")
     assert complaint.startswith("afo-sim: --angle = '-90 to 90 deg': goes beyond the ankle's stops")
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.control.controller import Controller
-from afo_sim.control.making import make
+from afo_sim.control.controller import Controller, make
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 

@@ -9,8 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from afo_sim.control.phase_estimate import PhaseEstimate
-from afo_sim.control.shank_template import SHANK, after_swing, templates
+from afo_sim.control.phase_estimate import SHANK, PhaseEstimate, after_swing, templates
 
 ROOT = pathlib.Path(__file__).parents[2]
 ALLOWED = 3.0  # of the cycle, from the third stride on [%]

@@ -7,8 +7,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.control.recorded import RecordedController
-from afo_sim.control.switch_log import Log, differences, read_log
+from afo_sim.control.switch_log import Log, RecordedController, differences, read_log
 from afo_sim.description.reader import load
 from afo_sim.export.electronics.exporting import commanded
 
@@ -51,7 +50,7 @@ def test_differences(change: tuple[str, str], first: str, largest: float, tmp_pa
         ("", "holds no points"),
         ("time_ms,chamber,inlet,outlet\n", "holds no switching"),
         ("time,chamber,inlet,outlet\n0,dorsiflexor,0,0\n", "the column 'time_ms' is missing"),
-        (ROWS.replace("10.5", "nan"), "line 3: is no time"),
+        (ROWS.replace("10.5", "nan"), "line 3: is not a valid time"),
         (ROWS.replace("1,0", "0.5,0"), "line 3: is no coil that is on or off"),
         (ROWS.replace("20,", "2,"), "line 4: the time falls"),
         (ROWS.replace("20,dorsi", "20,dorso"), "line 4: .*did you mean 'dorsiflexor'"),

@@ -51,7 +51,7 @@ def test_a_drive_without_an_orthosis() -> None:
 
 @pytest.mark.parametrize("rate", ["100 Hz", True, None, [1]])
 def test_a_rate_that_is_no_number(rate: Any) -> None:
-    with pytest.raises(InputError, match="no number of commands a second; allowed: a number in Hz"):
+    with pytest.raises(InputError, match="not a valid number of commands a second; allowed: a number in Hz"):
         afo.run("seated", {"duration": "0.1 s"}, controller=lambda seen: {}, rate=rate)
 
 

@@ -13,7 +13,7 @@ from afo_sim import native
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.model.start import equilibrium
-from afo_sim.simulation.describing import describe
+from afo_sim.simulation.columns import describe
 from afo_sim.simulation.recording import Recording
 
 

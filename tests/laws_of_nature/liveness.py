@@ -3,15 +3,7 @@
 from typing import Any
 
 # What a parameter that is zero is changed by.
-AMOUNT = {
-    "m": 0.005,
-    "rad": 0.035,
-    "N*m": 0.1,
-    "kg*m^2": 0.002,
-    "N": 20.0,
-    "N*s/m": 20.0,
-    "N*m*s/rad": 0.5,
-}
+AMOUNT = {"m": 0.005, "rad": 0.035, "N*m": 0.1, "kg*m^2": 0.002, "N": 20.0, "N*s/m": 20.0, "N*m*s/rad": 0.5}
 
 
 def leaves(node: Any, path: str = "") -> dict[str, Any]:

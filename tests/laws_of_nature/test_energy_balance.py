@@ -11,7 +11,7 @@ from afo_sim import load
 from afo_sim.common.assets import names
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import as_run, why_walked
-from afo_sim.simulation.energy import balance
+from afo_sim.simulation.energy_balance import balance
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ import afo_sim
 from afo_sim import load
 from afo_sim.model.build import build
 from afo_sim.model.mounting import muscle_names
-from afo_sim.simulation.energy import balance, wrap_heat
+from afo_sim.simulation.energy_balance import balance, wrap_heat
 from afo_sim.simulation.recording import Recording
 
 FRICTIONS = ("dorsiflexor", "dorsiflexor_side", "plantarflexor_side")

@@ -6,10 +6,7 @@ import pytest
 import afo_sim
 from afo_sim.simulation.recording import Recording
 
-PACE = {
-    "duration": "9 s",
-    "gait.pace": [["2 s", 1.25], ["4 s", 0.0], ["6 s", 0.8]],
-}
+PACE = {"duration": "9 s", "gait.pace": [["2 s", 1.25], ["4 s", 0.0], ["6 s", 0.8]]}
 
 
 @pytest.fixture(scope="module")

@@ -196,10 +196,7 @@ class Motion:
         )
         own = foot.inertia - foot.mass * (foot.centre[0] ** 2 + foot.centre[1] ** 2)
         moment = (own * np.diff(self.pitch, 2) + toes.inertia * np.diff(bent, 2)) / step**2
-        for mass, (x, z) in (
-            (foot.mass, hind),
-            (toes.mass, (hinge[0] + centre[0], hinge[1] + centre[1])),
-        ):
+        for mass, (x, z) in ((foot.mass, hind), (toes.mass, (hinge[0] + centre[0], hinge[1] + centre[1]))):
             ahead, upward = (np.diff(a + b, 2) / step**2 for a, b in zip(self.ankle, (x, z), strict=True))
             moment += mass * (x[1:-1] * (upward + GRAVITY) - z[1:-1] * ahead)
         return moment

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from afo_sim.metrics.filling import filling
+from afo_sim.metrics.valves import filling
 
 STEP, SUPPLY, TAU = 1e-4, 4e5, 0.05  # [s], [Pa], [s]
 Columns = dict[str, np.ndarray]

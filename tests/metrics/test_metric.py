@@ -1,4 +1,4 @@
-"""A metric is a number with a unit, and each one is registered once, beside the function that tells it."""
+"""A metric is a number with a unit, and each one is registered once, beside the function that reports it."""
 
 import copy
 import dataclasses
@@ -7,6 +7,7 @@ import math
 import pickle
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,19 +17,18 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.metrics import walking
 from afo_sim.metrics.ankle import ankle_metrics
+from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics, settling_metrics
 from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
-from afo_sim.metrics.energy import energy_metrics
-from afo_sim.metrics.filling import filling
+from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.first_strides import first_stride_metrics
-from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, telling, tells
-from afo_sim.metrics.reference import reference_metrics
+from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, reported, reporting
+from afo_sim.metrics.metric_words import WORDS, words
 from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
-from afo_sim.metrics.settling import settling_metrics
-from afo_sim.metrics.supply import efficiency_metrics, sag_metrics
-from afo_sim.metrics.switching import life_metrics as valve_metrics
+from afo_sim.metrics.supply import air_of, efficiency_metrics, sag_metrics
+from afo_sim.metrics.valves import filling
+from afo_sim.metrics.valves import life_metrics as valve_metrics
 from afo_sim.metrics.walking import walk_metrics
-from afo_sim.metrics.words import WORDS, words
-from afo_sim.simulation.energy import Energy
+from afo_sim.simulation.energy_balance import Energy
 
 clearance = Metric(12.5, "mm")
 
@@ -171,7 +171,7 @@ def test_every_metric_told_has_its_row_and_unit() -> None:
 
 def test_a_process_that_simulates_nothing_has_all_words() -> None:
     """A report is written of runs that another process has simulated."""
-    code = "from afo_sim.metrics.words import METRICS; print(*METRICS)"
+    code = "from afo_sim.metrics.metric_words import METRICS; print(*METRICS)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) == set(METRICS)
 
@@ -191,13 +191,13 @@ def test_a_metric_without_a_row_is_refused_and_a_row_stands_once() -> None:
     with pytest.raises(KeyError, match="something_new"):
         measured("something_new", 1.0)
     with pytest.raises(AssertionError, match="twice"):
-        tells(OTHER, ("rise_time", "s", "Rise time"))(lambda: None)
+        reported(OTHER, ("rise_time", "s", "Rise time"))(lambda: None)
 
 
 def test_what_is_asked_for_is_what_is_told_beside_it() -> None:
-    parts = [walking._timing, walking.clearances, walking._air]
-    assert telling(parts, None) == parts
-    assert telling(parts, {"toe_clearance", "stance"}) == parts[:2]
-    assert telling(parts, {"air_per_stride_dorsiflexor"}) == parts[2:]
-    assert telling(parts, {"known_to_nobody"}) == parts
-    assert telling(parts, set()) == []
+    parts: list[Any] = [walking._timing, clearances, air_of]
+    assert reporting(parts, None) == parts
+    assert reporting(parts, {"toe_clearance", "stance"}) == parts[:2]
+    assert reporting(parts, {"air_per_stride_dorsiflexor"}) == parts[2:]
+    assert reporting(parts, {"known_to_nobody"}) == parts
+    assert reporting(parts, set()) == []

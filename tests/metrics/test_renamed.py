@@ -6,9 +6,8 @@ import pytest
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.renamed import RENAMED, Metrics
-from afo_sim.metrics.words import METRICS
+from afo_sim.metrics.metric import RENAMED, Metric, Metrics
+from afo_sim.metrics.metric_words import METRICS
 from afo_sim.simulation.checks import check_metric
 
 OLD, NEW = "share_of_dorsiflexion_moment", "orthosis_swing_torque_mean"

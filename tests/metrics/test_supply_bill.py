@@ -8,9 +8,9 @@ import pytest
 
 from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.metric_words import words
 from afo_sim.metrics.supply import beside_inlets, efficiency_metrics, flow_metrics, sag_metrics, sag_of_both
 from afo_sim.metrics.verdict import Answer, Feed, verdict
-from afo_sim.metrics.words import words
 
 LIMITS = SimpleNamespace(
     toe_clearance=(0.010, 0.0),
@@ -98,10 +98,7 @@ def test_sag_is_the_deepest_below_what_is_set() -> None:
     assert told == pytest.approx(
         {"lowest_supply_pressure": 3.0, "supply_sag": 25.0, "source_empty_after": 2.0}
     )
-    after = {
-        "lowest_supply_pressure": Metric(2.0, "bar"),
-        "supply_sag": Metric(9.0, "percent"),
-    }
+    after = {"lowest_supply_pressure": Metric(2.0, "bar"), "supply_sag": Metric(9.0, "percent")}
     assert not sag_of_both(columns, {})
     both = {name: float(value) for name, value in sag_of_both(columns, after).items()}
     assert both == pytest.approx(

@@ -17,7 +17,7 @@ from afo_sim.description.reader import load
 from afo_sim.model.build import Built, build
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.model.paths import mean_length, paths_of, route_of, turns
-from afo_sim.simulation.pull import pull_on
+from afo_sim.simulation.facts import pull_on
 
 ANGLES = np.radians(np.linspace(-20.0, 20.0, 17))
 GROUP = "muscle.dorsiflexor"
@@ -318,7 +318,7 @@ def test_pull_on_a_segment_turns_the_ankle_by_what_the_muscles_do() -> None:
             moment -= float(np.cross(route.points[piece + 1], force)[1])  # toe up about −y
         total.append(moment)
     assert total == pytest.approx(columns["ankle/moment/orthosis"], abs=1e-6)
-    on_foot, on_shank = (pull_on(orthosis, columns, segment) for segment in ("foot", "shank"))
+    on_foot, on_shank = (pull_on(orthosis, segment, columns) for segment in ("foot", "shank"))
     c, s = np.cos(columns["ankle/angle"]), np.sin(columns["ankle/angle"])
     forward = c * on_foot[:, 0] - s * on_foot[:, 2]
     up = s * on_foot[:, 0] + c * on_foot[:, 2]

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
+from afo_sim.metrics.bottle import COMPRESSIBILITY, air_given
 from afo_sim.physics.content import gas_density, gas_mass, mass_given
 from afo_sim.physics.feeding import compressor_flow, compressor_runs, regulator_flow, relief_flow
 from afo_sim.physics.gas import AIR, CO2, Gas
@@ -19,7 +20,6 @@ from afo_sim.physics.store import (
     store_temperature_rate,
     vapour_density,
 )
-from afo_sim.simulation.bottle import COMPRESSIBILITY, air_given
 
 WARM = 293.15
 ATM = 101_325.0

@@ -11,7 +11,7 @@ import afo_sim
 from afo_sim.show import bands
 from afo_sim.show.report import write_report
 from afo_sim.show.unknown_band import LABEL
-from afo_sim.simulation import judged
+from afo_sim.simulation import recording as judged
 from afo_sim.simulation.recording import Recording
 
 

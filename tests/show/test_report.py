@@ -20,8 +20,8 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.words import body_mass, facts, reference
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.metric_words import OTHER, in_short, lift, number, words
 from afo_sim.metrics.walking import walk_metrics
-from afo_sim.metrics.words import OTHER, in_short, lift, number, words
 from afo_sim.show import report_figures
 from afo_sim.show.report import page, read_runs, remarks, write_report
 from afo_sim.show.run_view import PHASE, RunView

@@ -12,7 +12,7 @@ from colour_vision import VISIONS, contrast, nearest
 from rerun.blueprint.api import Container
 
 import afo_sim
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.show.rerun import colours, texts, write_comparison
 from afo_sim.show.rerun.curves import compared_curves, curves, plots_of
 from afo_sim.show.rerun.events import BLANK, _fitting

@@ -11,8 +11,8 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.air.source import Source
 from afo_sim.description.reader import load
+from afo_sim.metrics.bottle import compressibility, emptied
 from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.bottle import compressibility, emptied
 from afo_sim.simulation.recording import Recording
 
 WALK = "walk-dropfoot-afo"
@@ -198,9 +198,10 @@ def test_a_walk_of_more_strides_than_its_bottle_has_empties_it() -> None:
     """As its settled strides begin with a fuller bottle, their rows do not show it."""
     scenario = load("scenario", WALK, {"supply.source": "bottle_0_5l_10bar"})
     totals = {"strides_per_bottle": Metric(7.9), "stride_time": Metric(1.1, "s")}
-    assert float(emptied(scenario, totals, 8)["source_empty_after"]) == pytest.approx(7.9 * 1.1)
-    assert not emptied(scenario, totals, 7) and not emptied(scenario, {}, 8)
-    assert not emptied(load("scenario", WALK), totals, 8)  # the bottle of the limits is not worn
+    assert float(emptied(scenario.supply.source, totals, 8)["source_empty_after"]) == pytest.approx(7.9 * 1.1)
+    assert not emptied(scenario.supply.source, totals, 7) and not emptied(scenario.supply.source, {}, 8)
+    unworn = load("scenario", WALK).supply.source  # the bottle of the limits
+    assert not emptied(unworn, totals, 8)
 
 
 def test_a_compressor_that_is_too_small_is_bad() -> None:

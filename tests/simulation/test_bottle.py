@@ -7,8 +7,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.metrics.bottle import bottle_metrics
-from afo_sim.simulation.bottle import COMPRESSIBILITY, air_given, compressibility
+from afo_sim.metrics.bottle import COMPRESSIBILITY, air_given, bottle_metrics, compressibility
 
 RT = GAS_CONSTANT * AMBIENT_TEMPERATURE
 

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.checks import Expectation, check_metric, expect
-from afo_sim.simulation.checks_file import CheckEntry, read_checks, run_checks
+from afo_sim.simulation.checks import CheckEntry, Expectation, check_metric, expect, read_checks, run_checks
 from afo_sim.simulation.recording import Recording
 
 CHECKS = pathlib.Path(__file__).parents[2] / "models" / "checks"

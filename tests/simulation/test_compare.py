@@ -131,7 +131,7 @@ def test_law_that_a_muscle_lacks_is_refused(
     assert code == 2
     assert "did you mean 'sarosi_2012'" in complaint
     assert not (tmp_path / "c").exists()
-    with pytest.raises(InputError, match="no law that all muscles"):
+    with pytest.raises(InputError, match="not a law that all muscles"):
         compare_laws("arm-s1", ["polynomial"])
 
 

@@ -9,16 +9,16 @@ import pytest
 from matplotlib.figure import Figure
 
 import afo_sim
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
 from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.show import panels
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.policy import fixed
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Recipe, Rollout, roll_out
 from afo_sim.simulation.simulate import case_of
+from afo_sim.simulation.stepping import fixed
 
 DRIVES: dict[str, dict[str, Any]] = {
     "bang_bang": {"kind": "bang_bang", "dead_band": "50 mbar", "least_on": "8 ms"},
@@ -140,7 +140,7 @@ def test_a_drive_that_nothing_asks_is_said_to_change_nothing() -> None:
 
 def test_a_text_in_place_of_a_pressure_is_told_what_a_pressure_is() -> None:
     run = driven("pwm", lambda seen: {"dorsiflexor": "2 bar"}, duration="0.1 s")
-    assert "'2 bar': is no command" in run.status and "or a number, a gauge pressure" in run.status
+    assert "'2 bar': is not a valid command" in run.status and "or a number, a gauge pressure" in run.status
     assert "timed" in run.status
 
 

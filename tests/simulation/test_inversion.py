@@ -7,7 +7,7 @@ from sideways import Talus, moments
 import afo_sim
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.inversion import inversion_peaks
+from afo_sim.metrics.torque import inversion_peaks
 from afo_sim.model.mounting import muscle_names
 from afo_sim.simulation.recording import Recording
 

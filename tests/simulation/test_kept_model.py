@@ -19,10 +19,10 @@ from afo_sim.model.build import Built, build
 from afo_sim.model.controls import controls
 from afo_sim.model.periodic import as_run, two_strides
 from afo_sim.model.start import equilibrium, get_state, walking_start
-from afo_sim.simulation import kept_model
-from afo_sim.simulation.kept_model import LABEL, packed, to_binary, unpacked
-from afo_sim.simulation.policy import fixed
+from afo_sim.simulation import files as kept_model
+from afo_sim.simulation.files import LABEL, packed, to_binary, unpacked
 from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.simulation.stepping import fixed
 
 SHORT = {"duration": "1 s"}
 VERSION = slice(12, 16)  # of MuJoCo, in the binary

@@ -29,9 +29,9 @@ def late(command: Any) -> Any:
         ({"dorsiflexor": "inlt"}, "'inlt'"),
         ({"dorsiflexor": (math.nan, 0.0)}, "is outside a coil's range"),
         ({"dorsiflexor": (0.0, 1.5)}, "is outside a coil's range"),
-        ({"dorsiflexor": (1.0,)}, "is no command"),
-        ({"dorsiflexor": np.ones((1, 2))}, "is no command"),
-        ({"dorsiflexor": True}, "is no command"),
+        ({"dorsiflexor": (1.0,)}, "is not a valid command"),
+        ({"dorsiflexor": np.ones((1, 2))}, "is not a valid command"),
+        ({"dorsiflexor": True}, "is not a valid command"),
         ({"dorsiflexor": 2e5}, "[drive.dorsiflexor]"),
     ],
 )
@@ -83,7 +83,7 @@ class Endless:
             endless(0)
 
 
-@pytest.mark.parametrize(("part", "words"), [("call", "for a command"), ("tell", "to tell its columns")])
+@pytest.mark.parametrize(("part", "words"), [("call", "for a command"), ("tell", "to report its columns")])
 def test_an_endless_controller_is_interrupted(part: str, words: str) -> None:
     start = time.monotonic()
     run = afo_sim.run("seated", SHORT, controller=Endless(part), time_limit=0.2)
@@ -137,7 +137,7 @@ def test_what_is_told_wrongly_is_a_sentence(told: Any) -> None:
     controller = Endless("")
     controller.tell = lambda: told  # type: ignore[method-assign]
     status = afo_sim.run("seated", SHORT, controller=controller).status
-    assert status.startswith("failed: t = 0 s: what the controller tells is refused: ")
+    assert status.startswith("failed: t = 0 s: what the controller reports is refused: ")
 
 
 def test_a_controller_sees_rows_that_are_one_step_old() -> None:
@@ -173,4 +173,4 @@ def test_a_described_controller_does_not_go_on_with_a_reading_that_is_no_number(
         "drive.dorsiflexor.kind": "pwm",
     }
     run = afo_sim.run("seated", SHORT | sets)
-    assert "the controller reads sensor/air, and that is no number" in run.status
+    assert "the controller reads sensor/air, and that is not a number" in run.status

@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import replacing
-from afo_sim.simulation import shown
+from afo_sim.simulation import display_hooks as shown
 from afo_sim.simulation.recording import Recording, read_recording
 
 
@@ -79,7 +80,7 @@ def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None
         "unit": "deg",
     }
     assert summary["timing"]["steps"] == 8000
-    assert set(summary) == {"status", "scenario", "metrics", "versions", "timing", "warnings"}
+    assert set(summary) == {"status", "scenario", "metrics", "versions", "timing", "warnings", "notices"}
 
 
 def test_model_loads_again_with_one_joint_called_ankle(folder: pathlib.Path) -> None:
@@ -88,6 +89,17 @@ def test_model_loads_again_with_one_joint_called_ankle(folder: pathlib.Path) -> 
     assert model.body_subtreemass[model.body("foot").id] > model.body("foot").mass[0] + 0.161  # toes, plate
     assert model.body("foot").mass[0] + model.body("toes").mass[0] == pytest.approx(1.09)
     assert model.joint(0).damping[0] == 0.25  # half of 0.5 N·m·s/rad: the passive ankle adds the other half
+
+
+def test_warnings_keep_their_codes_and_older_files_have_texts(
+    tmp_path: pathlib.Path, seated: Recording
+) -> None:
+    coded = Notice("muscle-force", "{subject}: {value:.1f} N {{too}} strong", subject="front_1", value=12.0)
+    saved = dataclasses.replace(seated, warnings=(coded, "a text"))
+    read = read_recording(saved.save(tmp_path / "coded", rrd=False)).warnings
+    assert read == ("front_1: 12.0 N {too} strong", "a text")
+    assert isinstance(read[0], Notice) and not isinstance(read[1], Notice)
+    assert (read[0].code, read[0].subject, read[0].data) == ("muscle-force", "front_1", {"value": 12.0})
 
 
 def test_interrupted_writing_leaves_the_old_file(tmp_path: pathlib.Path) -> None:

@@ -14,10 +14,10 @@ from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.start import equilibrium
-from afo_sim.simulation.policy import Moment, Policy, fixed
 from afo_sim.simulation.rollout import STATE, Case, Recipe, Rollout, roll_out
 from afo_sim.simulation.run import run_built
 from afo_sim.simulation.simulate import simulate
+from afo_sim.simulation.stepping import Moment, Policy, fixed
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
 SUPPLIES = (2e5, 3e5, 4e5)
@@ -206,4 +206,4 @@ def test_nobody_else_steps() -> None:
         if re.search(r"mj_step\(|from mujoco\.batch|import mujoco\.rollout", path.read_text("utf-8"))
     }
     # dm_control's Physics is stepped by its user, outside any roll-out; a network is filled before it begins
-    assert users == {"simulation/stepping.py", "bridge/physics.py", "model/network_prefill.py"}
+    assert users == {"simulation/stepping.py", "rl/bridge/physics.py", "model/network_prefill.py"}

@@ -12,16 +12,17 @@ import afo_sim
 from afo_sim import load
 from afo_sim.description.places import Segment
 from afo_sim.doctor import check_file
+from afo_sim.metrics.metric import SAFETY
+from afo_sim.metrics.metric_words import WORDS
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
-from afo_sim.simulation.held import NAMES
-from afo_sim.simulation.pull import pull_on
+from afo_sim.simulation.facts import pull_on
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.safety import NEEDED
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study import engine
 
+NEEDED = {name for name, row in WORDS.items() if row.group == SAFETY}
 SHORT = {"duration": "2 s"}
 WALKED = {"duration": "2.4 s", "gait.settled": "walked", "start": {"dorsiflexor": {"fill_time": "2.5 s"}}}
 SKIN = ("cuff_", "plate_")
@@ -66,7 +67,7 @@ def test_the_pull_is_that_of_mujocos_own_sites(angle: float) -> None:
     for segment, body, sign in bodies:
         axes = data.body(body).xmat.reshape(3, 3)
         expected = sign * axes.T @ total
-        assert pull_on(built.scenario.orthosis, columns, segment)[0] == pytest.approx(expected, abs=1e-9)
+        assert pull_on(built.scenario.orthosis, segment, columns)[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_pull_on_the_foot_turns_it_by_the_torque_of_the_orthosis(walk: Recording) -> None:
@@ -75,7 +76,7 @@ def test_the_pull_on_the_foot_turns_it_by_the_torque_of_the_orthosis(walk: Recor
     row = int(np.argmax(walk["muscle/dorsiflexor_2/force"]))
     part = {name: values[row : row + 1] for name, values in walk.columns.items()}
     silent = {f"muscle/plantarflexor_{k}/force": np.zeros(1) for k in (1, 2)}
-    force = pull_on(built.scenario.orthosis, part | silent, "foot")[0]
+    force = pull_on(built.scenario.orthosis, "foot", part | silent)[0]
     # all dorsiflexors end 6.5 cm ahead of the ankle and 1 cm below it: moment z × x about the rightward axis
     moment = 0.065 * force[2] + 0.010 * force[0]
     assert moment == pytest.approx(part["ankle/moment/orthosis"][0], rel=1e-6)
@@ -175,7 +176,7 @@ def test_asked_alone_each_is_that_of_the_whole_run_to_the_bit(scenario: str, set
     rollout = simulate(built, schedule.controls(built))
     whole = examine(built, rollout)[1].totals
     told = {name for name in NEEDED if name in whole}
-    assert {"cuff_skin_pressure", "plate_skin_pressure", "muscle_share_of_force"} <= told <= NAMES
+    assert {"cuff_skin_pressure", "plate_skin_pressure", "muscle_share_of_force"} <= told
     assert ("days_until_muscle_life" in told) is (built.walk is not None)
     for name in told:
         alone = examine(built, rollout, transient=False, asked=Asked(frozenset({name}), doubts=False))[

@@ -10,7 +10,7 @@ import pytest
 import afo_sim as afo
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Observation
 from afo_sim.description.control.sensor import FIELDS, Calibration, Sensor
 from afo_sim.description.reader import load
 from afo_sim.simulation.recording import Recording

@@ -69,14 +69,7 @@ def test_a_shipped_case_is_what_sixty_strides_walk_to(name: str, step: str) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "friction",
-    [
-        "tondu_lopez_2000_stribeck",
-        "bouc_wen_1976",
-        "vo_minh_2011",
-    ],
-)
+@pytest.mark.parametrize("friction", ["tondu_lopez_2000_stribeck", "bouc_wen_1976", "vo_minh_2011"])
 @pytest.mark.parametrize("name", SHIPPED[:2])
 def test_friction_that_remembers_is_what_sixty_strides_walk_to(name: str, friction: str) -> None:
     described = scenario(name, timestep="2 ms").set(
@@ -99,10 +92,7 @@ ODD: dict[str, dict[str, object]] = {
         "phases.dorsiflexor.outlet": [[0.1, 0.6]],
     },
     "never filled": {"phases.dorsiflexor.inlet": []},
-    "always open to the supply": {
-        "phases.dorsiflexor.inlet": [[0.0, 1.0]],
-        "phases.dorsiflexor.outlet": [],
-    },
+    "always open to the supply": {"phases.dorsiflexor.inlet": [[0.0, 1.0]], "phases.dorsiflexor.outlet": []},
     "adiabatic": {"orthosis.chamber.dorsiflexor.wall_conductance": "0 W/K"},
     "a good conductor": {"orthosis.chamber.dorsiflexor.wall_conductance": "5 W/K"},
     "quick strides": {"gait.stride_time": "0.75 s"},

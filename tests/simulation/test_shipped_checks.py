@@ -7,7 +7,7 @@ from command import call
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.simulation.checks_file import read_checks
+from afo_sim.simulation.checks import read_checks
 from afo_sim.simulation.recording import Recording
 
 SCENARIOS = assets.names("scenario")

@@ -158,12 +158,12 @@ def test_what_is_no_seed_is_refused_before_anything_is_taken_back(seed: Any) -> 
     sets = SHORT | {"sensor": {"it": {"column": "ankle/angle", "noise": "0.1 deg"}}}
     with afo_sim.Simulator("seated", sets) as simulator:
         simulator.step(dt=0.1)
-        with pytest.raises(InputError, match=r"seed.*is no seed; allowed: a whole number"):
+        with pytest.raises(InputError, match=r"seed.*is not a valid seed; allowed: a whole number"):
             simulator.reset(seed)
         assert simulator.time == pytest.approx(0.1)
     with afo_sim.Simulators("seated", sets=sets, count=2) as several:
         several.step(dt=0.1)
-        with pytest.raises(InputError, match="is no seed"):
+        with pytest.raises(InputError, match="is not a valid seed"):
             several.reset(seed=seed)
 
 

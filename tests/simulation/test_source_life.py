@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 import afo_sim as afo
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.description.reader import load
+from afo_sim.metrics.bottle import until_empty
 from afo_sim.metrics.metric import Metric
 from afo_sim.physics.gas import CO2
 from afo_sim.physics.store import store_pressure, store_temperature_rate
-from afo_sim.simulation.bottle import until_empty
 
 WALK = "walk-dropfoot-afo"
 TANK = {

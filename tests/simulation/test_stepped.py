@@ -6,7 +6,7 @@ import pytest
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.simulation.rollout import METRIC_FIELDS
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.simulate import Stepped
 
 WALK = {"duration": "2 s", "gait.settled": "walked"}
 

@@ -8,7 +8,7 @@ import afo_sim
 from afo_sim.common.errors import ControllerError
 from afo_sim.description.reader import load
 from afo_sim.simulation import loop
-from afo_sim.simulation.policy import PolicyFault
+from afo_sim.simulation.stepping import PolicyFault
 from afo_sim.study.engine import BROKEN, outcomes
 
 TABLE = {"angle": {"proportional_band": "4 deg", "reference": {"mean": "-3 deg"}}}

@@ -24,8 +24,8 @@ from afo_sim.cli.sweep import reporter
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.words import OTHER, words
+from afo_sim.metrics.metric import OTHER, Metric
+from afo_sim.metrics.metric_words import words
 from afo_sim.study import engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.engine import Outcome
 from afo_sim.study.findings import indices

@@ -7,9 +7,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command, coils
-from afo_sim.control.controller import Controller
-from afo_sim.control.making import make
-from afo_sim.control.observation import Observation
+from afo_sim.control.controller import Controller, Observation, make
 from afo_sim.control.state_machine import machine_of
 from afo_sim.control.switch_log import Coils, Log
 from afo_sim.description.scenario import Scenario
@@ -32,8 +30,8 @@ from afo_sim.export.electronics.board import (
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.walk import stride_time_of
-from afo_sim.simulation.describing import SENSOR
-from afo_sim.simulation.observing import unit_of
+from afo_sim.simulation.columns import SENSOR
+from afo_sim.simulation.loop import unit_of
 from afo_sim.simulation.run import run_controlled
 from afo_sim.simulation.simulate import Progress
 

@@ -10,8 +10,8 @@ from afo_sim import native
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.muscle import Muscle
 from afo_sim.model.start import get_state
-from afo_sim.simulation.policy import fixed
 from afo_sim.simulation.rollout import Case, Recipe, roll_out
+from afo_sim.simulation.stepping import fixed
 
 DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
 TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]

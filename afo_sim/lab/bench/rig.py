@@ -33,8 +33,8 @@ from afo_sim.lab.bench.plan import StandPlan
 from afo_sim.lab.bench.rest import rest_force
 from afo_sim.model.start import get_state
 from afo_sim.physics.pneumatics import laminar_slope, muscle_volume
-from afo_sim.simulation.policy import Moment, Policy
 from afo_sim.simulation.rollout import Case, Recipe, Rollout, roll_out
+from afo_sim.simulation.stepping import Moment, Policy
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]

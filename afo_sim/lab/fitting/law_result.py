@@ -21,7 +21,7 @@ from afo_sim.lab.fitting.law_muscle import LIKE, muscle, residual_unit, usual
 from afo_sim.lab.fitting.law_problem import GEOMETRY, LawProblem, Loss, pose, select
 from afo_sim.lab.fitting.law_ranking import doubts, rank
 from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.shown import shown
+from afo_sim.simulation.display_hooks import shown
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
 

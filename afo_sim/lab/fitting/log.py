@@ -13,7 +13,7 @@ from afo_sim.common.units import AMBIENT_PRESSURE, parse_quantity
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.air_path import AirPath
 from afo_sim.model.mounting import muscle_names, valve_names
-from afo_sim.simulation.describing import describe
+from afo_sim.simulation.columns import describe
 from afo_sim.simulation.recording import Recording
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"

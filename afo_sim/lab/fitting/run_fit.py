@@ -23,8 +23,8 @@ from afo_sim.lab.fitting.run_misfit import Errors, channel_errors, doubts
 from afo_sim.lab.fitting.run_parameter import RunParameter
 from afo_sim.lab.fitting.run_problem import HELD_OUT, RunProblem, differences, pose, run_at
 from afo_sim.lab.fitting.run_search import AT_BOUND, Progress, RunSearch
+from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.shown import shown
 
 
 @dataclass(frozen=True, repr=False)

@@ -33,7 +33,7 @@ from afo_sim.lab.fitting.torque_problem import Group, TorqueProblem, choose_cham
 from afo_sim.lab.fitting.torque_search import Solution, solve
 from afo_sim.lab.fitting.torque_shared import SharedError, doubts, shared_errors
 from afo_sim.lab.fitting.torque_warnings import warnings_of
-from afo_sim.simulation.shown import shown
+from afo_sim.simulation.display_hooks import shown
 
 USUAL_FIT = ("series_stiffness", "offset")
 HOLD_OUT = ("all", "none", *KINDS)

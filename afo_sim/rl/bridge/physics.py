@@ -17,7 +17,7 @@ from afo_sim.rl.bridge.dm import PhysicsError
 from afo_sim.rl.bridge.dm import mujoco as dm
 from afo_sim.rl.bridge.present import Present
 from afo_sim.simulation.columns import column_at
-from afo_sim.simulation.commander import Commander
+from afo_sim.simulation.loop import Commander
 from afo_sim.simulation.rollout import FIELDS, STATE, failed
 from afo_sim.simulation.stepping import FAILURES
 

@@ -12,7 +12,7 @@ from afo_sim.rl.bridge.physics import FULL, ScenarioPhysics
 from afo_sim.rl.environments.setting import Setting
 from afo_sim.rl.environments.task import checked, coils_of
 from afo_sim.simulation.rollout import STATE
-from afo_sim.simulation.stepped import state_parts
+from afo_sim.simulation.simulate import state_parts
 
 from dm_control.rl import control  # isort: skip
 from dm_env import specs  # isort: skip

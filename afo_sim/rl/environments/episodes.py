@@ -10,7 +10,7 @@ from afo_sim.common.errors import SimulationError
 from afo_sim.rl.environments.readers import FIELDS
 from afo_sim.rl.environments.setting import Random, Setting
 from afo_sim.rl.environments.task import coils_of
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.simulate import Stepped
 
 
 @dataclass(frozen=True)

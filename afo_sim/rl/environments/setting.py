@@ -14,7 +14,7 @@ from afo_sim.model.build import Built, build
 from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.sample import Reader, Sample
 from afo_sim.rl.environments.task import Task
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.simulate import Stepped
 
 
 class Random(Protocol):

@@ -7,7 +7,8 @@ import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description.words import reference, worn
-from afo_sim.metrics.words import GROUPS, unit, words
+from afo_sim.metrics.metric import GROUPS
+from afo_sim.metrics.metric_words import unit, words
 from afo_sim.show import bands, effects, verdict
 from afo_sim.show.numbers import readable
 from afo_sim.show.rerun.source import Source

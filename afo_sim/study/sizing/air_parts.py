@@ -12,7 +12,7 @@ from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.words import words
+from afo_sim.metrics.metric_words import words
 from afo_sim.physics.gas import AIR
 from afo_sim.study.sizing.pressures import bar
 from afo_sim.study.sizing.requirement import Candidate, Requirement, Tried, doubted, shown

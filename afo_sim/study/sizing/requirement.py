@@ -11,10 +11,9 @@ from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.reader import USUAL_LIMITS, load
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.filling import FILL, VENT, is_filling
-from afo_sim.metrics.metric import OTHER
-from afo_sim.metrics.renamed import instead, told
-from afo_sim.metrics.words import METRICS, UNITS, WORDS, number, words
+from afo_sim.metrics.metric import OTHER, instead, told
+from afo_sim.metrics.metric_words import METRICS, UNITS, WORDS, number, words
+from afo_sim.metrics.valves import FILL, VENT, is_filling
 
 _FIRST_STRIDE = "toe_clearance_stride_1"
 _EXAMPLE = "toe_clearance >= 10 mm"

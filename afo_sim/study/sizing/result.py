@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.notice import Notice
-from afo_sim.metrics.words import words
-from afo_sim.simulation.shown import shown as pictures
+from afo_sim.metrics.metric_words import words
+from afo_sim.simulation.display_hooks import shown as pictures
 from afo_sim.study.folder import write_answer
 from afo_sim.study.sizing.requirement import Requirement, Tried
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 from collections.abc import Iterator, Sequence
 
-from afo_sim.metrics.words import UNITS
+from afo_sim.metrics.metric_words import UNITS
 from afo_sim.study.sizing.requirement import as_number, closeness
 from afo_sim.study.sizing.trial import Trials, sentence_of
 

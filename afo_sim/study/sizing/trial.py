@@ -9,7 +9,7 @@ from typing import Any
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import with_code
 from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.filling import is_filling
+from afo_sim.metrics.valves import is_filling
 from afo_sim.model.stability import check_air
 from afo_sim.simulation.examine import Asked
 from afo_sim.study.effects import SHARES, beyond_limit

@@ -13,8 +13,8 @@ from afo_sim.common.notice import with_code
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.clearance import BELOW
+from afo_sim.metrics.metric_words import words
 from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
-from afo_sim.metrics.words import words
 from afo_sim.model.person import person_of
 from afo_sim.simulation.examine import Asked
 from afo_sim.simulation.recording import Recording

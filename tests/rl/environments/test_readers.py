@@ -10,8 +10,8 @@ from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.sample import Sample
 from afo_sim.rl.environments.setting import Setting, setting
 from afo_sim.simulation.columns import formulas
-from afo_sim.simulation.observing import frame_of
-from afo_sim.simulation.stepped import Stepped
+from afo_sim.simulation.loop import frame_of
+from afo_sim.simulation.simulate import Stepped
 
 EXACT = ("ankle/", "chamber/", "shank/", "gait/", "ground/")  # the rest is computed in another order
 

@@ -1,0 +1,86 @@
+"""What a controller asks for: columns, and texts that have to be in their units."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.units import parse_quantity
+from afo_sim.description.control.state_machine import STATE_TIME
+
+
+@dataclass(frozen=True)
+class RequiredInput:
+    """A column that a controller reads.
+
+    column : its name, or "sensor/<name>"
+    table : of the description that names it, for the error
+    key, text : a value of that table that is compared with the column, as it is written
+    unit : that the column must have [SI]; any by default
+    """
+
+    column: str
+    table: str = ""
+    key: str = ""
+    text: str = ""
+    unit: str | None = None
+
+
+def check_required(asks: Iterable[RequiredInput], known: Iterable[str], unit: Callable[[str], str]) -> None:
+    """Refuse what a controller cannot read, before the first step.
+
+    Parameters
+    ----------
+    asks : of a controller
+    known : columns that a controller sees in this scenario
+    unit : of a column
+
+    Raises
+    ------
+    InputError
+        There is no such column, it is not in the unit that it must have, or a value is not in its unit.
+    """
+    names = list(known)
+    for asked in asks:
+        if asked.column == STATE_TIME:
+            found = "s"
+        elif asked.column in names:
+            found = unit(asked.column)
+        else:
+            problem = "a controller sees no such column"
+            key = "column" if asked.text or not asked.key else asked.key
+            raise unknown(asked.column, names, field=_key(asked, key), problem=problem)
+        if asked.unit is not None and found != asked.unit:
+            field = _key(asked, asked.key or "column")
+            problem = f"is in {found or 'bare numbers'}, where {asked.unit or 'bare numbers'} are needed"
+            alike = ", ".join(name for name in names if unit(name) == asked.unit)
+            raise InputError(problem, field=field, value=asked.column, allowed=alike)
+        if asked.text:
+            _check_unit(asked, found)
+
+
+def _check_unit(asked: RequiredInput, unit: str) -> None:
+    try:
+        parse_quantity(_plain(asked.text) if unit == "" else asked.text, unit)
+    except ValueError as error:
+        allowed = f"a value of {asked.column}" + (f" [{unit}]" if unit else ", a bare number")
+        raise InputError(
+            str(error), field=_key(asked, asked.key), value=asked.text, allowed=allowed
+        ) from None
+
+
+def _plain(text: str) -> str | float:
+    """A number as a number: it stands as text in the description."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _key(asked: RequiredInput, key: str) -> str:
+    return ".".join(filter(None, (asked.table, key)))
+
+
+def required_inputs(controller: object) -> list[RequiredInput]:
+    """What a controller says that it reads: its `asks`, where it has any."""
+    asks = getattr(controller, "asks", [])
+    return [RequiredInput(ask) if isinstance(ask, str) else ask for ask in asks]

@@ -1,0 +1,94 @@
+"""Metrics beside those of strides: how the settled one was found, a reference to compare with, energy."""
+
+import math
+from collections.abc import Mapping
+
+from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, measured, reported
+
+
+@reported(
+    TIME,
+    ("strides_solved", "", "Strides that the solver walked", "a wearer walks more until it settles"),
+    ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
+    ("settled_angle_change", "deg", "Distance of the last two strides", "largest, of the ankle's angle"),
+    of=Of.BESIDE,
+)
+def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:
+    """Metrics of a stride that was solved for.
+
+    Parameters
+    ----------
+    strides : walked in all [-]
+    air : largest relative change of a chamber's air over the stride [-]
+    angle : largest distance of the ankle's angle between the last two strides [rad]
+    """
+    values = {
+        "strides_solved": float(strides),
+        "settled_air_change": 100.0 * air,
+        "settled_angle_change": math.degrees(angle),
+    }
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+COMPARED = "toe_clearance"  # of both walks
+
+
+@reported(
+    CLEARANCE,
+    ("reference_toe_clearance", "mm", "Toe clearance of the reference", "the same patient, otherwise shod"),
+    ("lift_over_reference", "mm", "Toe clearance less the reference's", "the same patient, otherwise shod"),
+    of=Of.BESIDE,
+    made_of=(COMPARED,),
+)
+def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]) -> dict[str, Metric]:
+    """Clearance of the reference walk, and how much higher this one's is.
+
+    Parameters
+    ----------
+    own, reference : metrics of the two walks; one that lacks a toe clearance compares with nothing
+    """
+    if COMPARED not in own or COMPARED not in reference:
+        return {}
+    values = {
+        "reference_toe_clearance": float(reference[COMPARED]),
+        "lift_over_reference": float(own[COMPARED]) - float(reference[COMPARED]),
+    }
+    return {name: measured(name, value) for name, value in values.items()}
+
+
+EACH = "per counted stride; of a fixed shank per cycle begun"
+
+
+@reported(
+    ENERGY,
+    ("air_work", "J", "Work of the air on the muscles", EACH),
+    ("skeleton_work", "J", "Work of the muscles on the skeleton", EACH),
+    ("damper_loss", "J", "Lost in dampers", f"of muscles, cuff and plate; {EACH}"),
+    ("friction_loss", "J", "Lost in friction", f"of the muscles; {EACH}"),
+    ("wrap_loss", "J", "Lost at guides", f"friction at the paths' points and surfaces; {EACH}"),
+    ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
+    ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
+    ("law_mismatch", "J", "Given by the laws alone", f"work beyond that of their air's volume; {EACH}"),
+    (
+        "energy_error",
+        "percent",
+        "Energy found nowhere",
+        "of the air's work without its sign; of the run, or two settled strides",
+    ),
+    of=Of.BESIDE,
+)
+def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dict[str, Metric]:
+    """Metrics of an energy balance: air_work + law_mismatch is what is done, the other terms where it goes.
+
+    Parameters
+    ----------
+    terms : works and changes of energy over all cycles or strides together [J], by metric
+    number : of cycles or strides
+    error : share of the air's work that is found nowhere [-]
+
+    Returns
+    -------
+    dict of Metric by name
+    """
+    found = {name: measured(name, value / number) for name, value in terms.items()}
+    return found | {"energy_error": measured("energy_error", 100.0 * error)}

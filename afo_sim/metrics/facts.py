@@ -1,0 +1,165 @@
+"""What metrics of a run are computed from: its columns, and facts of its scenario beside them [SI].
+
+`simulation/facts.py` makes the facts of a compiled scenario.
+"""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.metrics.metric import METRICS, REPORTED, Metric, Of, functions_of, measured
+from afo_sim.metrics.strides import Stride, settled, strides
+
+Columns = Mapping[str, np.ndarray]
+
+
+class Source(Protocol):
+    """What metrics need of a bottle, a cartridge or a compressor; `description.air.source.Source` has it."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def electric_power(self) -> float | None: ...
+    def given_at(self, pressure: float, flow: float, content: float | None = None) -> float: ...
+    def delivery(self, pressure: float) -> float: ...
+    def duty(self, flow: float) -> float: ...
+
+
+class RunLimits(Protocol):
+    """What metrics need of a scenario's limits; `description.limits.Limits` has it."""
+
+    @property
+    def skin_pressure(self) -> tuple[float, float]: ...
+    @property
+    def blood_flow_pressure(self) -> float: ...
+    @property
+    def bottle_volume(self) -> float: ...
+    @property
+    def bottle_pressure(self) -> float: ...
+    @property
+    def muscle_life(self) -> float: ...
+    @property
+    def strides_per_day(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Supply:
+    """What the orthosis takes its air from.
+
+    pressure : that is set, gauge [Pa]
+    sags : whether its pressure can fall: there is a source or a regulator
+    free_density : of its gas at 20 °C and 1 bar [kg/m³]
+    source : of the scenario; None of endless air
+    content_at_start : what a source holds as the run begins [kg]
+    """
+
+    pressure: float = 0.0
+    sags: bool = False
+    free_density: float = STANDARD_DENSITY
+    source: Source | None = None
+    content_at_start: Callable[[], float] = lambda: 0.0
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Skin under a cuff or a plate's strap.
+
+    area : that carries [m²]
+    friction : coefficient between cuff and skin [-]
+    pull : force of the muscles on it in some rows, forward, left and up along its segment [N] (n, 3)
+    """
+
+    area: float
+    friction: float
+    pull: Callable[[Columns], np.ndarray]
+
+
+@dataclass(frozen=True)
+class MuscleLimits:
+    """What one muscle bears: gauge pressure [Pa] in its chamber, force [N], contractions [-]."""
+
+    chamber: str
+    pressure: float
+    force: float
+    contraction_max: float
+    contraction_min: float
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What metrics need of a scenario beside the columns of its run.
+
+    timestep : [s]
+    body_mass : of the patient [kg]
+    walks : whether the rows are of walking
+    limits : that its margins are held against; None leaves the shares of them out
+    skins : by part: "cuff", "plate"
+    muscles : limits by the muscle's name
+    rated_switches : of a valve's life, by the valve's name
+    """
+
+    timestep: float
+    body_mass: float = 0.0
+    walks: bool = False
+    supply: Supply = Supply()
+    limits: RunLimits | None = None
+    skins: Mapping[str, Skin] | None = None
+    muscles: Mapping[str, MuscleLimits] | None = None
+    rated_switches: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run that metrics look at.
+
+    columns : at the full step rate
+    totals : metrics that are known before: of the strides that count, and of the energy balance
+    solved : the last whole stride is the settled one
+    from_rest : the first row is the start of the run
+    """
+
+    columns: Columns
+    facts: Facts
+    totals: Mapping[str, Metric]
+    solved: bool = False
+    from_rest: bool = True
+
+    @cached_property
+    def counted(self) -> list[Stride]:
+        """The strides that count; none where nobody walks."""
+        facts = self.facts
+        if not facts.walks:
+            return []
+        whole = strides(self.columns, facts.timestep, facts.body_mass, facts.supply.free_density)
+        return whole[-1:] if self.solved else settled(self.columns, whole)
+
+    @cached_property
+    def rows(self) -> Columns:
+        """Columns of the strides that count, empty where none does; without a gait of the whole run."""
+        if not self.facts.walks:
+            return self.columns
+        if not self.counted:
+            return {}
+        rows = slice(self.counted[0].rows.start, self.counted[-1].rows.stop)
+        return {name: values[rows] for name, values in self.columns.items()}
+
+
+def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Metric]:
+    """Metrics of a run that follow from its columns, its facts and the metrics known before.
+
+    Those of a chamber or a valve come together, by whichever of their names they are wanted.
+
+    Parameters
+    ----------
+    run : to look at
+    wanted : names; None for all
+    """
+    found: dict[str, Metric] = {}
+    for function in functions_of(Of.RUN):
+        if wanted is None or any(row.fill(name) for row in REPORTED[function] for name in wanted):
+            found |= {name: measured(name, value) for name, value in function(run)}
+    return {n: m for n, m in found.items() if wanted is None or n in wanted or n not in METRICS}

@@ -1,0 +1,186 @@
+"""Metrics in a clinician's words: what each is called, what it means, how its number is written.
+
+Also the table of metrics for docs/metrics.md.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, RENAMED, Metric, MetricEntry, entry, load_all
+
+UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s"}
+DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "N*m/kg": 3, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
+DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "": 0, "N": 0, "kPa": 1, "d": 0, "h": 0}
+
+RECORDED = "this same foot with the healthy ankle angle of this walk"
+
+load_all()
+WORDS = {name: row for name, row in METRICS.items() if "{}" not in name}
+
+
+def words(name: str) -> MetricEntry:
+    """Words for a metric; one that no function registers goes by its name."""
+    try:
+        return entry(name)
+    except KeyError:
+        return MetricEntry(OTHER, name, "", name.replace("_", " "))
+
+
+def unit(metric: Metric) -> str:
+    """Its unit as people write it."""
+    return UNITS.get(metric.unit, metric.unit)
+
+
+def number(value: float, in_unit: str, signed: bool = False) -> str:
+    """A value with as many digits as its unit deserves, and a true minus sign."""
+    if not math.isfinite(value):
+        return "–"
+    digits = DIGITS.get(in_unit)
+    text = f"{value:+.4g}" if digits is None else f"{round(value, digits) + 0.0:+.{digits}f}"
+    if not signed or not text.strip("+-0."):
+        text = text.removeprefix("+")
+    return text.replace("-", "−")
+
+
+def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
+    """What a walking run's verdict does not say, as sentences; none for other runs.
+
+    Parameters
+    ----------
+    metrics : of the run
+    reference : whom it is compared with, as it goes into a sentence
+    """
+    sentences = [f"In swing {clause}." for clause in lift(metrics, reference)]
+    if "toe_clearance_to_recorded" in metrics:
+        than = _than(metrics["toe_clearance_to_recorded"].value, RECORDED)
+        sentences.append(f"The toe passes {than}.")
+    if "ball_clearance_to_recorded" in metrics and not _alike(metrics):
+        than = _than(metrics["ball_clearance_to_recorded"].value, RECORDED)
+        sentences.append(f"The ball of the foot passes {_height(metrics['ball_clearance'].value)}, {than}.")
+    if "mid_swing_angle" in metrics:
+        angle = metrics["mid_swing_angle"].value
+        side = "dorsiflexion" if angle >= 0.0 else "plantarflexion"
+        sentences.append(f"In mid-swing the ankle stands at {number(abs(angle), 'deg')}° of {side}.")
+    if "plantarflexion_lost_at_toe_off" in metrics:
+        sentences.append(f"At toe-off the ankle is {_plantarflexed(metrics)}.")
+    if "torque_covered" in metrics:
+        covered = metrics["torque_covered"].value
+        sentences.append(
+            f"Over the stride the orthosis covers {covered:.0f} % of the torque that this patient lacks for "
+            "the recorded ankle's motion; that does not tell what it hinders."
+        )
+    return sentences
+
+
+def lift(metrics: Mapping[str, Metric], reference: str) -> list[str]:
+    """The toe clearance against the reference's, as a clause; none where nothing was compared.
+
+    Parameters
+    ----------
+    metrics : of the run
+    reference : whom it is compared with, as it goes into a sentence
+    """
+    if "lift_over_reference" not in metrics or not reference:
+        return []
+    there = _height(metrics["reference_toe_clearance"].value)
+    return [f"the toe passes {_than(metrics['lift_over_reference'].value, reference)} ({there})"]
+
+
+def _than(off: float, other: str) -> str:
+    """A difference in height [mm] from another's."""
+    if abs(off) < 0.5:
+        return f"as high as that of {other}"
+    return f"{abs(off):.0f} mm {'higher' if off >= 0.0 else 'lower'} than that of {other}"
+
+
+def _alike(metrics: Mapping[str, Metric]) -> bool:
+    """Whether the ball is the lowest point of the forefoot, so that its clearance is the toe's."""
+    pairs = (("toe_clearance", "ball_clearance"), ("toe_clearance_to_recorded", "ball_clearance_to_recorded"))
+    return all(a in metrics and abs(metrics[a].value - metrics[b].value) < 0.5 for a, b in pairs)
+
+
+def _plantarflexed(metrics: Mapping[str, Metric]) -> str:
+    """Plantarflexion that is lost at toe-off, in words."""
+    lost = metrics["plantarflexion_lost_at_toe_off"].value
+    if abs(lost) < 0.05:
+        return "as plantarflexed as recorded"
+    return f"{number(abs(lost), 'deg')}° {'less' if lost >= 0.0 else 'more'} plantarflexed than recorded"
+
+
+def _height(millimetres: float) -> str:
+    side = "above" if millimetres >= 0.0 else "below"
+    return f"{abs(millimetres):.0f} mm {side} the floor"
+
+
+BEGIN, END = "<!-- metrics: begin -->\n", "<!-- metrics: end -->"
+OWN = "this project"
+SCHULZ = "Schulz 2011"
+PERRY = "phases: Perry & Burnfield 2010"
+BAKER = "Baker et al. 2009"
+STRIKE = "bounds: Altman & Davis 2012"
+# Of the metrics whose definition was taken from elsewhere, by the beginning of their name.
+SOURCES = {
+    "toe_clearance": SCHULZ,
+    "lowest_toe_clearance": SCHULZ,
+    "ball_clearance": f"as {SCHULZ}",
+    "lowest_ball_clearance": f"as {SCHULZ}",
+    "swings_without_": SCHULZ,
+    "contacts_with_": STRIKE,
+    "gvs_": BAKER,
+    "needed_swing_torque": PERRY,
+    "needed_terminal_swing_torque": PERRY,
+    "orthosis_swing_torque": PERRY,
+    "free_air_": "ISO 8778",
+    "normal_litres_": "DIN 1343",
+}
+# Of the metrics that kept their name and changed their meaning, what they were before.
+BEFORE = {
+    "toe_clearance": "minimum between two peaks of a rigid toe",
+    "ball_clearance": "minimum between two peaks",
+    "swings_with_toe_contact": "clearance below zero",
+    "swings_with_ball_contact": "clearance below zero",
+    "needed_swing_torque": "to heel strike, with the tight calf",
+    "needed_swing_torque_10ms": "to heel strike, with the tight calf",
+    "free_air_per_stride": "called normal litres",
+}
+
+
+def markdown() -> str:
+    """The registered metrics, one table for each group."""
+    return "\n".join(_lines())
+
+
+def _lines() -> Iterator[str]:
+    for group in GROUPS:
+        rows = sorted((row for row in METRICS.values() if row.group == group), key=lambda row: row.name)
+        if not rows:
+            continue
+        yield f"### {group}\n"
+        yield "| metric | unit | what it is | source | before |"
+        yield "|---|---|---|---|---|"
+        for row in rows:
+            name = row.name.replace("{}", "…")
+            cells = f"`{name}`", _unit(row), _sentence(row), _source(row.name), _before(row.name)
+            yield f"| {' | '.join(cells)} |"
+        yield ""
+
+
+def _unit(row: MetricEntry) -> str:
+    return UNITS.get(row.unit, row.unit) or "–"
+
+
+def _sentence(row: MetricEntry) -> str:
+    """Label and meaning as one sentence."""
+    label = row.label.replace("{}", "…")
+    return f"{label}: {row.meaning}." if row.meaning else f"{label}."
+
+
+def _source(name: str) -> str:
+    found = [source for start, source in SOURCES.items() if name.startswith(start)]
+    return found[0] if found else OWN
+
+
+def _before(name: str) -> str:
+    """Names and meanings that a metric had."""
+    names = [f"`{old}`" for old, (new, _) in RENAMED.items() if new == name]
+    return "; ".join([*names, *filter(None, [BEFORE.get(name)])])

@@ -1,0 +1,204 @@
+"""Torques about the ankle over a stride: what the patient lacks, what the orthosis gives, and push-off."""
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from afo_sim.metrics import peak
+from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
+from afo_sim.metrics.strides import ORTHOSIS, Stride
+
+NEEDED = "healthy ankle's active moment less what the patient gives"
+SWING = "from toe-off until the shank stands upright"
+TERMINAL = "from the upright shank to heel strike, where the straight knee tightens the calf"
+TISSUE = "at the same instant, the part of it that only holds against the ankle's own tissue"
+SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
+HEALTHY = "of the recorded healthy ankle's"
+INVERSION = "ankle/moment/inversion"
+ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
+
+
+@reported(
+    NEED,
+    *peak.rows("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
+    *peak.rows("needed_plantarflexion_torque", "Plantarflexion torque needed", NEEDED),
+    *peak.rows("needed_swing_torque", "Dorsiflexion torque needed in swing", SWING),
+    ("needed_swing_torque_mean", "N*m", "Dorsiflexion torque needed in swing, mean", SWING),
+    ("needed_swing_torque_tissue", "N*m", "Of the torque needed in swing, tissue's", TISSUE),
+    *peak.rows("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
+    ("needed_terminal_swing_torque_tissue", "N*m", "Of that in terminal swing, tissue's", TISSUE),
+    of=Of.STRIDE,
+)
+def torque_deficit(stride: Stride) -> Found:
+    """Torque that the patient lacks in the healthy ankle's motion.
+
+    Swing has two parts: a foot is carried until the shank stands upright, then it is held up against a calf
+    that the straightening knee tightens. The tissue's part is the passive moment of this ankle at the
+    recorded angles of ankle and knee.
+
+    Source
+    ------
+    Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry & Burnfield 2010.
+    """
+    needed = stride["gait/needed_moment"]
+    for side, sign in SIDES.items():
+        yield from peak.peaks(f"needed_{side}_torque", sign * needed, stride.timestep)
+    held = np.clip(-stride["gait/passive_moment"], 0.0, np.maximum(needed, 0.0))
+    for name, rows in (
+        ("needed_swing_torque", stride.carried),
+        ("needed_terminal_swing_torque", stride.swing & ~stride.carried),
+    ):
+        yield from peak.peaks(name, needed[rows], stride.timestep)
+        if name == "needed_swing_torque":
+            yield f"{name}_mean", peak.mean(needed[rows])
+        if rows.any():
+            yield f"{name}_tissue", float(held[rows][np.argmax(needed[rows])])
+
+
+@reported(
+    TORQUE,
+    *peak.rows("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
+    ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
+    *peak.rows("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
+    ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
+    ("orthosis_swing_torque_mean", "N*m", "Torque in swing, mean", f"dorsiflexion positive, {SWING}"),
+    ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
+    *peak.rows("torque_missing", "Torque missing", "need that the orthosis leaves open"),
+    *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
+    of=Of.WORN,
+)
+def torque_given(stride: Stride) -> Found:
+    """Torque of the orthosis about the ankle, and how much of the need it covers."""
+    torque = stride[ORTHOSIS]
+    for side, sign in SIDES.items():
+        yield from peak.peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
+        yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
+    yield "orthosis_swing_torque_mean", peak.mean(torque[stride.carried])
+    needed = stride["gait/needed_moment"]
+    way = np.where(needed < 0.0, -1.0, 1.0)
+    given = np.clip(way * torque, 0.0, np.abs(needed))
+    if peak.highest(np.abs(needed)) > 0.0:
+        yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
+    yield from peak.peaks("torque_missing", np.abs(needed) - given, stride.timestep)
+    yield from peak.peaks("torque_unneeded", np.abs(torque - way * given), stride.timestep)
+
+
+@reported(
+    TORQUE,
+    *peak.rows("peak_inversion_moment", "Inversion moment", ON_FOOT),
+    *peak.rows("peak_eversion_moment", "Eversion moment", ON_FOOT),
+    of=Of.WORN,
+)
+def inversion(stride: Stride) -> Found:
+    """Greatest moments to the inside and to the outside in a stride, positive numbers."""
+    return inversion_peaks(stride, stride.timestep)
+
+
+class Rows(Protocol):
+    """Columns of a recording, or of a stride of it, by name; KeyError of what there is not."""
+
+    def __getitem__(self, column: str, /) -> np.ndarray: ...
+
+
+def inversion_peaks(rows: Rows, timestep: float) -> Found:
+    """Greatest moments to the inside and to the outside, positive numbers; none without such a column.
+
+    Units: timestep [s].
+    """
+    try:
+        moment = rows[INVERSION]
+    except KeyError:
+        return
+    yield from peak.peaks("peak_inversion_moment", moment, timestep)
+    yield from peak.peaks("peak_eversion_moment", 0.0 - moment, timestep)
+
+
+@reported(
+    WORK,
+    ("orthosis_positive_work", "J/kg", "Positive work", "given to the ankle per stride and body mass"),
+    ("orthosis_negative_work", "J/kg", "Negative work", "taken from the ankle per stride and body mass"),
+    ("orthosis_peak_power", "W/kg", "Peak power given"),
+    ("orthosis_peak_absorption", "W/kg", "Peak power taken"),
+    ("share_of_positive_work", "percent", "Share of biological positive work", HEALTHY),
+    of=Of.WORN,
+)
+def work_given(stride: Stride) -> Found:
+    """Work of the orthosis on the ankle, torque times ankle velocity; taken power is positive."""
+    power = stride[ORTHOSIS] * stride["ankle/velocity"] / stride.body_mass
+    velocity = np.gradient(stride["gait/ankle_angle"], stride.timestep)
+    healthy = stride["gait/ankle_moment"] * velocity / stride.body_mass
+    given, taken, own = (
+        peak.clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
+    )
+    yield "orthosis_positive_work", given
+    yield "orthosis_negative_work", 0.0 - taken
+    yield "orthosis_peak_power", peak.highest(power)
+    yield "orthosis_peak_absorption", peak.highest(-power)
+    yield "share_of_positive_work", _share(given, own)
+
+
+def _share(part: float, whole: float) -> float:
+    """[percent]; NaN of nothing."""
+    return 100.0 * part / whole if whole > 0.0 else math.nan
+
+
+HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
+OVER = "from 40 % of the stride to toe-off"
+LOST = "recorded less this one's"
+WHOSE = "by the orthosis or by the patient's own weakness: hold it against a run without orthosis"
+
+HELD = "held against the scenario's limits.{}"  # where the limits stand
+
+
+@reported(
+    PUSH_OFF,
+    ("ankle_range_lost", "deg", "Ankle range lost", LOST),
+    ("dorsiflexion_lost", "deg", "Dorsiflexion lost in stance", f"{LOST}, {WHOSE}"),
+    (
+        "plantarflexion_at_toe_off",
+        "deg",
+        "Plantarflexion at toe-off",
+        "plantarflexion positive; a shoe's drop counts",
+    ),
+    ("plantarflexion_lost_at_toe_off", "deg", "Plantarflexion lost at toe-off", f"{LOST}, {WHOSE}"),
+    of=Of.STRIDE,
+)
+def push_off(stride: Stride) -> Found:
+    """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded healthy ankle."""
+    angle, recorded = (np.degrees(stride[name]) for name in ("ankle/angle", "gait/ankle_angle"))
+    yield "ankle_range_lost", float(np.ptp(recorded) - np.ptp(angle))
+    stance = ~stride.swing
+    yield "dorsiflexion_lost", float(recorded[stance].max() - angle[stance].max())
+    here = -math.degrees(stride.at("ankle/angle", stride.toe_off))
+    yield "plantarflexion_at_toe_off", here
+    healthy = -math.degrees(stride.at("gait/ankle_angle", stride.toe_off))
+    yield "plantarflexion_lost_at_toe_off", healthy - here
+
+
+@reported(
+    PUSH_OFF,
+    *peak.rows("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
+    (
+        "torque_against_push_off_per_mass",
+        "N*m/kg",
+        "Torque against push-off per body mass",
+        f"{peak.MEANING}; {HELD.format('torque_against_push_off')}",
+    ),
+    (
+        "work_against_push_off",
+        "J/kg",
+        "Work against push-off",
+        f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD.format('work_against_push_off')}",
+    ),
+    of=Of.WORN,
+)
+def against_push_off(stride: Stride) -> Found:
+    """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
+    rows = (stride.phase >= HEEL_RISE) & ~stride.swing
+    torque, velocity = stride[ORTHOSIS][rows], stride["ankle/velocity"][rows]
+    peaks = dict(peak.peaks("torque_against_push_off", torque, stride.timestep))
+    yield from peaks.items()
+    yield "torque_against_push_off_per_mass", peaks[f"torque_against_push_off{peak.OVER}"] / stride.body_mass
+    taken = np.maximum(torque, 0.0) * np.maximum(-velocity, 0.0)
+    yield "work_against_push_off", peak.clean(float(taken.sum()) * stride.timestep / stride.body_mass)

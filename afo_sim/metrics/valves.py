@@ -1,0 +1,160 @@
+"""How often valves are switched, how long they last at that, and how long chambers take to fill and to vent.
+
+A filling begins where the inlet's coil is switched on after the chamber vented, and ends where it vents
+again; a venting is the other way round. A 3/2 valve vents from where its coil has no current.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from afo_sim.metrics.facts import Run
+from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
+from afo_sim.metrics.strides import Stride, chambers
+from afo_sim.metrics.supply import SET
+
+ON = "how often its coil is switched on; a proportional valve's, from shut to open"
+SECONDS = 3600.0  # of an hour
+
+
+def valves(columns: Mapping[str, np.ndarray]) -> list[str]:
+    """Names of a recording's valves."""
+    return [name.split("/")[1] for name in columns if name.startswith("valve/") and name.endswith("/coil")]
+
+
+def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
+    """How often a valve's coil is switched on in each row's step (n,).
+
+    A pressure drive counts its pulses itself. Of others a rise from no current counts: two pulses in
+    neighbouring steps would be one.
+    """
+    counted = columns.get(f"valve/{valve}/switches")
+    if counted is not None:
+        return np.maximum(np.diff(counted, append=counted[-1:]), 0.0)
+    on = columns[f"valve/{valve}/coil"] > 0.0
+    before = np.concatenate([[False], on[:-1]])
+    found: np.ndarray = (on & ~before).astype(float)
+    return found
+
+
+@reported(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON), of=Of.WORN)
+def switching(stride: Stride) -> Found:
+    """Switchings of each valve in a stride."""
+    for valve in valves(stride.columns):
+        yield f"switches_per_stride_{valve}", float(rises(stride.columns, valve)[stride.rows].sum())
+
+
+@reported(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
+def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) -> Found:
+    """Switchings of each valve in a run, by the minute.
+
+    Units: timestep [s].
+    """
+    minutes = len(columns["time"]) * timestep / 60.0
+    for valve in valves(columns):
+        yield f"switches_per_minute_{valve}", float(rises(columns, valve).sum()) / minutes
+
+
+@reported(
+    AIR,
+    (
+        "hours_until_valve_life",
+        "h",
+        "Hours until a valve's rated switchings",
+        "of the valve that comes to them first, switched without a pause as in this run",
+    ),
+    of=Of.RUN,
+    made_of=("stride_time",),
+)
+def valve_life(run: Run) -> Found:
+    """Hours until a valve's rated switchings; of walking, by the strides that count."""
+    rated, step = run.facts.rated_switches or {}, run.facts.timestep
+    parts = [stride.rows for stride in run.counted] if run.facts.walks else [slice(None)]
+    seconds = step * sum(len(run.columns["time"][part]) for part in parts)
+    if not rated or seconds <= 0.0:
+        return
+    counts = {valve: rises(run.columns, valve) for valve in rated}
+    rates = {
+        valve: sum(float(count[part].sum()) for part in parts) / seconds for valve, count in counts.items()
+    }
+    yield from life_metrics(rates, rated).items()
+
+
+def life_metrics(rates: Mapping[str, float], rated: Mapping[str, float]) -> dict[str, Metric]:
+    """Hours until the first valve has been switched as often as its maker rates it.
+
+    Units: rates [1/s].
+    """
+    hours = [rated[valve] / rate / SECONDS for valve, rate in rates.items() if valve in rated and rate > 0.0]
+    return {"hours_until_valve_life": measured("hours_until_valve_life", min(hours))} if hours else {}
+
+
+FULL, EMPTY = 0.9, 0.1  # of the supply's set gauge pressure [-]
+FILL, VENT = "fill_time_{}", "vent_time_{}"
+SINCE = "from the coil's switching on, the valve's delay included; the longest, none where one falls short"
+
+
+@reported(
+    AIR,
+    (FILL, "s", "Time to fill, {}", f"to 90 % of the supply's set pressure, {SINCE}"),
+    (VENT, "s", "Time to vent, {}", f"to 10 % of the supply's set pressure, {SINCE}"),
+    of=Of.RUN,
+)
+def fill_times(run: Run) -> Found:
+    """Longest filling and venting of each chamber [s]."""
+    return filling(run.columns, run.from_rest)
+
+
+def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
+    """Longest filling and venting of each chamber [s].
+
+    Nothing of a chamber that is never filled, or never vented, or where one filling or venting ends before
+    its pressure is reached. One that is cut off by the end of the run counts only where there is no whole
+    one; one that began before the first row, unless the run is `from_rest`, does not count.
+    """
+    for name in chambers(columns):
+        inlet, outlet = (columns[f"valve/{name}_{side}/coil"] > 0.0 for side in ("inlet", "outlet"))
+        if not outlet.any() and columns[f"valve/{name}_outlet/opening"].any():
+            outlet = ~inlet  # a 3/2 valve has one coil
+        pressure = columns[f"chamber/{name}/pressure"]
+        supply = columns.get(SET, columns["supply/pressure"])
+        fills, vents = _turns(inlet, outlet, from_rest)
+        for form, turns, there in (
+            (FILL, fills, pressure >= FULL * supply),
+            (VENT, vents, pressure <= EMPTY * supply),
+        ):
+            found = list(_times(columns["time"], turns, there))
+            if found and math.isfinite(max(found)):
+                yield form.format(name), max(found)
+
+
+Turn = tuple[int, int]  # rows from, to
+
+
+def is_filling(metric: str) -> bool:
+    """Whether a metric's name is that of a time to fill or to vent."""
+    return metric.startswith((FILL.format(""), VENT.format("")))
+
+
+def _turns(inlet: np.ndarray, outlet: np.ndarray, from_rest: bool) -> tuple[list[Turn], list[Turn]]:
+    """Rows from which on a chamber is filled, and vented, until the other begins."""
+    state = np.where(outlet, -1, np.where(inlet, 1, 0))  # both open: it vents
+    known = np.flatnonzero(state)
+    if not len(known):
+        return [], []
+    begins = known[np.flatnonzero(np.diff(state[known], prepend=0))]
+    ends = [*begins[1:], len(state)]
+    turns = [(a, b) for a, b in zip(map(int, begins), map(int, ends), strict=True) if from_rest or a > 0]
+    fills, vents = ([turn for turn in turns if state[turn[0]] == way] for way in (1, -1))
+    return fills, vents
+
+
+def _times(time: np.ndarray, turns: Sequence[Turn], there: np.ndarray) -> Iterator[float]:
+    """Time that each turn takes until its pressure is there; of one that begins there, none."""
+    n = len(time)
+    begun = [(start, end) for start, end in turns if start < n and not there[start]]
+    whole = [turn for turn in begun if turn[1] < n or there[turn[0] : turn[1]].any()] or begun
+    for start, end in whole:
+        after = np.flatnonzero(there[start:end])
+        yield float(time[start + after[0]] - time[start]) if len(after) else math.inf

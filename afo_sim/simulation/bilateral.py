@@ -1,0 +1,351 @@
+"""Both legs of one person on one supply, half a stride apart: `afo_sim.both`."""
+
+import os
+import pathlib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.common.writing import check_writable, json_text, together
+from afo_sim.description.places import Side
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.metric import Metric
+from afo_sim.model.periodic import why_walked
+from afo_sim.model.person import person_of
+from afo_sim.model.walk import stride_time_of
+from afo_sim.simulation.bilateral_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.simulation.display_hooks import shown
+from afo_sim.simulation.examine import described_cycle
+from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.run import run_scenario
+
+SIDES: tuple[Side, Side] = ("right", "left")
+APART = 0.5  # share of a stride between the heel strikes of the two feet of a person who walks evenly [-]
+SAME = 1e-9  # share by which two stride times or pressures may differ and are the same [-]
+BOTH_JSON, BOTH_PNG = "both.json", "both.png"
+FILES = (
+    *(f"{side}/{name}" for side in SIDES for name in (PARQUET, SUMMARY, MODEL, RERUN)),
+    BOTH_JSON,
+    BOTH_PNG,
+)
+IDEAL = (
+    "the supply's pressure is constant, whatever is drawn from it: neither leg disturbs the other, and what "
+    "they share is air alone"
+)
+APART_ON_IT = (
+    "each leg is simulated alone on the source: together they draw it down faster, and the supply sags at "
+    "least as far as for either of them"
+)
+LAST = "the flow is of the last whole period; the air per cycle is the mean of all, the first one too"
+FIRST = "the flow is of one settled stride of each leg; the strides after a stop stand in each leg's own run"
+
+Description = str | os.PathLike[str] | Scenario | Mapping[str, Any]
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Both:
+    """Runs of both legs of one person on one supply, and the air that they draw from it together.
+
+    right, left : recordings, each from its own heel strike
+    apart : share of a stride by which the left leg is behind the right one
+    cycle : time of one stride, or the period of the timer or of what a controller follows [s]
+    phase : of the right leg's stride, 0 at its heel strike (n,)
+    flow : drawn from the source at these phases by "right", "left" and "both" [kg/s] (n,)
+    numbers : air and flow of either leg and of both, with their units
+    verdict : of each question the worse leg; what the air of both costs
+    warnings : of both legs, each begins with the leg's name
+    notes : what the numbers rest on
+
+    Examples
+    --------
+    >>> legs = both("seated", sets={"duration": "8 s"})
+    >>> legs.numbers["air_per_cycle_both"] == 2 * legs.right.metrics["air_per_cycle"]
+    True
+    """
+
+    right: Recording
+    left: Recording
+    apart: float
+    cycle: float
+    phase: np.ndarray
+    flow: dict[str, np.ndarray]
+    numbers: dict[str, Metric]
+    verdict: tuple[Worse, ...]
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        what = f"{self.right.scenario['name']!r} right, {self.left.scenario['name']!r} left"
+        return f"<Both legs: {what}, {self.apart:g} of a stride apart, {self.status}>"
+
+    @property
+    def legs(self) -> dict[Side, Recording]:
+        """The two recordings by side."""
+        return {"right": self.right, "left": self.left}
+
+    @property
+    def status(self) -> str:
+        """ "ok", or which leg's simulation stopped and why."""
+        return "; ".join(f"{side}: {leg.status}" for side, leg in self.legs.items() if not leg.ok) or "ok"
+
+    @property
+    def ok(self) -> bool:
+        """Whether both simulations ran to their ends."""
+        return self.right.ok and self.left.ok
+
+    def over_stride(self, side: Side, column: str) -> np.ndarray:
+        """A leg's column at the phases of the right leg's stride [SI] (n,)."""
+        return cycle_of(self.legs[side]).at(column, self.phase, self.apart if side == "left" else 0.0)
+
+    def summary(self) -> dict[str, Any]:
+        """Contents of both.json."""
+        return {
+            "status": self.status,
+            "apart": self.apart,
+            "cycle": {"value": self.cycle, "unit": "s"},
+            "numbers": {n: {"value": m.value, "unit": m.unit} for n, m in self.numbers.items()},
+            "metrics": {
+                side: {n: {"value": m.value, "unit": m.unit} for n, m in leg.metrics.items()}
+                for side, leg in self.legs.items()
+            },
+            "verdict": [asdict(worse) for worse in self.verdict],
+            "warnings": list(self.warnings),
+            "notes": list(self.notes),
+            "flow": {"phase": self.phase.tolist(), "unit": "kg/s"}
+            | {name: values.tolist() for name, values in self.flow.items()},
+        }
+
+    def save(
+        self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
+    ) -> pathlib.Path:
+        """Write the runs to right/ and left/, both.json and, of legs that ran to their ends, both.png.
+
+        The files appear together; older ones in the folder stay whole until then.
+
+        Parameters
+        ----------
+        folder : made if need be
+        rrd : also write each leg's recording.rrd
+        rate : samples a second in it [Hz]; the run's own by default
+
+        Returns
+        -------
+        the folder
+        """
+        target = pathlib.Path(folder)
+        check_writable(target)
+        with together(target, FILES) as scratch:
+            for side, leg in self.legs.items():
+                leg.save(scratch / side, rrd=rrd, rate=rate)
+            (scratch / BOTH_JSON).write_text(json_text(self.summary()), encoding="utf-8")
+            if len(self.phase):
+                shown().both(self, scratch / BOTH_PNG)
+        return target
+
+
+def both(
+    right: Description,
+    left: Description | None = None,
+    *,
+    sets: Mapping[str, Any] | None = None,
+    left_sets: Mapping[str, Any] | None = None,
+    apart: float | None = None,
+    progress: Progress | None = None,
+) -> Both:
+    """Simulate both legs of a person who wears an orthosis on each, on one supply.
+
+    Each leg runs as it would alone: the pressure of endless air is constant, and of a named source or
+    regulator a note says that two legs draw it down further. The left leg's settled stride
+    is laid `apart` of a stride behind the right one's; then their flows from the source add up.
+
+    Parameters
+    ----------
+    right : scenario of the right leg: a shipped name, a path, a dict or a Scenario
+    left : of the left leg; the right leg's by default
+    sets : dotted keys and values laid over both
+    left_sets : further ones, laid over the left leg's
+    apart : share of a stride by which the left leg is behind, 0 to below 1; half a stride by default. Legs
+        of a seated person are switched by one timer, together: 0
+    progress : called with (legs done, 2, what is done)
+
+    Returns
+    -------
+    Both
+
+    Raises
+    ------
+    InputError
+        A description is wrong, the two legs do not belong to one person on one supply (other stride times or
+        pressures), or their strides vary.
+
+    Examples
+    --------
+    >>> legs = both("walk-dropfoot-afo", left_sets={"patient.dorsiflexor_strength": 0.5})
+    >>> legs.numbers["air_per_stride_both"].unit
+    'g'
+    """
+    pair = described(right, left, sets=sets, left_sets=left_sets)
+    shift = checked(*pair, apart)
+    recordings = []
+    for k, (side, scenario) in enumerate(zip(SIDES, pair, strict=True)):
+        if progress is not None:
+            progress(k, 2, f"simulating the {side} leg")
+        recordings.append(run_scenario(scenario))
+    return laid_together(recordings[0], recordings[1], pair, shift)
+
+
+def described(
+    right: Description,
+    left: Description | None,
+    *,
+    sets: Mapping[str, Any] | None = None,
+    left_sets: Mapping[str, Any] | None = None,
+) -> tuple[Scenario, Scenario]:
+    """The two legs' scenarios; parameters as of `both`."""
+    for field, values in (("sets", sets), ("left_sets", left_sets)):
+        if "side" in (values or {}):
+            raise InputError("is each leg's own here: there is one of either side", field=f"{field}: side")
+    pairs = ((right, sets or {}), (right if left is None else left, {**(sets or {}), **(left_sets or {})}))
+    found = [_scenario(which, {**values, "side": s}) for s, (which, values) in zip(SIDES, pairs, strict=True)]
+    return found[0], found[1]
+
+
+def _scenario(which: Description, sets: Mapping[str, Any]) -> Scenario:
+    return which.set(sets) if isinstance(which, Scenario) else load("scenario", which, sets)
+
+
+def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scenario], apart: float) -> Both:
+    """Two legs' runs as those of one person; `pair` are their scenarios."""
+    legs: dict[Side, Recording] = {"right": right, "left": left}
+    warnings = (*_named(legs), *_doubts(*pair))
+    phase = np.empty(0)
+    flow: dict[str, np.ndarray] = {}
+    numbers: dict[str, Metric] = {}
+    verdict: tuple[Worse, ...] = ()
+    if right.ok and left.ok:
+        cycles: dict[Side, Cycle] = {side: cycle_of(leg) for side, leg in legs.items()}
+        phase = cycles["right"].phase
+        for side in SIDES:
+            flow[side] = flow_of(cycles[side], phase, apart if side == "left" else 0.0)
+        flow["both"] = flow["right"] + flow["left"]
+        numbers = numbers_of(legs, cycles, phase, flow)
+        verdict = worse_of(right, left, numbers)
+    notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST)
+    return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, warnings, notes)
+
+
+def _sharing(right: Scenario) -> str:
+    """What one supply does to two legs."""
+    supply = right.supply
+    return IDEAL if supply.source is None and supply.regulator is None else APART_ON_IT
+
+
+def _named(legs: Mapping[Side, Recording]) -> list[str]:
+    """Why a leg stopped and its warnings, with its name; what both legs say stands once."""
+    of = {side: [*([] if leg.ok else [leg.status]), *leg.warnings] for side, leg in legs.items()}
+    both = [w for w in of["right"] if w in of["left"]]
+    found = [_of_leg("both legs", warning) for warning in both]
+    return found + [_of_leg(side, w) for side, warnings in of.items() for w in warnings if w not in both]
+
+
+def _of_leg(leg: str, warning: str) -> str:
+    return warning.of(leg) if isinstance(warning, Notice) else f"{leg}: {warning}"
+
+
+def _period(scenario: Scenario) -> float:
+    """The stride time, or that of the timer or of what a controller follows [s]."""
+    period = stride_time_of(scenario) if scenario.walking else described_cycle(scenario)
+    if period is None:
+        problem = "has no strides, and its valves follow nothing that repeats: two legs share no cycle of air"
+        raise InputError(
+            problem,
+            field="timer" if scenario.controller is None else "controller",
+            allowed="a scenario that walks, a timer, or a controller that follows a sine or a clock",
+        )
+    return period
+
+
+def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
+    """The share of a stride that the left leg is behind.
+
+    Raises
+    ------
+    InputError
+        The two legs do not belong to one person on one supply, or their strides vary.
+    """
+    if right.walking != left.walking:
+        seated = next(side for side, s in zip(SIDES, (right, left), strict=True) if not s.walking)
+        problem = f"the {seated} leg's person sits and the other's walks"
+        raise InputError(problem, field="left", value=left.name, allowed="two that walk, or two that sit")
+    for side, scenario in zip(SIDES, (right, left), strict=True):
+        if scenario.gait is not None and scenario.gait.variability > 0.0:
+            problem = f"the {side} leg's stride time varies: its strides lie beside no others"
+            raise InputError(problem, field="gait.variability", allowed="0, for both legs")
+        if scenario.gait is not None and scenario.gait.pace:
+            problem = f"the {side} leg's cadence changes: no stride of it stands for all"
+            raise InputError(problem, field="gait.pace", allowed="none, for both legs")
+    if not (right.orthosis.chamber or left.orthosis.chamber):
+        problem = "neither leg's orthosis has a chamber: they draw no air"
+        raise InputError(problem, field="orthosis", allowed="one with muscles, at least on one leg")
+    what = "stride" if right.walking else "period"
+    _same(
+        _period(right),
+        _period(left),
+        f"the {what} of the left leg is {{}} s and the right one's {{}} s",
+        left,
+    )
+    pressures = 1e-5 * right.supply.pressure, 1e-5 * left.supply.pressure
+    _same(*pressures, "the left leg's supply has {} bar and the right one's {} bar; one feeds both", left)
+    if _feeding(right) != _feeding(left):
+        problem = "the two legs name different sources or regulators; one feeds both"
+        raise InputError(problem, field="left", value=left.name, allowed="the same for both legs")
+    shift = (APART if right.walking else 0.0) if apart is None else float(apart)
+    if not 0.0 <= shift < 1.0:
+        raise InputError("is out of range", field="apart", value=apart, allowed="0 to below 1 (of a stride)")
+    if shift and not right.walking:
+        problem = "the valves of both legs of a seated person are switched together: there are no strides"
+        raise InputError(problem, field="apart", value=apart, allowed="0, or a scenario that walks")
+    return shift
+
+
+def _feeding(scenario: Scenario) -> tuple[object, ...]:
+    """What a leg's supply comes from."""
+    supply = scenario.supply
+    return supply.source, supply.regulator, supply.line_pressure
+
+
+def _same(right: float, left: float, sentence: str, scenario: Scenario) -> None:
+    if abs(right - left) > SAME * abs(right):
+        problem = sentence.format(f"{left:.6g}", f"{right:.6g}")
+        raise InputError(problem, field="left", value=scenario.name, allowed="the same for both legs")
+
+
+def _doubts(right: Scenario, left: Scenario) -> list[Notice]:
+    """What to mind of two legs' scenarios."""
+    found: list[Notice] = []
+    for side, scenario in zip(SIDES, (right, left), strict=True):
+        if scenario.walking and (why := why_walked(scenario)):
+            text = "{subject}: its strides are walked, and the last one stands for all: {why}"
+            found.append(Notice("leg-walked", text, subject=side, why=why))
+        if scenario.walking and scenario.timer is not None:
+            text = "{subject}: a timer switches its valves; it is taken to keep to this leg's own strides"
+            found.append(Notice("leg-timer", text, subject=side))
+    if right.walking and person_of(right) != person_of(left):
+        text = "the two legs have persons of different mass or height: they are not one person's"
+        found.append(Notice("legs-persons", text))
+    if right.walking and _bottle(right) != _bottle(left):
+        text = "the legs' limits have different bottles; that of the right leg's counts"
+        found.append(Notice("legs-bottles", text))
+    return found
+
+
+def _bottle(scenario: Scenario) -> tuple[float, float] | None:
+    limits = scenario.limits
+    return None if limits is None else (limits.bottle_volume, limits.bottle_pressure)

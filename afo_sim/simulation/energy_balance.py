@@ -1,0 +1,267 @@
+"""Energy balance of an orthosis over any stretch of recorded rows, and its metrics.
+
+    air_work + law_mismatch
+        = skeleton_work + damper_loss + friction_loss + wrap_loss + spring_change + bladder_change
+
+It is each muscle's F_static(κ, p) = T + c κ̇ + F_friction over its way L0 dκ, what is in series with it up to
+the path, and what the path's guides take of T. What is found nowhere is `residual`. The integrals are
+trapezoidal over the rows: rows that are further apart than the time step close less well.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.rest_curves import at_rest
+from afo_sim.metrics.beside_strides import energy_metrics
+from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.strides import settled, strides
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import chamber_of, muscle_names
+from afo_sim.model.subtalar import free
+from afo_sim.physics.hill import three_element_damping
+from afo_sim.physics.series import anchor_energy
+from afo_sim.physics.static_force import SLACK_BLEND
+from afo_sim.simulation.rollout import Rollout
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
+
+Columns = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Works and energies of a stretch [J].
+
+    air_work : ∫ p dV of the chambers, gauge; positive where the air works on the muscles
+    skeleton_work : −Σ ∫ T' dx of the tensions along their paths, as the joint feels them
+    damper_loss : what the muscles' dampers and those of cuff and plate take
+    friction_loss : what the muscles' friction takes; the remainder of their balance
+    wrap_loss : −Σ ∫ (T − T') dx, what friction at the paths' points and surfaces takes
+    spring_change : rise of the energy in cables, cuff and plate
+    bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
+    law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
+        (but where its muscle is stretched: under pressure its bladder pushes on, without air it has let go)
+    turnover : ∫ |p dV|, the air's work without its sign
+    """
+
+    air_work: float
+    skeleton_work: float
+    damper_loss: float
+    friction_loss: float
+    spring_change: float
+    bladder_change: float
+    law_mismatch: float
+    turnover: float
+    wrap_loss: float = 0.0
+
+    @property
+    def residual(self) -> float:
+        """Work of air and law that is found nowhere [J]."""
+        given = self.air_work + self.law_mismatch
+        taken = self.skeleton_work + self.damper_loss + self.friction_loss + self.wrap_loss
+        return given - taken - self.spring_change - self.bladder_change
+
+    @property
+    def error(self) -> float:
+        """Residual as a share of the air's turnover [-]; not a number where the air does not work."""
+        return self.residual / self.turnover if self.turnover > 0.0 else float("nan")
+
+    @property
+    def mismatch(self) -> float:
+        """Mismatch of the law as a share of the air's turnover [-]."""
+        return self.law_mismatch / self.turnover if self.turnover > 0.0 else float("nan")
+
+
+def balance(built: Built, columns: Columns, static: Columns | None = None) -> Energy:
+    """Energy balance of a run, or of a part of it.
+
+    Units: static [N].
+    """
+    return balance_of(built.scenario.orthosis, columns, static)
+
+
+def balance_of(orthosis: Orthosis, columns: Columns, static: Columns | None = None) -> Energy:
+    """As `balance`, from the description of the orthosis alone."""
+    muscles = _muscles(orthosis, columns, static or {})
+    parts = [*_chambers(orthosis, columns), *muscles, *_anchors(orthosis, columns)]
+    return Energy(*(sum(getattr(part, field.name) for part in parts) for field in fields(Energy)))
+
+
+def _part(**terms: float) -> Energy:
+    """What one muscle, chamber or anchor adds to the balance."""
+    return Energy(**({field.name: 0.0 for field in fields(Energy)} | terms))
+
+
+def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+    for name in orthosis.chamber:
+        steps = _steps(columns[f"chamber/{name}/pressure"], columns[f"chamber/{name}/volume"])
+        work = float(steps.sum())
+        # the mismatch is what the laws give beyond this work
+        yield _part(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
+
+
+def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[Energy]:
+    for name, group in orthosis.muscle.items():
+        pressure = columns[f"chamber/{group.chamber or name}/pressure"]
+        # of alike muscles the first tells of all; where the foot inverts, none are alike
+        alike = 1 if group.alike and "subtalar/angle" not in columns else group.count
+        for k in range(1, alike + 1):
+            own = {
+                column: columns[f"muscle/{name}_{k}/{column}"]
+                for column in ("force", "contraction", "path_length")
+            }
+            # without friction at its guides a muscle has no tension but its own
+            own["felt"] = columns.get(f"muscle/{name}_{k}/joint_force", own["force"])
+            static = known.get(f"{name}_{k}")
+            if static is None:
+                static = law_forces(group.type, own["contraction"], pressure)
+            own |= {"static": static, "pressure": pressure, "time": columns["time"]}
+            yield _muscle(group, own, group.count if alike == 1 else 1)
+
+
+def law_forces(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Signed static force of a muscle in each row [N]."""
+    law, rows = at_rest(muscle), zip(contraction.tolist(), pressure.tolist(), strict=True)
+    return np.array([law.signed(kappa, gauge) for kappa, gauge in rows])
+
+
+def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
+    """Terms of `count` muscles that are alike."""
+    muscle, contraction, tension, static = group.type, own["contraction"], own["force"], own["static"]
+    nominal = muscle.nominal_length
+    stored = nominal * _stored(muscle, float(contraction[0]), float(contraction[-1]))
+    damper = nominal * _damped(muscle, own["time"], own["pressure"], contraction)
+    rubbed = 0.0
+    if muscle.friction != "none":
+        rubbed = nominal * _integral(static - tension, contraction) - damper
+    return _part(
+        skeleton_work=-count * _integral(own["felt"], own["path_length"]),
+        wrap_loss=count * float(wrap_heat(tension, own["felt"], own["path_length"]).sum()),
+        damper_loss=count * damper,
+        friction_loss=count * rubbed,
+        spring_change=count * 0.5 * float(tension[-1] ** 2 - tension[0] ** 2) / group.cable.stiffness,
+        bladder_change=-count * stored,
+        law_mismatch=count * (nominal * _integral(static, contraction) - stored),
+    )
+
+
+def wrap_heat(tension: np.ndarray, felt: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Heat of friction at a path's guides in each step from row to row [J] (n − 1,), never negative.
+
+    (T − T') (x_last − x) with the forces of the later row: their sign is that of the speed with which the
+    path came there.
+    """
+    found: np.ndarray = (felt - tension)[1:] * np.diff(path)
+    return found
+
+
+def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction: np.ndarray) -> float:
+    """∫ c κ̇ dκ of a muscle's dampers [N], from the mean pressure and rate between two rows."""
+    moved, gauge = np.diff(contraction), 0.5 * (pressure[1:] + pressure[:-1])
+    rate = moved / np.diff(time)
+    coefficient = muscle.damping * (gauge + AMBIENT_PRESSURE)
+    if muscle.damper is not None:
+        further = [
+            three_element_damping(p, v, *muscle.damper.coefficients) for p, v in zip(gauge, rate, strict=True)
+        ]
+        coefficient = coefficient + muscle.nominal_length * np.array(further)
+    return float(np.sum(coefficient * rate * moved))
+
+
+def _stored(muscle: Muscle, first: float, last: float) -> float:
+    """∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between."""
+    low, high = min(first, last), max(first, last)
+    ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]
+    law, total = at_rest(muscle), 0.0
+    for start, end in itertools.pairwise(ends):
+        half, middle = 0.5 * (end - start), 0.5 * (end + start)
+        forces = [law.signed(kappa, 0.0) for kappa in (middle + half * NODES).tolist()]
+        total += half * float(WEIGHTS @ forces)
+    return total if first < last else -total
+
+
+def _anchors(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
+    for name, mounting in orthosis.anchor.items():
+        moved = columns[f"cuff/{name}/displacement"]
+        steps = np.diff(moved)
+        yield _part(
+            spring_change=_held(mounting, float(moved[-1])) - _held(mounting, float(moved[0])),
+            damper_loss=float(np.sum(mounting.damping * steps**2 / np.diff(columns["time"]))),
+        )
+
+
+def _held(mounting: Mounting, displacement: float) -> float:
+    """Energy in a cuff or plate [J]."""
+    law = mounting.stiffening
+    force, length = (0.0, 0.0) if law is None else (law.force, law.length)
+    return anchor_energy(displacement, mounting.stiffness or 0.0, force, length)
+
+
+def _steps(values: np.ndarray, over: np.ndarray) -> np.ndarray:
+    """∫ values d(over) of each step from row to row (n − 1,)."""
+    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * np.diff(over)
+    return found
+
+
+def _integral(values: np.ndarray, over: np.ndarray) -> float:
+    return float(_steps(values, over).sum())
+
+
+SHORT, LOCKED = 0.89, 0.99  # contraction, and share of the lock, beyond which the solve clips a muscle
+
+
+def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tuple[Columns, Columns]:
+    """Rows of a run for its balance: (columns, signed static force of each leading muscle [N]).
+
+    The state after a step holds what the law gave in it beyond the tension. So the last row is left out.
+    """
+    rows = {name: values[:-1] for name, values in columns.items()}
+    found, inverts = {}, free(built.scenario)
+    for name, group in muscle_names(built.scenario.orthosis).items():
+        if group.alike and not inverts and not name.endswith("_1"):
+            continue
+        muscle = built.index.muscles[name]
+        carried = native.read_carried(built.model, rollout.rows["act"][1:], muscle)
+        contraction, static = rows[f"muscle/{name}/contraction"], rows[f"muscle/{name}/force"] + carried
+        clipped = (contraction > SHORT) | (contraction < LOCKED * group.type.braid.lock)
+        if clipped.any():
+            pressure = rows[f"chamber/{chamber_of(name, group)}/pressure"][clipped]
+            static[clipped] = law_forces(group.type, contraction[clipped], pressure)
+        found[name] = static
+    return rows, found
+
+
+def balance_metrics(
+    built: Built, columns: Columns, static: Columns, whole: Energy, period: float
+) -> dict[str, Metric]:
+    """Metrics of a run's balance; none where it does not walk a stride that counts, or is not finite.
+
+    Units: period [s].
+    """
+    part, number = whole, 1
+    if built.walk is not None:
+        counted = settled(columns, strides(columns, built.scenario.timestep, built.body_mass))
+        if not counted:
+            return {}
+        number = len(counted)
+        rows = slice(counted[0].rows.start, counted[-1].rows.stop + 1)  # both ends of the cycles
+        part = balance(built, _cut(columns, rows), _cut(static, rows))
+    else:
+        number = max(math.ceil((columns["time"][-1] + built.scenario.timestep) / period - 1e-9), 1)
+    guided = any(group.path for group in built.scenario.orthosis.muscle.values())
+    left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
+    terms = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in left_out}
+    reported = energy_metrics(terms, number, whole.error)
+    return reported if all(map(math.isfinite, reported.values())) else {}
+
+
+def _cut(columns: Columns, rows: slice) -> Columns:
+    return {name: values[rows] for name, values in columns.items()}

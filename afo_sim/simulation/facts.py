@@ -1,0 +1,142 @@
+"""Facts of a compiled scenario that metrics need, among them the muscles' pull on cuff and plate."""
+
+import functools
+from collections.abc import Mapping
+
+import numpy as np
+
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.places import Segment
+from afo_sim.description.scenario import Scenario
+from afo_sim.metrics.facts import Facts, MuscleLimits, Skin, Supply
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import chamber_of, muscle_names
+from afo_sim.model.paths import paths_of
+from afo_sim.model.start import content_at_start
+from afo_sim.model.tendons import side
+from afo_sim.physics.gas import AIR, Gas
+
+LEFT = 1  # place in forward, left, up
+APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most
+
+
+PARTS = {"shank": "cuff", "foot": "plate"}  # what lies on a segment
+
+
+def facts_of(built: Built) -> Facts:
+    """The facts of a compiled scenario."""
+    scenario, orthosis = built.scenario, built.scenario.orthosis
+    muscles = {
+        name: MuscleLimits(chamber_of(name, group), *_limits(group))
+        for name, group in muscle_names(orthosis).items()
+    }
+    rated = {
+        f"{name}_{side}": valve.rated_switches
+        for name, chamber in orthosis.chamber.items()
+        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.vent))
+        if valve.rated_switches is not None
+    }
+    walks = built.walk is not None
+    mass = built.body_mass if walks else 0.0
+    supply = _supply(built)
+    return Facts(scenario.timestep, mass, walks, supply, scenario.limits, _skins(orthosis), muscles, rated)
+
+
+def _limits(group: MuscleGroup) -> tuple[float, float, float, float]:
+    limits = group.type.limits
+    return limits.pressure, limits.force, limits.contraction_max, limits.contraction_min
+
+
+def _skins(orthosis: Orthosis) -> dict[str, Skin]:
+    """Skin under cuff and plate, of those that `orthosis.interface` describes."""
+    return {
+        PARTS[segment]: Skin(
+            interface.area, interface.friction, functools.partial(pull_on, orthosis, segment)
+        )
+        for segment, interface in orthosis.interface.items()
+        if orthosis.anchored
+    }
+
+
+def _supply(built: Built) -> Supply:
+    """What the orthosis takes its air from; a source that begins full where nobody walks."""
+    supply = built.scenario.supply
+    source, sags = supply.source, supply.source is not None or supply.regulator is not None
+
+    def content() -> float:
+        assert source is not None
+        return content_at_start(built) if built.walk is not None else source.full_mass
+
+    return Supply(supply.pressure, sags, gas_of(built.scenario).free_density, source, content)
+
+
+def gas_of(scenario: Scenario) -> Gas:
+    """The gas that a scenario's orthosis is driven with."""
+    source = None if scenario.supply is None else scenario.supply.source
+    return AIR if source is None else source.real_gas
+
+
+def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Force of all muscles between two anchors on one segment, in its own axes.
+
+    A muscle's tension F acts on the shank along its path, F (f − s)/|f − s|. There s is its end on the shank,
+    and f its end on the foot, turned by the ankle's angle. On the foot acts the same force the other way.
+    Points and surfaces of a path are held by the cuff or plate of their segment. So s and f are the ends of
+    the straight piece between the segments, and F its tension, which friction at guides changes.
+    Cuff and plate have no mass here: what the muscles do to them, they do to the skin.
+
+    Units: columns [rad] (n,), returns [N].
+    """
+    angle = columns["ankle/angle"]
+    total = np.zeros((3, len(angle)))
+    guided = _guided(orthosis, angle, segment)
+    for name, group in muscle_names(orthosis).items():
+        if group.pulley is not None:
+            continue
+        force = columns[f"muscle/{name}/force"]
+        if name in guided:
+            force = columns.get(f"muscle/{name}/joint_force", force)
+            for axis in range(3):
+                total[axis] += guided[name][:, axis] * force
+            continue
+        path = _straight(name, group, angle, segment)
+        over_length = force / np.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2)
+        for axis, along in enumerate(path):
+            total[axis] += along * over_length
+    return total.T
+
+
+def _straight(
+    name: str, group: MuscleGroup, angle: np.ndarray, segment: Segment
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """From a straight path's end on the segment to its other end, in the segment's axes [m]."""
+    assert group.origin is not None and group.insertion is not None
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turn = sine if segment == "shank" else -sine  # of the other segment in this one's axes: the foot, toe up
+    ends: dict[Segment, np.ndarray] = {}
+    for anchor in (group.origin, group.insertion):
+        ends[anchor.segment] = np.array(anchor.from_ankle)
+        ends[anchor.segment][LEFT] += side(name, group) * anchor.spacing
+    x, y, z = ends["foot" if segment == "shank" else "shank"]
+    forward, left, up = ends[segment]
+    return x * cosine - z * turn - forward, y - left, x * turn + z * cosine - up
+
+
+def _guided(orthosis: Orthosis, angle: np.ndarray, segment: Segment) -> dict[str, np.ndarray]:
+    """Pull per unit of tension of each muscle whose path has points or surfaces (n, 3), by name."""
+    names = [name for name, group in muscle_names(orthosis).items() if group.path]
+    if not names or not len(angle):
+        return {}
+    paths = paths_of(orthosis)
+    columns = [list(paths.tendons).index(name) for name in names]
+    low, high = float(angle.min()), float(angle.max())
+    number = int((high - low) / APART) + 2
+    if number >= len(angle):
+        found = paths.directions(angle, segment)[:, columns]
+        return {name: found[:, k] for k, name in enumerate(names)}
+    grid = np.linspace(low, high, number)
+    at = paths.directions(grid, segment)[:, columns]
+    return {
+        name: np.column_stack([np.interp(angle, grid, at[:, k, axis]) for axis in range(3)])
+        for k, name in enumerate(names)
+    }

@@ -1,0 +1,129 @@
+"""The walk that a walk is compared with: the same patient in the same gait, who wears something else.
+
+What a device lifts depends on what it is compared with. A shoe alone changes the clearance, and an orthosis
+is worn with a sole.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.words import reference as in_words
+from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
+from afo_sim.metrics.metric import Metric
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import build
+from afo_sim.model.periodic import two_strides, why_walked
+from afo_sim.simulation.examine import Asked, examine
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.rollout import Rollout
+from afo_sim.simulation.settle import settle
+from afo_sim.simulation.simulate import simulate
+
+OPEN = {"inlet": (), "outlet": ((0.0, 1.0),)}  # a chamber that never gets air
+ASKED = Asked(frozenset({COMPARED}), doubts=False)
+
+
+def reference_of(scenario: Scenario) -> Scenario:
+    """The scenario that a scenario's run is compared with: its patient and gait, in what `reference` says.
+
+    "barefoot" is without orthosis and shoe, "shoe" without orthosis in the scenario's shoe, "orthosis-off"
+    with the orthosis, whose inlets stay shut and whose outlets are open all the time. Its settled stride is
+    solved for wherever its strides repeat.
+
+    Raises
+    ------
+    InputError
+        It names no reference, or no shoe, or wears no orthosis that could be off.
+    """
+    kind, gait, orthosis = scenario.reference, scenario.gait, scenario.orthosis
+    if kind is None or gait is None:
+        allowed = '"barefoot", "shoe" or "orthosis-off", where somebody walks'
+        raise InputError("names nothing to compare with", field="reference", allowed=allowed)
+    if kind == "shoe" and scenario.shoe is None:
+        problem = "compares with a shoe, and the scenario has none"
+        raise InputError(problem, field="reference", value=kind, allowed="a shoe, such as shoe=trainer")
+    if kind == "orthosis-off" and not orthosis.muscle:
+        problem = "compares with an orthosis without air, and none is worn"
+        raise InputError(problem, field="reference", value=kind, allowed="barefoot, shoe")
+    changed: dict[str, Any] = {
+        "name": f"{scenario.name} reference".strip(),
+        "reference": None,
+        "start": None,
+        "timer": None,
+        "phases": None,
+        "controller": None,
+        "drive": {},
+        "sensor": {},
+        "gait": gait.model_copy(update={"settled": "solved"}),
+    }
+    if kind == "orthosis-off":
+        changed["phases"] = dict.fromkeys(orthosis.chamber, OPEN)
+    else:
+        changed["orthosis"] = load("orthosis", "none")
+    if kind == "barefoot":
+        changed["shoe"] = None
+    return scenario.with_values(**changed)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A walked reference: its metrics, or the reason for which there are none."""
+
+    metrics: dict[str, Metric]
+    failure: str = ""
+
+
+def walk_reference(scenario: Scenario) -> Reference:
+    """Walk a scenario's reference: its settled stride alone, or the whole run where none repeats."""
+    if scenario.contact:
+        return Reference({}, "the floor of ground.mode = contact catches both feet, and hides what is lifted")
+    reference = reference_of(scenario)
+    solved = not why_walked(reference)
+    built = build(two_strides(reference) if solved else reference)
+    control = schedule.controls(built)
+    rollout: Rollout
+    if solved:
+        rollout = settle([built], [control], mode=reference.callback)[0].rollout
+    else:
+        rollout = simulate(built, control)
+    if rollout.failure is not None:
+        return Reference({}, str(rollout.failure))
+    return Reference(examine(built, rollout, transient=False, solved=solved, asked=ASKED)[1].totals)
+
+
+@dataclass
+class References:
+    """Walked references, each once: cases of a sweep often have the same."""
+
+    known: dict[str, Reference] = field(default_factory=dict)
+
+    def of(self, scenario: Scenario) -> Reference:
+        """The reference of a scenario."""
+        reference = reference_of(scenario)
+        without_air = set() if reference.orthosis.chamber else {"supply"}
+        key = reference.model_dump_json(exclude={"name", "description", "limits"} | without_air)
+        if key not in self.known:
+            self.known[key] = walk_reference(scenario)
+        return self.known[key]
+
+
+def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]:
+    """A warning where a scenario's reference could not be walked."""
+    who = in_words({"reference": scenario.reference, "shoe": {"name": scenario.shoe and scenario.shoe.name}})
+    if not reference.failure:
+        return ()
+    return (Notice("not-compared", "not compared with {who}: {why}", who=who, why=reference.failure),)
+
+
+def compared(recording: Recording, scenario: Scenario) -> Recording:
+    """A recording with its distance from the scenario's reference, which is walked for it."""
+    if scenario.reference is None or not recording.ok:
+        return recording
+    reference = walk_reference(scenario)
+    found = reference_metrics(recording.metrics, reference.metrics)
+    warned = not_compared(scenario, reference)
+    return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))

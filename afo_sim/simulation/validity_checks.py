@@ -1,0 +1,383 @@
+"""Warnings of a run: what is not to be believed, limits left, laws beyond their range, skin, a source.
+
+A time step that was too long shows in air, motion and energy.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import LEAST_NUMBER
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.description.quantity import Described, told_of
+from afo_sim.metrics.facts import Facts
+from afo_sim.metrics.safety import skin_metrics
+from afo_sim.metrics.strides import stance
+from afo_sim.model.air_path import SOURCE
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
+from afo_sim.physics.hill import braid_force
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import static_force
+from afo_sim.physics.store import TRIPLE_TEMPERATURE
+from afo_sim.simulation.energy_balance import Columns, Energy, balance
+from afo_sim.simulation.facts import PARTS, facts_of
+
+COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
+MOVED = 0.01  # of its length that a muscle may move in a step [-]
+UNBALANCED = 0.01  # of the work that may be found nowhere [-]
+NOTHING = 1e-3  # work that is too little to judge [J]
+STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
+FINER = 4.0  # times as many steps, where nothing says how many would do
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+WHO = {"shank": "it", "foot": "its strap"}  # presses on the skin of a segment
+GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
+SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
+
+
+def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
+    """Warnings of what no muscle does, with the time and a smaller step.
+
+    Units: static [N].
+    """
+    step = built.scenario.timestep
+    yield from _air(built, columns)
+    yield from _motion(built, columns)
+    done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
+    if done < NOTHING:
+        return
+    for code, found, problem in (
+        ("energy-lost", abs(energy.residual), "of the work is found nowhere"),
+        (
+            "energy-from-friction",
+            -energy.friction_loss,
+            "of the work comes from friction, which should take some",
+        ),
+    ):
+        if not found <= UNBALANCED * done:
+            muscle, time = _least_closed(built, columns, static)
+            yield Notice(
+                code,
+                "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
+                "where {subject} moves; {step} would tell more",
+                subject=muscle,
+                share=100.0 * found / done,
+                problem=problem,
+                time=time,
+                step=_shorter(step, FINER),
+            )
+
+
+def _air(built: Built, columns: Columns) -> Iterator[Notice]:
+    """Warnings of air hotter or colder than filling and venting make it."""
+    orthosis, step = built.scenario.orthosis, built.scenario.timestep
+    for chamber in orthosis.chamber:
+        temperature = columns[f"chamber/{chamber}/temperature"]
+        beyond = np.maximum(COLDEST - temperature, temperature - HOTTEST)
+        worst = int(np.argmax(beyond))
+        if not beyond[worst] <= 0.0:
+            muscles = " and ".join(orthosis.muscles_of(chamber))
+            yield Notice(
+                "air-temperature",
+                "{subject}: the air is at {temperature:.0f} K at {time:.3f} s, outside {coldest:.0f} to "
+                "{hottest:.0f} K; {step} would tell more",
+                subject=muscles,
+                temperature=float(temperature[worst]),
+                time=float(columns["time"][worst]),
+                coldest=COLDEST,
+                hottest=HOTTEST,
+                step=_shorter(step, FINER),
+            )
+
+
+def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
+    """Warnings of muscles that jump from step to step."""
+    step = built.scenario.timestep
+    for name in muscle_names(built.scenario.orthosis):
+        moved = np.abs(np.diff(columns[f"muscle/{name}/contraction"]))
+        worst = int(np.argmax(moved))
+        if not moved[worst] <= MOVED:
+            yield Notice(
+                "muscle-jumps",
+                "{subject} moves by {moved:.1f} % of its length in the step at {time:.3f} s, and more than "
+                "{most:.0f} % is not to be believed; {step} would do",
+                subject=name,
+                moved=100.0 * float(moved[worst]),
+                time=float(columns["time"][worst]),
+                most=100.0 * MOVED,
+                step=_shorter(step, moved[worst] / MOVED),
+            )
+
+
+def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
+    """The muscle and the time at which a run's balance closes least."""
+    cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int))
+    found = []
+    for first, last in itertools.pairwise(cuts.tolist()):
+        rows = slice(first, last + 1)
+        part, forces = ({k: v[rows] for k, v in each.items()} for each in (columns, static))
+        energy = balance(built, part, forces)
+        found.append((abs(energy.residual) + max(-energy.friction_loss, 0.0), part))
+    _, part = max(found, key=lambda each: each[0])
+    muscle = max(static, key=lambda name: float(np.ptp(part[f"muscle/{name}/contraction"])))
+    return muscle, float(part["time"].mean())
+
+
+def _shorter(step: float, times: float) -> str:
+    """A time step that is at least so many times shorter, as people write it: 1, 2 or 5 in front."""
+    wanted = 1e3 * step / max(times, 1.0) if math.isfinite(times) else 1e3 * step / FINER
+    decade = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
+    first = max(k for k in (1.0, 2.0, 5.0) if k * decade <= wanted * (1.0 + 1e-9))
+    return f"a time step of {first * decade:g} ms"
+
+
+def limit_warnings(
+    built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
+) -> Iterator[Notice]:
+    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
+
+    Units: static [N].
+    """
+    yield from _target_warnings(built, columns)
+    for name, group in muscle_names(built.scenario.orthosis).items():
+        pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
+        force, contraction = (columns[f"muscle/{name}/{what}"] for what in ("force", "contraction"))
+        yield from _muscle_limits(name, group.type, columns["time"], pressure, force, contraction)
+        if name.endswith("_1"):  # its neighbours say the same
+            given = (static or {}).get(name, force)
+            n = len(given)
+            rows = columns["time"][:n], pressure[:n], contraction[:n]
+            yield from _law_warnings(name, group.type, *rows, given)
+            if why := group.type.length_warning:
+                yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
+        filled = float(pressure.max())
+        if filled > 1e5 and force.max() < 1.0:
+            yield Notice(
+                "muscle-never-pulls",
+                "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}",
+                subject=name,
+                bar=filled * 1e-5,
+                reason=_why_slack(group, filled),
+            )
+    lower, upper = built.model.joint(ANKLE).range
+    angle = columns["ankle/angle"]
+    if angle.min() <= lower or angle.max() >= upper:
+        yield Notice("stop-reached", "the ankle reaches a stop of the joint", subject=ANKLE)
+    if (turned := columns.get("subtalar/angle")) is not None:
+        lower, upper = built.model.joint(SUBTALAR).range
+        if turned.min() <= lower or turned.max() >= upper:
+            text = "the foot reaches a stop of the subtalar joint (leg.subtalar.range)"
+            yield Notice("stop-reached", text, subject=SUBTALAR)
+    yield from _skin_warnings(built, columns)
+    yield from _source_warnings(built, columns)
+
+
+def _muscle_limits(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    force: np.ndarray,
+    contraction: np.ndarray,
+) -> Iterator[Notice]:
+    """Warnings of one muscle beyond its limits."""
+    limits = muscle.limits
+    for word, key, values, limit, unit in (
+        ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
+        ("force", "force", force, limits.force, " N"),
+        ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
+        ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
+    ):
+        worst = int(np.argmax(values))
+        if values[worst] > limit:
+            yield Notice(
+                f"muscle-{word.split()[-1]}",
+                "{subject}: {what} reaches {value:.3g}{unit} at {time:.3f} s, beyond its limit of "
+                "{limit:.3g}{unit}{kind}",
+                subject=name,
+                what=word,
+                value=float(values[worst]),
+                limit=limit,
+                unit=unit,
+                time=float(time[worst]),
+                kind=told_of(limits, key),
+            )
+
+
+def _why_slack(group: MuscleGroup, filled: float) -> str:
+    """Why a muscle whose chamber is filled does not pull.
+
+    Units: filled [Pa].
+    """
+    law = group.type.law
+    strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
+    if strongest <= 1.0:
+        return f"its law, {law}, gives no force at that pressure"
+    if group.cable.stiffness * GIVES < strongest:
+        return "its cable yields; raise cable.stiffness"
+    return "its cable hangs through; shorten link_length or slack, or stiffen cuff and plate"
+
+
+def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of pressures that a drive is asked for and that can hardly be meant."""
+    supply = built.scenario.supply.pressure
+    for chamber in built.scenario.drive:
+        asked = columns.get(f"chamber/{chamber}/target", np.zeros(0))
+        most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
+        who = f"drive of chamber {chamber!r}"
+        if len(asked) and np.isnan(asked).all():
+            yield Notice(
+                "drive-never-asked",
+                "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
+                "regulator: a controller asks it",
+                subject=who,
+            )
+        elif 0.0 < most < LEAST_NUMBER:
+            yield Notice(
+                "drive-asked-too-little",
+                "{subject}: is never asked for more than {most:.3g} Pa; a command is a number of Pa: was it "
+                "meant in bar?",
+                subject=who,
+                most=most,
+            )
+        elif most > supply * (1.0 + SLIGHTLY):
+            yield Notice(
+                "drive-asked-too-much",
+                "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, which "
+                "it cannot reach",
+                subject=who,
+                asked=1e-5 * most,
+                supply=1e-5 * supply,
+            )
+
+
+def _law_warnings(
+    name: str,
+    muscle: Muscle,
+    time: np.ndarray,
+    pressure: np.ndarray,
+    contraction: np.ndarray,
+    force: np.ndarray,
+) -> Iterator[Notice]:
+    """Warnings of a muscle whose law gave a force outside its range of validity."""
+    law = muscle.law_set
+    # stretched, the braid carries; the law is asked at zero contraction
+    braid = np.zeros_like(force)
+    for k in np.flatnonzero(contraction < 0.0):
+        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
+    for word, values, (lower, upper), unit in (
+        ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
+        ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
+    ):
+        beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > SLIGHTLY * upper:
+            yield Notice(
+                f"law-outside-its-{word.split()[-1]}",
+                "{subject}: the law {law} was asked at a {what} of {value:.3g}{unit} at {time:.3f} s, "
+                "outside its range of {lower:g} to {upper:g}{unit}",
+                subject=name.rsplit("_", 1)[0],
+                law=muscle.law,
+                what=word,
+                value=float(values[worst]),
+                lower=float(lower),
+                upper=float(upper),
+                unit=unit,
+                time=float(time[worst]),
+            )
+
+
+def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of a cuff or strap that presses beyond discomfort, at any time of these rows.
+
+    Blood flow is no warning: nearly every cuff that holds by friction hinders it while it is drawn tight.
+    """
+    limits, facts = built.scenario.limits, facts_of(built)
+    for segment, interface in built.scenario.orthosis.interface.items():
+        part = PARTS[segment]
+        if limits is None or part not in (facts.skins or {}):
+            continue
+        found = skin_metrics(facts, part, columns)
+        pressure = found[f"{part}_skin_pressure"].value
+        discomfort, pain = (1e-3 * limit for limit in limits.skin_pressure)
+        if pressure <= discomfort:
+            continue
+        worse = (
+            f"{discomfort:g} kPa at which discomfort begins (pain from {pain:g} kPa"
+            if pressure <= pain
+            else f"{pain:g} kPa at which pain begins (discomfort from {discomfort:g} kPa"
+        )
+        yield Notice(
+            "skin-pressure",
+            "{subject}: {who} must press with {pressure:.3g} kPa on the skin so as not to slide under "
+            "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
+            "{friction:g}{kind}{in_swing}",
+            subject=part,
+            who=WHO[segment],
+            pressure=pressure,
+            pull=found[f"{part}_pull_along"].value,
+            worse=worse,
+            limit_kind=_kinds(limits, "skin_pressure", mark="; "),
+            area=1e4 * interface.area,
+            friction=interface.friction,
+            kind=_kinds(interface, "area", "friction", mark=": "),
+            in_swing=_in_swing(built, facts, columns, part, discomfort),
+        )
+
+
+def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
+    """A word where the limit [kPa] is kept in swing: on the recorded ground a foot may slap in stance."""
+    if built.walk is None or built.contact is not None:
+        return ""
+    swing = ~stance(columns, built.body_mass)
+    if not swing.any():
+        return ""
+    rows = {key: values[swing] for key, values in columns.items()}
+    pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
+    if pressure > limit:
+        return ""
+    return f"; in swing it is {pressure:.3g} kPa: look at stance with --set ground.mode=contact"
+
+
+def _kinds(described: Described, *keys: str, mark: str) -> str:
+    """What kinds of numbers some keys of a description hold, behind `mark`; nothing where none is known."""
+    kinds = {described.provenance[key].kind for key in keys if key in described.provenance}
+    return mark + " and ".join(sorted(kinds)) if kinds else ""
+
+
+def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
+    """Warnings of a source that has too little left when the walk begins, and of dry ice in it.
+
+    Carbon dioxide that freezes is nothing that the store's kernels know of.
+    """
+    source, needed = built.scenario.supply.source, built.scenario.supply.pressure
+    pressure, temperature = (columns.get(f"store/{SOURCE}/{what}") for what in ("pressure", "temperature"))
+    if source is None:
+        return
+    name = source.name or source.kind
+    if pressure is not None and columns["time"][0] <= built.scenario.timestep and pressure[0] < needed:
+        yield Notice(
+            "source-short",
+            "{subject}: filling chambers and volumes before the first step takes so much out of {name} that "
+            "{left:.2g} bar are left of the {needed:g} bar that are needed: a larger source, smaller "
+            "volumes, or volumes filled from elsewhere",
+            subject=SOURCE,
+            name=name,
+            left=1e-5 * float(pressure[0]),
+            needed=1e-5 * needed,
+        )
+    if temperature is not None and source.real_gas.liquefies and (temperature < TRIPLE_TEMPERATURE).any():
+        yield Notice(
+            "source-freezes",
+            "{subject}: {name} is below {triple:g} K from {begun:.3g} s on, where carbon dioxide is dry "
+            "ice: its pressure and what follows from it hold no more",
+            subject=SOURCE,
+            name=name,
+            triple=TRIPLE_TEMPERATURE,
+            begun=float(columns["time"][np.argmax(temperature < TRIPLE_TEMPERATURE)]),
+        )

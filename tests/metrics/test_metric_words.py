@@ -1,0 +1,63 @@
+"""docs/metrics.md and the registry say the same."""
+
+import math
+import pathlib
+import re
+
+import pytest
+from documents import PAGES
+
+from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.description.reader import load
+from afo_sim.metrics import metric_words as page
+from afo_sim.metrics.metric import RENAMED
+from afo_sim.metrics.metric_words import METRICS, number
+
+PAGE = PAGES["metrics"]
+
+
+def test_the_page_shows_the_registry() -> None:
+    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
+    rows, registered = (sorted(text.split("\n")) for text in (shown.strip(), page.markdown().strip()))
+    assert rows == registered, "python scripts/metrics_pictures.py --table"  # in whatever order of imports
+
+
+def test_every_metric_and_every_old_name_stands_once_in_the_table() -> None:
+    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
+    rows = re.findall(r"^\| `([^`]+)` \|", shown, flags=re.M)
+    assert sorted(rows) == sorted(name.replace("{}", "…") for name in METRICS)
+    assert all(shown.count(f"`{old}`") == 1 for old in RENAMED)
+
+
+def test_sources_and_earlier_meanings_are_of_metrics_that_there_are() -> None:
+    assert set(page.BEFORE) <= set(METRICS)
+    assert all(any(name.startswith(start) for name in METRICS) for start in page.SOURCES)
+
+
+def test_the_verdicts_page_tells_the_usual_limits() -> None:
+    limits = load("limits", "usual")
+    shown = {
+        "toe_clearance": [f"{1e3 * x:.0f} mm" for x in limits.toe_clearance],
+        "contact_pitch": ["8°", "−1.6°"],
+        "torque_against_push_off": [f"{x:g} N·m/kg" for x in limits.torque_against_push_off],
+        "work_against_push_off": [f"{x:g} J/kg" for x in limits.work_against_push_off],
+        "strides_per_bottle": [f"{x:g}" for x in limits.strides_per_bottle],
+    }
+    assert [math.degrees(x) for x in limits.contact_pitch] == pytest.approx([8.0, -1.6])
+    for name, (wanted, bad) in shown.items():
+        row = next(line for line in PAGES["verdict"].splitlines() if line.startswith(f"| `{name}` |"))
+        assert f"| {wanted} | {bad} | {limits.provenance[name].kind} |" in row
+    assert limits.bottle_volume == pytest.approx(0.5e-3) and limits.bottle_pressure == pytest.approx(300e5)
+    assert "| 0.5 l, 300 bar |" in PAGES["verdict"]
+
+
+def test_the_page_tells_the_densities() -> None:
+    for density in (STANDARD_DENSITY, NORMAL_DENSITY):
+        assert f"{1.0 / density:.3f}" in PAGE and f"{density:g} kg/m³" in PAGE
+    assert f"{number(100.0 * (NORMAL_DENSITY / STANDARD_DENSITY - 1.0), '')}" == "9"
+
+
+def test_the_pictures_are_there() -> None:
+    pictures = re.findall(r"\]\(\.\./(models/scenarios/pictures/metrics-[\w-]+\.png)\)", PAGE)
+    root = pathlib.Path(__file__).parents[2]
+    assert len(pictures) == 5 and all((root / picture).is_file() for picture in pictures)

@@ -1,0 +1,141 @@
+"""Warnings of runs that are not to be believed, and the energy balance among the metrics of a run."""
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import afo_sim
+from afo_sim import load
+from afo_sim.metrics.metric_words import words
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.simulation.columns import columns_of
+from afo_sim.simulation.energy_balance import balance, law_forces, with_static_forces
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.frame import Frame
+from afo_sim.simulation.simulate import simulate
+from afo_sim.simulation.validity_checks import validity_warnings
+
+TERMS = ("skeleton_work", "damper_loss", "friction_loss", "spring_change", "bladder_change")
+Rows = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def seated() -> tuple[Built, Rows, Rows]:
+    """A second and a half at 2 ms, filled for half of it: compiled scenario, columns, static forces."""
+    times = {"period": "1 s", "dorsiflexor": {"inlet": [["0 s", "0.5 s"]], "outlet": [["0.5 s", "1 s"]]}}
+    built = build(load("scenario", "seated", {"duration": "1.5 s", "timer": times}))
+    rollout = simulate(built, schedule.controls(built))
+    frame = Frame(built, rollout.rows, rollout.control)
+    columns, static = with_static_forces(built, rollout, columns_of(frame))
+    return built, dict(columns), dict(static)
+
+
+def doubts(case: tuple[Built, Rows, Rows], **changed: np.ndarray) -> list[str]:
+    built, columns, static = case
+    columns = columns | {name.replace("__", "/"): values for name, values in changed.items()}
+    return list(validity_warnings(built, columns, static, balance(built, columns, static)))
+
+
+def test_a_run_that_is_fine_has_no_warning(seated: tuple[Built, Rows, Rows]) -> None:
+    assert doubts(seated) == []
+
+
+def test_the_forces_that_the_run_kept_are_those_of_the_law(seated: tuple[Built, Rows, Rows]) -> None:
+    built, columns, static = seated
+    assert set(static) == {"dorsiflexor_1", "plantarflexor_1"}
+    muscle = built.scenario.orthosis.muscle["dorsiflexor"].type
+    asked = law_forces(
+        muscle, columns["muscle/dorsiflexor_1/contraction"], columns["chamber/dorsiflexor/pressure"]
+    )
+    assert np.ptp(asked) > 10.0
+    assert static["dorsiflexor_1"] == pytest.approx(asked, abs=1e-9)
+
+
+@pytest.mark.parametrize(("kelvin", "warned"), [(601.0, True), (599.0, False), (149.0, True), (151.0, False)])
+def test_air_beyond_150_to_600_kelvin(seated: tuple[Built, Rows, Rows], kelvin: float, warned: bool) -> None:
+    temperature = seated[1]["chamber/dorsiflexor/temperature"].copy()
+    temperature[300] = kelvin
+    found = doubts(seated, chamber__dorsiflexor__temperature=temperature)
+    assert len(found) == warned
+    for warning in found:
+        assert warning.startswith(f"dorsiflexor: the air is at {kelvin:.0f} K at 0.600 s")
+        assert "a time step of 0.5 ms" in warning
+
+
+def test_a_muscle_that_jumps(seated: tuple[Built, Rows, Rows]) -> None:
+    """By 3 % of its length at 0.8 s: a third of the step, 2 ms, or less brings that below 1 %."""
+    contraction = seated[1]["muscle/plantarflexor_2/contraction"].copy()
+    contraction[401:] += 0.03
+    found = doubts(seated, muscle__plantarflexor_2__contraction=contraction)
+    assert len(found) == 1
+    assert found[0].startswith("plantarflexor_2 moves by 3.0 % of its length in the step at 0.800 s")
+    assert found[0].endswith("a time step of 0.5 ms would do")
+
+
+def test_a_balance_that_does_not_close_is_placed(seated: tuple[Built, Rows, Rows]) -> None:
+    """The path jumps by 5 cm without the muscle, where it pulls most: n T 5 cm is missing."""
+    built, columns, _ = seated
+    path = columns["muscle/dorsiflexor_1/path_length"].copy()
+    tension = columns["muscle/dorsiflexor_1/force"]
+    at = int(np.argmax(tension))
+    path[at:] += 0.05
+    found = doubts(seated, muscle__dorsiflexor_1__path_length=path)
+    energy = balance(built, columns)
+    work = 3.0 * 0.5 * (tension[at] + tension[at - 1]) * 0.05
+    share = 100.0 * work / (energy.turnover + energy.damper_loss + abs(energy.law_mismatch))
+    assert share > 1.0
+    assert len(found) == 1
+    assert f"{share:.1f} % of the work is found nowhere" in found[0]
+    near = re.search(r"near ([0-9.]+) s, where dorsiflexor_1 moves", found[0])
+    assert near is not None and float(near[1]) == pytest.approx(columns["time"][at], abs=0.04)
+
+
+def test_a_number_that_is_none_is_warned_of(seated: tuple[Built, Rows, Rows]) -> None:
+    temperature = seated[1]["chamber/dorsiflexor/temperature"].copy()
+    temperature[10] = np.nan
+    assert len(doubts(seated, chamber__dorsiflexor__temperature=temperature)) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "sets"),
+    [
+        ("seated", {"duration": "3 s"}),
+        ("arm", {"duration": "3 s"}),
+        ("walk-dropfoot-afo", {"duration": "5 s"}),
+    ],
+)
+def test_the_balance_stands_among_the_metrics(name: str, sets: dict[str, Any]) -> None:
+    """What the air and the law give is what the other terms take, to the error."""
+    run = afo_sim.run(name, sets)
+    metrics = run.metrics
+    given = metrics["air_work"] + metrics["law_mismatch"]
+    assert given == pytest.approx(sum(metrics[term] for term in TERMS), abs=1e-3 * abs(metrics["air_work"]))
+    assert "-0.1 %" < metrics["energy_error"] < "0.1 %"
+    for term in ("air_work", "law_mismatch", *TERMS):
+        assert metrics[term].unit == "J" and words(term).meaning
+    assert run.summary()["metrics"]["energy_error"]["unit"] == "percent"
+
+
+def test_they_do_not_depend_on_the_record_rate() -> None:
+    fine, coarse = (
+        afo_sim.run("seated", {"duration": "1 s", "timestep": "1 ms", "record_rate": rate})
+        for rate in ("1 kHz", "50 Hz")
+    )
+    assert len(coarse["time"]) == 50
+    assert coarse.metrics == fine.metrics
+
+
+def test_a_run_without_muscles_or_of_two_rows_has_no_balance() -> None:
+    assert "air_work" not in afo_sim.run("walk-healthy", {"duration": "3 s"}).metrics
+    assert "air_work" not in afo_sim.run("seated", {"duration": "4 ms"}).metrics
+
+
+def test_a_stretch_that_is_watched_has_none() -> None:
+    built = build(load("scenario", "seated", {"duration": "1 s"}))
+    seen: list[Any] = []
+    whole = simulate(built, schedule.controls(built), see=seen.append)
+    assert seen and "air_work" not in make_recording(built, seen[0]).metrics
+    assert "air_work" in make_recording(built, whole).metrics
