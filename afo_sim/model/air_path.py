@@ -247,6 +247,6 @@ def _store(source: Source) -> native.CircuitStore:
         "volume": source.volume,
         "shell": source.shell,
         "wall_conductance": source.wall_conductance,
-        "gas": source.real_gas.row,
+        "real_gas": source.real_gas.row,
     }
     return native.CircuitStore(SOURCE, row, source.full_mass)

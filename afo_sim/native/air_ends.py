@@ -7,8 +7,8 @@ import numpy as np
 
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.members import edges_of, leaders, nodes_of
-from afo_sim.native.slots import EDGE_ROW_END, EDGE_ROW_LAW, EDGE_ROW_ORIGIN, KIND_CHAMBER
-from afo_sim.native.state import RUNNING, Air, read_air, read_volume, room_of
+from afo_sim.native.slots import COMPRESSOR_ACT, EDGE_ROW, KIND_CHAMBER
+from afo_sim.native.state import Air, read_air, read_volume, room_of
 from afo_sim.physics.air_path import COMPRESSOR
 
 
@@ -37,12 +37,12 @@ def ends_at_ambient(model: mujoco.MjModel) -> list[AirEnd]:
 
 def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
     """Whether the actuator of a restriction is a compressor."""
-    return bool(model.actuator_user[edge, EDGE_ROW_LAW] == COMPRESSOR)
+    return bool(model.actuator_user[edge, EDGE_ROW.law] == COMPRESSOR)
 
 
 def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.ndarray:
     """Whether the compressor of an actuator runs, 1 or 0, from `act` (…, na)."""
-    running: np.ndarray = act[..., model.actuator_actadr[compressor] + RUNNING]
+    running: np.ndarray = act[..., model.actuator_actadr[compressor] + COMPRESSOR_ACT.running]
     return running
 
 
@@ -61,7 +61,7 @@ def _ends(model: mujoco.MjModel, number: int, outward: float) -> list[AirEnd]:
     for leader in leaders(model):
         members = dict(enumerate(nodes_of(model, leader), FIRST_NODE))
         for edge in edges_of(model, leader):
-            a, b = int(rows[edge, EDGE_ROW_ORIGIN]), int(rows[edge, EDGE_ROW_END])
+            a, b = int(rows[edge, EDGE_ROW.origin]), int(rows[edge, EDGE_ROW.end])
             if a == number:
                 found.append(AirEnd(edge, outward, members.get(b, -1)))
             elif b == number:

@@ -1,7 +1,6 @@
 """Rows of what holds and restricts air beside the chambers, and the air that it begins with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -11,71 +10,61 @@ from afo_sim.native.air_block import AMBIENT, SUPPLY
 from afo_sim.native.air_circuit import AMBIENT_NAME, SUPPLY_NAME, AirNetwork, air_networks
 from afo_sim.native.circuit import Circuit, CircuitIds
 from afo_sim.native.slots import (
-    CHAMBER_TUBE_VOLUME,
+    AIR_ROW,
+    CHAMBER_ACT,
+    EDGE_DATA,
+    KIND_RESTRICTION,
     KIND_STORE,
+    KIND_VALVE,
     KIND_VOLUME,
     MARK,
     N_USER,
-    STORE_CONTENT,
-    VOLUME_START,
-    VOLUME_START_AS,
-    AirSlots,
-    EdgeSlots,
-    restriction_row,
-    store_row,
-    valve_row,
-    volume_row,
-)
-from afo_sim.native.state import (
-    AIR_MASS,
-    EDGE_DATA,
-    SIGMA,
-    STORE_MASS,
-    STORE_TEMPERATURE,
+    STORE_ACT,
+    STORE_ROW,
     VOLUME_DATA,
-    air_at,
-    gas_of,
+    VOLUME_ROW,
+    row,
 )
+from afo_sim.native.state import air_at, gas_of
 from afo_sim.physics.pneumatics import laminar_slope
 
-
-@dataclass(frozen=True)
-class AirPlaces:
-    """Slots of all nodes and restrictions of a circuit by name: how they hang together."""
-
-    nodes: Mapping[str, AirSlots]
-    edges: Mapping[str, EdgeSlots]
-
-    @classmethod
-    def of(cls, circuit: Circuit, ids: CircuitIds) -> "AirPlaces":
-        """The slots of a circuit, whose actuators are known."""
-        nodes: dict[str, AirSlots] = {}
-        edges: dict[str, EdgeSlots] = {}
-        for network in air_networks(circuit):
-            nodes |= _nodes(circuit, ids, network)
-            edges |= _edges(ids, network)
-        return cls(nodes, edges)
+Values = dict[str, float]  # of a row, by name
 
 
-def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, AirSlots]:
+def air_rows(circuit: Circuit, ids: CircuitIds) -> tuple[dict[str, Values], dict[str, Values]]:
+    """How all nodes and all valves and restrictions of a circuit are joined: values of their rows by name."""
+    nodes: dict[str, Values] = {}
+    edges: dict[str, Values] = {}
+    for network in air_networks(circuit):
+        nodes |= _nodes(circuit, ids, network)
+        known = ids.valves | ids.restrictions
+        following = [*(known[edge.key] for edge in network.edges[1:]), -1]
+        edges |= {
+            edge.key: {"origin": edge.origin, "end": edge.end, "following": after, "tank": -1}
+            for edge, after in zip(network.edges, following, strict=True)
+        }
+    return nodes, edges
+
+
+def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, Values]:
     known = ids.chambers | ids.volumes | ids.stores
     names = (*network.chambers, *network.others)
     following = [*(known[name] for name in names[1:]), -1]
     steep = _steepness(circuit, network)
     first = (ids.valves | ids.restrictions)[network.edges[0].key]
     return {
-        name: AirSlots(
-            after,
-            network.numbers[name],
-            first if name == names[-1] else -1,
-            network.upstream,
-            1.0 if name == names[-1] else 0.0,
-            circuit.gas_constant,
-            circuit.heat_capacity_ratio,
-            known[names[0]],
-            steep[network.numbers[name]],
-        )
-        for k, (name, after) in enumerate(zip(names, following, strict=True))
+        name: {
+            "following": after,
+            "number": network.numbers[name],
+            "first_edge": first if name == names[-1] else -1,
+            "upstream": network.upstream,
+            "leads": 1.0 if name == names[-1] else 0.0,
+            "gas_constant": circuit.gas_constant,
+            "heat_capacity_ratio": circuit.heat_capacity_ratio,
+            "first_node": known[names[0]],
+            "steepness": steep[network.numbers[name]],
+        }
+        for name, after in zip(names, following, strict=True)
     }
 
 
@@ -97,58 +86,45 @@ def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:
     return found
 
 
-def _edges(ids: CircuitIds, network: AirNetwork) -> dict[str, EdgeSlots]:
-    known = ids.valves | ids.restrictions
-    following = [*(known[edge.key] for edge in network.edges[1:]), -1]
-    return {
-        edge.key: EdgeSlots(edge.origin, edge.end, after)
-        for edge, after in zip(network.edges, following, strict=True)
-    }
-
-
 def fill_air_path(
-    model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds, slots: AirPlaces, data: int
+    model: mujoco.MjModel,
+    circuit: Circuit,
+    ids: CircuitIds,
+    nodes: Mapping[str, Values],
+    edges: Mapping[str, Values],
+    data: int,
 ) -> None:
-    """Write the rows of volumes, stores and restrictions."""
-    user = model.actuator_user[:, :N_USER]
+    """Write the rows of volumes, stores and restrictions; results stand in `userdata` from `data` on."""
+    user, gamma = model.actuator_user[:, :N_USER], circuit.heat_capacity_ratio
     for volume in circuit.volumes:
-        user[ids.volumes[volume.name]] = volume_row(
+        user[ids.volumes[volume.name]] = row(
+            KIND_VOLUME,
+            start=volume.start,
+            start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
+            power=volume.volume**-gamma,
+            power_rate=volume.volume ** (gamma - 1.0),
             volume=volume.volume,
             wall_conductance=volume.wall_conductance,
             userdata=data,
-            start=volume.start,
-            start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
-            air=slots.nodes[volume.name],
+            **nodes[volume.name],
         )
-        data += VOLUME_DATA
+        data += len(VOLUME_DATA)
     for store in circuit.stores:
-        user[ids.stores[store.name]] = store_row(
-            **store.row, content=store.content, userdata=data, air=slots.nodes[store.name]
-        )
-        data += VOLUME_DATA
+        values = {**store.row, **nodes[store.name]}
+        user[ids.stores[store.name]] = row(KIND_STORE, content=store.content, userdata=data, **values)
+        data += len(VOLUME_DATA)
     numbers = {AMBIENT_NAME: AMBIENT, SUPPLY_NAME: SUPPLY}
-    numbers |= {name: node.number for name, node in slots.nodes.items()}
+    numbers |= {name: int(node["number"]) for name, node in nodes.items()}
     for each in circuit.restrictions:
-        parameters = list(each.parameters)
-        if each.pilot:
-            parameters[0] = float(numbers[each.pilot])
-        first, second, third, fourth = (parameters + [0.0] * 4)[:4]
-        edge = slots.edges[each.name]._replace(
-            place=data,
-            law=each.law,
-            steepness=each.steepest,
-            first=first,
-            second=second,
-            third=third,
-            fourth=fourth,
-            tank=ids.volumes.get(each.end, -1),
-        )
+        parameters = [float(numbers[each.pilot]), *each.parameters[1:]] if each.pilot else each.parameters
+        edge = edges[each.name] | {"place": data, "law": each.law, "steepness": each.steepest}
+        edge["tank"] = ids.volumes.get(each.end, -1)
         if each.valve is not None:
-            user[ids.valves[each.name]] = valve_row(**each.valve, edge=edge)
+            values = {**each.valve, **edge}
+            user[ids.valves[each.name]] = row(KIND_VALVE, parameters=parameters, **values)
         else:
-            user[ids.restrictions[each.name]] = restriction_row(
-                conductance=each.conductance, critical_ratio=each.critical_ratio, edge=edge
-            )
+            values = {"conductance": each.conductance, "critical_ratio": each.critical_ratio, **edge}
+            user[ids.restrictions[each.name]] = row(KIND_RESTRICTION, parameters=parameters, **values)
         data += EDGE_DATA
 
 
@@ -163,13 +139,13 @@ def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[in
     for i in np.flatnonzero((rows[:, 0] == MARK) & np.isin(rows[:, 1], (KIND_VOLUME, KIND_STORE))):
         at = model.actuator_actadr[i]
         if rows[i, 1] == KIND_STORE:
-            data.act[at + STORE_MASS], data.act[at + STORE_TEMPERATURE] = (
-                rows[i, STORE_CONTENT],
+            data.act[at + STORE_ACT.mass], data.act[at + STORE_ACT.temperature] = (
+                rows[i, STORE_ROW.content],
                 AMBIENT_TEMPERATURE,
             )
             continue
-        as_chamber, gas = int(rows[i, VOLUME_START_AS]), gas_of(model, int(i))
-        pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, VOLUME_START])
-        air = air_at(pressure, float(rows[i, CHAMBER_TUBE_VOLUME]), gas)
-        data.act[at + AIR_MASS] = air.mass
-        data.act[at + SIGMA] = air.absolute_pressure * air.volume**gas.heat_capacity_ratio
+        as_chamber, gas = int(rows[i, VOLUME_ROW.start_as]), gas_of(model, int(i))
+        pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, VOLUME_ROW.start])
+        air = air_at(pressure, float(rows[i, AIR_ROW.volume]), gas)
+        data.act[at + CHAMBER_ACT.mass] = air.mass
+        data.act[at + CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**gas.heat_capacity_ratio

@@ -9,16 +9,7 @@ from typing import Any
 from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.muscle import cable, stretch
 from afo_sim.native.newton import newton_chamber
-from afo_sim.native.slots import (
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_NEXT,
-    MUSCLE_COUNT,
-    MUSCLE_NEXT,
-    MUSCLE_USERDATA,
-    NETWORK_ANCHORS,
-    NETWORK_FIRST_CHAMBER,
-)
-from afo_sim.native.state import OWN_CONTRACTION
+from afo_sim.native.slots import CHAMBER_ROW, LEADER_DATA, MUSCLE_ROW, NETWORK_ROW
 from afo_sim.physics.jitable import register_jitable
 
 HALVINGS = 55  # of a bracket of κ or p
@@ -42,28 +33,28 @@ def bisect_leader(
         else:  # a NaN has no side
             low = high = left
             break
-    d.userdata[int(m.actuator_user[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = 0.5 * (low + high)
+    d.userdata[int(m.actuator_user[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = 0.5 * (low + high)
 
 
 @register_jitable
 def leaders_at(m: Any, d: Any, chamber: int, absolute: float, moved: float, rest: bool) -> None:
     """The contractions of a chamber's leaders at a pressure and a displacement, into `userdata`."""
     u = m.actuator_user
-    leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         bisect_leader(m, d, leader, chamber, absolute, moved, rest)
-        leader = int(u[m.nuser_actuator * leader + MUSCLE_NEXT])
+        leader = int(u[m.nuser_actuator * leader + MUSCLE_ROW.next])
 
 
 @register_jitable
 def highest_pressure(m: Any, d: Any, chamber: int) -> float:
     """Absolute pressure of a chamber whose muscles are stretched to their locks [Pa]."""
     u, q = m.actuator_user, m.nuser_actuator * chamber
-    leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+    leader = int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        d.userdata[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = within(u, k, -1.0)
-        leader = int(u[k + MUSCLE_NEXT])
+        d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = within(u, k, -1.0)
+        leader = int(u[k + MUSCLE_ROW.next])
     return pressure_of(m, d, chamber, volume_of(m, d, q), False)[0]
 
 
@@ -90,12 +81,12 @@ def pull_at(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     if not newton_chamber(m, d, chamber, moved, rest):
         bisect_chamber(m, d, chamber, moved, rest)
-    pull, leader = 0.0, int(u[q + CHAMBER_FIRST_MUSCLE])
+    pull, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own = data[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION]
-        pull += u[k + MUSCLE_COUNT] * cable(u, k, stretch(m, d, leader, k, own, moved))[0]
-        leader = int(u[k + MUSCLE_NEXT])
+        own = data[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction]
+        pull += u[k + MUSCLE_ROW.parallel] * cable(u, k, stretch(m, d, leader, k, own, moved))[0]
+        leader = int(u[k + MUSCLE_ROW.next])
     return pull
 
 
@@ -107,11 +98,11 @@ def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
     for halving in range(HALVINGS + 1):
         pull = 0.5 * (low + high)
         moved, _ = shift(m, d, j, pull, rest)
-        pulled, chamber = 0.0, int(u[j + NETWORK_FIRST_CHAMBER])
+        pulled, chamber = 0.0, int(u[j + NETWORK_ROW.first_chamber])
         while chamber >= 0:
             pulled += pull_at(m, d, chamber, moved, rest)
-            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-        if pulled != pulled or u[j + NETWORK_ANCHORS] == 0.0:  # nothing moves under the pull
+            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+        if pulled != pulled or u[j + NETWORK_ROW.anchors] == 0.0:  # nothing moves under the pull
             return pulled
         if halving == 0:  # without displacement they pull the most
             high = pulled

@@ -19,12 +19,9 @@ from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.slots import (
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_INLET,
-    CHAMBER_NEXT,
-    CHAMBER_OUTLET,
-    DRIVE_CHAMBER,
-    FRICTION_MUSCLE,
+    CHAMBER_ROW,
+    DRIVE_ROW,
+    FRICTION_ROW,
     KIND_CHAMBER,
     KIND_DRIVE,
     KIND_FRICTION,
@@ -38,17 +35,12 @@ from afo_sim.native.slots import (
     KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
+    LEADER_DATA,
     MARK,
-    MUSCLE_CHAMBER,
-    MUSCLE_FRICTION_STATES,
-    MUSCLE_LEADER,
-    MUSCLE_NEXT,
-    MUSCLE_USERDATA,
-    MUSCLE_WRAP_FRICTION,
-    NETWORK_FIRST_CHAMBER,
-    PAD_FLOOR,
+    MUSCLE_ROW,
+    NETWORK_ROW,
+    PAD_ROW,
 )
-from afo_sim.native.state import TENSION
 from afo_sim.native.struct_layout import verify
 
 Mode = Literal["native", "python"]
@@ -249,34 +241,34 @@ def assert_rows(model: mujoco.MjModel) -> None:
     """
     kinds = {
         KIND_MUSCLE: {
-            MUSCLE_LEADER: KIND_MUSCLE,
-            MUSCLE_CHAMBER: KIND_CHAMBER,
-            MUSCLE_NEXT: KIND_MUSCLE,
-            MUSCLE_FRICTION_STATES: KIND_FRICTION,
+            MUSCLE_ROW.leader: KIND_MUSCLE,
+            MUSCLE_ROW.chamber: KIND_CHAMBER,
+            MUSCLE_ROW.next: KIND_MUSCLE,
+            MUSCLE_ROW.friction_states: KIND_FRICTION,
         },
         KIND_CHAMBER: {
-            CHAMBER_FIRST_MUSCLE: KIND_MUSCLE,
-            CHAMBER_NEXT: KIND_CHAMBER,
-            CHAMBER_INLET: KIND_VALVE,
-            CHAMBER_OUTLET: KIND_VALVE,
+            CHAMBER_ROW.first_muscle: KIND_MUSCLE,
+            CHAMBER_ROW.next: KIND_CHAMBER,
+            CHAMBER_ROW.inlet: KIND_VALVE,
+            CHAMBER_ROW.outlet: KIND_VALVE,
         },
-        KIND_DRIVE: {DRIVE_CHAMBER: KIND_CHAMBER},
+        KIND_DRIVE: {DRIVE_ROW.chamber: KIND_CHAMBER},
         KIND_VALVE: {},
         KIND_VOLUME: {},
         KIND_STORE: {},
         KIND_RESTRICTION: {},
         KIND_PASSIVE: {},
-        KIND_FRICTION: {FRICTION_MUSCLE: KIND_MUSCLE},
+        KIND_FRICTION: {FRICTION_ROW.muscle: KIND_MUSCLE},
         KIND_MOTOR: {},
         KIND_SPASTIC: {},
-        KIND_PAD: {PAD_FLOOR: KIND_MOTOR},
-        KIND_NETWORK: {NETWORK_FIRST_CHAMBER: KIND_CHAMBER},
+        KIND_PAD: {PAD_ROW.floor: KIND_MOTOR},
+        KIND_NETWORK: {NETWORK_ROW.first_chamber: KIND_CHAMBER},
     }
     optional = (
-        (KIND_MUSCLE, MUSCLE_NEXT),
-        (KIND_MUSCLE, MUSCLE_FRICTION_STATES),
-        (KIND_CHAMBER, CHAMBER_NEXT),
-        (KIND_CHAMBER, CHAMBER_FIRST_MUSCLE),
+        (KIND_MUSCLE, MUSCLE_ROW.next),
+        (KIND_MUSCLE, MUSCLE_ROW.friction_states),
+        (KIND_CHAMBER, CHAMBER_ROW.next),
+        (KIND_CHAMBER, CHAMBER_ROW.first_muscle),
     )
     rows = model.actuator_user
     asks = asks_for_callback(model)
@@ -304,9 +296,9 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     expected = data.userdata.copy()
     data.userdata[:] = found
     for i in muscles:
-        leader = int(model.actuator_user[i, MUSCLE_LEADER])
-        pulls = expected[int(model.actuator_user[leader, MUSCLE_USERDATA]) + TENSION]
-        if model.actuator_user[i, MUSCLE_WRAP_FRICTION] > 0.0:
+        leader = int(model.actuator_user[i, MUSCLE_ROW.leader])
+        pulls = expected[int(model.actuator_user[leader, MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
+        if model.actuator_user[i, MUSCLE_ROW.wrap_friction] > 0.0:
             pulls, _ = behind_guides(plain, flat, i, model.nuser_actuator * i, pulls)
         carries = -data.actuator_force[i]
         if not abs(carries - pulls) <= 1e-9 * max(1.0, abs(pulls)):

@@ -5,34 +5,24 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from afo_sim.native.slots import (
-    AIR_FIRST_EDGE,
-    AIR_FIRST_NODE,
-    AIR_LEADS,
-    AIR_NEXT,
-    EDGE_ROW_NEXT,
-    KIND_CHAMBER,
-    KIND_STORE,
-    KIND_VOLUME,
-    MARK,
-)
+from afo_sim.native.slots import AIR_ROW, EDGE_ROW, KIND_CHAMBER, KIND_STORE, KIND_VOLUME, MARK
 
 
 def leaders(model: mujoco.MjModel) -> list[int]:
     """Actuators of the nodes that lead a network."""
     rows = model.actuator_user
     nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
-    return [int(i) for i in np.flatnonzero(nodes & (rows[:, AIR_LEADS] > 0.0))]
+    return [int(i) for i in np.flatnonzero(nodes & (rows[:, AIR_ROW.leads] > 0.0))]
 
 
 def nodes_of(model: mujoco.MjModel, leader: int) -> list[int]:
     """Actuators of a network's nodes, in the order of their numbers from 2 on."""
-    return list(_chain(model, leader, AIR_FIRST_NODE, AIR_NEXT))
+    return list(_chain(model, leader, AIR_ROW.first_node, AIR_ROW.following))
 
 
 def edges_of(model: mujoco.MjModel, leader: int) -> list[int]:
     """Actuators of a network's valves and restrictions."""
-    return list(_chain(model, leader, AIR_FIRST_EDGE, EDGE_ROW_NEXT))
+    return list(_chain(model, leader, AIR_ROW.first_edge, EDGE_ROW.following))
 
 
 def _chain(model: mujoco.MjModel, leader: int, first: int, following: int) -> Iterator[int]:

@@ -8,19 +8,7 @@ import numpy as np
 from afo_sim.common.units import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.members import edges_of, leaders, nodes_of
-from afo_sim.native.slots import (
-    AIR_UPSTREAM,
-    CHAMBER_WALL_CONDUCTANCE,
-    EDGE_ROW_1,
-    EDGE_ROW_END,
-    EDGE_ROW_LAW,
-    EDGE_ROW_ORIGIN,
-    KIND_VALVE,
-    STORE_CONTENT,
-    VALVE_CONDUCTANCE,
-    VALVE_CRITICAL_RATIO,
-)
-from afo_sim.native.state import STORE_MASS, STORE_TEMPERATURE
+from afo_sim.native.slots import AIR_ROW, EDGE_ROW, KIND_VALVE, STORE_ACT, STORE_ROW, VALVE_ROW
 from afo_sim.physics.air_path import QUICK_EXHAUST
 
 TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
@@ -56,21 +44,21 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
     for leader in leaders(model):
         nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
         nodes |= dict(enumerate(nodes_of(model, leader), FIRST_NODE))
-        number = int(rows[leader, AIR_UPSTREAM])
+        number = int(rows[leader, AIR_ROW.upstream])
         upstream = nodes[number] if number else NOWHERE
         for edge in edges_of(model, leader):
             row = rows[edge]
-            law, first = int(row[EDGE_ROW_LAW]), float(row[EDGE_ROW_1])
+            law, first = int(row[EDGE_ROW.law]), float(row[EDGE_ROW.parameters])
             found.append(
                 Way(
                     edge,
-                    nodes[int(row[EDGE_ROW_ORIGIN])],
-                    nodes[int(row[EDGE_ROW_END])],
+                    nodes[int(row[EDGE_ROW.origin])],
+                    nodes[int(row[EDGE_ROW.end])],
                     bool(row[1] == KIND_VALVE),
                     law,
-                    float(row[VALVE_CONDUCTANCE]),
-                    float(row[VALVE_CRITICAL_RATIO]),
-                    (first, *map(float, row[EDGE_ROW_1 + 1 : EDGE_ROW_1 + 4])),  # type: ignore[arg-type]
+                    float(row[VALVE_ROW.conductance]),
+                    float(row[VALVE_ROW.critical_ratio]),
+                    (first, *map(float, row[EDGE_ROW.parameters + 1 : EDGE_ROW.parameters + 4])),  # type: ignore[arg-type]
                     nodes[int(first)] if law == QUICK_EXHAUST else NOWHERE,
                     upstream,
                 )
@@ -80,29 +68,29 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
 
 def wall_of(model: mujoco.MjModel, node: int) -> float:
     """Heat conductance to the wall of the actuator of a chamber or volume [W/K]."""
-    return float(model.actuator_user[node, CHAMBER_WALL_CONDUCTANCE])
+    return float(model.actuator_user[node, AIR_ROW.wall_conductance])
 
 
 def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
     """Share of its first content that is left in a store's actuator [-], from `act` (na,)."""
-    left = act[model.actuator_actadr[store] + STORE_MASS] / model.actuator_user[store, STORE_CONTENT]
+    left = act[model.actuator_actadr[store] + STORE_ACT.mass] / model.actuator_user[store, STORE_ROW.content]
     return float(left)
 
 
 def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
     """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
     at = model.actuator_actadr[store]
-    act[at + STORE_MASS] = model.actuator_user[store, STORE_CONTENT]
-    act[at + STORE_TEMPERATURE] = AMBIENT_TEMPERATURE
+    act[at + STORE_ACT.mass] = model.actuator_user[store, STORE_ROW.content]
+    act[at + STORE_ACT.temperature] = AMBIENT_TEMPERATURE
 
 
 def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
     """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
-    content: np.ndarray = act[..., model.actuator_actadr[store] + STORE_MASS]
+    content: np.ndarray = act[..., model.actuator_actadr[store] + STORE_ACT.mass]
     return content
 
 
 def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: float) -> None:
     """Set what is in the actuator of a store [kg] in `act` (na,), gas and liquid at ambient temperature."""
     at = model.actuator_actadr[store]
-    act[at + STORE_MASS], act[at + STORE_TEMPERATURE] = content, AMBIENT_TEMPERATURE
+    act[at + STORE_ACT.mass], act[at + STORE_ACT.temperature] = content, AMBIENT_TEMPERATURE

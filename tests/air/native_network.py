@@ -124,8 +124,8 @@ class NativeNetwork:
                 native.write_air(self.model, data.act, actuator, air)
             else:
                 at = self.model.actuator_actadr[actuator]
-                data.act[at + state.AIR_MASS] = air.mass
-                data.act[at + state.SIGMA] = air.absolute_pressure * air.volume**GAMMA
+                data.act[at + slots.CHAMBER_ACT.mass] = air.mass
+                data.act[at + slots.CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**GAMMA
         for key, actuator in self.ids.valves.items():
             opened = 1.0 if key in self.open else 0.0
             native.write_valve(self.model, data.act, actuator, opened, opened)
@@ -144,7 +144,10 @@ class NativeNetwork:
         with native.installed():
             data = self.start()
             for k in range(n + 1):
-                mass[k], sigma[k] = data.act[at + state.AIR_MASS], data.act[at + state.SIGMA]
+                mass[k], sigma[k] = (
+                    data.act[at + slots.CHAMBER_ACT.mass],
+                    data.act[at + slots.CHAMBER_ACT.sigma],
+                )
                 if k == n:
                     break
                 if switch is not None:
@@ -160,4 +163,4 @@ class NativeNetwork:
     def _place(self, k: int) -> int:
         """Where the flow of an edge stands in `userdata`."""
         known = self.ids.valves | self.ids.restrictions
-        return int(self.model.actuator_user[known[self.keys[k]], slots.EDGE_ROW_PLACE])
+        return int(self.model.actuator_user[known[self.keys[k]], slots.EDGE_ROW.place])
