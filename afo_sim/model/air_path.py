@@ -16,6 +16,8 @@ from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.orthosis import Orthosis
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
 from afo_sim.physics.gas import AIR, Gas
 
 SOURCE, OUTLET = (
@@ -36,7 +38,7 @@ class AirPath:
 
     volumes: tuple[native.CircuitVolume, ...]
     stores: tuple[native.CircuitStore, ...]
-    restrictions: tuple[native.CircuitRestriction, ...]
+    restrictions: tuple[FlowEdge, ...]
     gas: Gas = AIR
     feed: str = SUPPLY
     upstream: str = ""
@@ -84,7 +86,7 @@ def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
     return row | {"conductance": row["conductance"] * gas.flow_factor}
 
 
-def _in_gas(each: native.CircuitRestriction, gas: Gas) -> native.CircuitRestriction:
+def _in_gas(each: FlowEdge, gas: Gas) -> FlowEdge:
     return each if gas is AIR else each.times(gas.flow_factor)
 
 
@@ -154,44 +156,42 @@ def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:
             yield native.CircuitVolume(TUBE_END.format(name), half, start_as=name)
 
 
-def _behind_valves(name: str, chamber: Chamber) -> Iterator[native.CircuitRestriction]:
+def _behind_valves(name: str, chamber: Chamber) -> Iterator[FlowEdge]:
     """A chamber's tube, and the quick exhaust at its end."""
     if chamber.tube is None or chamber.tube_length is None:
         return
     tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
     end = name if quick is None else TUBE_END.format(name)
     c, b = tube.conductance(length), tube.critical_ratio(length)
-    yield native.CircuitRestriction(TUBE.format(name), VALVE_END.format(name), end, c, b)
+    yield FlowEdge(TUBE.format(name), VALVE_END.format(name), end, c, b)
     if quick is not None:
         yield from _quick_exhaust(QUICK_EXHAUST.format(name), end, name, quick)
 
 
-def _quick_exhaust(
-    name: str, a: str, b: str, quick: QuickExhaust | Restriction
-) -> Iterator[native.CircuitRestriction]:
+def _quick_exhaust(name: str, a: str, b: str, quick: QuickExhaust | Restriction) -> Iterator[FlowEdge]:
     """From a to b as a check valve; from b to the ambient air while a's pressure is lower."""
     c, vent, cracking = quick.conductance, quick.exhaust_conductance, quick.cracking_pressure or 0.0
     assert c is not None and vent is not None
     ratio = quick.critical_ratio or 0.0
-    yield native.check_valve(name, a, b, c, ratio, cracking=cracking)
-    yield native.quick_exhaust(f"{name}_exhaust", b, a, vent, ratio, cracking=cracking)
+    yield flow_edge.check_valve(name, a, b, c, ratio, cracking=cracking)
+    yield flow_edge.quick_exhaust(f"{name}_exhaust", b, a, vent, ratio, cracking=cracking)
 
 
-def _parts(name: str, each: Restriction, feed: str) -> Iterator[native.CircuitRestriction]:
+def _parts(name: str, each: Restriction, feed: str) -> Iterator[FlowEdge]:
     """What one restriction is made of."""
     a, b = (feed if node == SUPPLY else node for node in (each.upstream, each.downstream))
     conductance, cracking = each.conductance or 0.0, each.cracking_pressure or 0.0
     if each.tube is not None and each.length is not None:
         tube, length = each.tube, each.length
-        yield native.CircuitRestriction(name, a, b, tube.conductance(length), tube.critical_ratio(length))
+        yield FlowEdge(name, a, b, tube.conductance(length), tube.critical_ratio(length))
     elif each.valve is not None:
         row = each.valve.row
-        yield native.CircuitRestriction(name, a, b, row["conductance"], row["critical_ratio"], valve=row)
+        yield FlowEdge(name, a, b, row["conductance"], row["critical_ratio"], valve=row)
     elif each.regulator is not None and each.pressure is not None:
         yield from _regulator(name, each.regulator, each.pressure, a, b)
     elif each.kind == "throttle":
         assert each.check_conductance is not None
-        yield native.check_valve(
+        yield flow_edge.check_valve(
             name,
             a,
             b,
@@ -202,23 +202,23 @@ def _parts(name: str, each: Restriction, feed: str) -> Iterator[native.CircuitRe
             throttle_ratio=each.ratio,
         )
     elif each.kind == "check_valve":
-        yield native.check_valve(name, a, b, conductance, each.ratio, cracking=cracking)
+        yield flow_edge.check_valve(name, a, b, conductance, each.ratio, cracking=cracking)
     elif each.kind == "quick_exhaust":
         yield from _quick_exhaust(name, a, b, each)
     else:
-        yield native.CircuitRestriction(name, a, b, conductance, each.ratio)
+        yield FlowEdge(name, a, b, conductance, each.ratio)
 
 
 def _regulator(
     name: str, regulator: Regulator, pressure: float, before: str, behind: str
-) -> Iterator[native.CircuitRestriction]:
+) -> Iterator[FlowEdge]:
     """A regulator's seat, its relief and its bleed."""
     ratio = regulator.critical_ratio
-    yield native.regulator(
+    yield flow_edge.regulator(
         name, before, behind, regulator.conductance, ratio, setting=pressure, per_droop=regulator.gain
     )
     if regulator.relief is not None:
-        yield native.relief(
+        yield flow_edge.relief(
             f"{name}_relief",
             behind,
             regulator.opens_to_ambient,
@@ -228,18 +228,18 @@ def _regulator(
         )
     if regulator.bleed_flow > 0.0:  # choked at the set pressure
         bleed = regulator.bleed_flow / (STANDARD_DENSITY * (pressure + AMBIENT_PRESSURE))
-        yield native.CircuitRestriction(f"{name}_bleed", behind, native.AMBIENT_NAME, bleed, ratio)
+        yield FlowEdge(f"{name}_bleed", behind, native.AMBIENT_NAME, bleed, ratio)
 
 
 def _tank(source: Source) -> native.CircuitVolume:
     return native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
 
 
-def _compressor(source: Source) -> native.CircuitRestriction:
+def _compressor(source: Source) -> FlowEdge:
     stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
     assert stall is not None and starts is not None and stops is not None
     free = source.delivery(0.0) / STANDARD_DENSITY
-    return native.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
+    return flow_edge.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
 
 
 def _store(source: Source) -> native.CircuitStore:

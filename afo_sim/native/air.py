@@ -39,19 +39,9 @@ from afo_sim.native.slots import (
     VALVE_ROW,
     VOLUME_ROW,
 )
-from afo_sim.physics.air_path import (
-    COMPRESSOR,
-    ONE_WAY,
-    QUICK_EXHAUST,
-    REGULATED,
-    RELIEF,
-    TWO_WAY,
-    one_way_flow,
-    ramp,
-)
-from afo_sim.physics.feeding import compressor_flow, regulator_flow, relief_flow
+from afo_sim.physics.flow_edge import COMPRESSOR, TWO_WAY, edge_flow, has_pilot
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import chamber_pressure, valve_flow
+from afo_sim.physics.pneumatics import chamber_pressure
 from afo_sim.physics.store import store_pressure
 
 NEAR = 0.01  # relative change of a volume over a step up to which its powers follow by a series [-]
@@ -261,48 +251,18 @@ def rate_of(s: Any, n: int, share: float, gas: float, gamma: float) -> None:
 @register_jitable
 def flow_through(s: Any, e: int, a: int, b: int) -> float:
     """Mass flow of the restriction whose block starts at e, from the node at a to the node at b [kg/s]."""
-    law, opening = s[e + EDGE.law], s[e + EDGE.opening]
-    p1, t1, p2, t2 = (
+    law, k = s[e + EDGE.law], e + EDGE.parameters
+    pilot = s[NODE_NUMBERS * int(s[k]) + NODE.pressure] if has_pilot(law) else 0.0
+    return edge_flow(
+        law,
         s[a + NODE.pressure],
         s[a + NODE.temperature],
         s[b + NODE.pressure],
         s[b + NODE.temperature],
+        pilot,
+        s[e + EDGE.opening],
+        s[e + EDGE.conductance],
+        s[e + EDGE.critical],
+        s,
+        k,
     )
-    conductance, critical = s[e + EDGE.conductance], s[e + EDGE.critical]
-    if law == TWO_WAY:
-        return valve_flow(p1, t1, p2, t2, opening, conductance, critical)
-    if law == ONE_WAY:
-        return one_way_flow(
-            p1,
-            t1,
-            p2,
-            t2,
-            conductance,
-            critical,
-            s[e + EDGE.parameters],
-            s[e + EDGE.parameters + 1],
-            s[e + EDGE.parameters + 2],
-            s[e + EDGE.parameters + 3],
-        )
-    if law == QUICK_EXHAUST:
-        pilot = s[NODE_NUMBERS * int(s[e + EDGE.parameters]) + NODE.pressure]
-        return valve_flow(
-            p1,
-            t1,
-            p2,
-            t2,
-            ramp(p1 - pilot - s[e + EDGE.parameters + 1], s[e + EDGE.parameters + 2]),
-            conductance,
-            critical,
-        )
-    if law == REGULATED:
-        return regulator_flow(
-            p1, p2, t1, s[e + EDGE.parameters], s[e + EDGE.parameters + 1], conductance, critical
-        )
-    if law == RELIEF:
-        return relief_flow(
-            p1, p2, t1, s[e + EDGE.parameters], s[e + EDGE.parameters + 1], conductance, critical
-        )
-    if law == COMPRESSOR and opening > 0.5:
-        return compressor_flow(p2 - AMBIENT_PRESSURE, s[e + EDGE.parameters], 0.0, s[e + EDGE.parameters + 1])
-    return 0.0 * (p1 - p2)  # a NaN stays one

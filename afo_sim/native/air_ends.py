@@ -9,7 +9,7 @@ from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.members import edges_of, leaders, nodes_of
 from afo_sim.native.slots import COMPRESSOR_ACT, EDGE_ROW, KIND_CHAMBER
 from afo_sim.native.state import Air, read_air, read_volume, room_of
-from afo_sim.physics.air_path import COMPRESSOR
+from afo_sim.physics.flow_edge import COMPRESSOR
 
 
 class AirEnd(NamedTuple):

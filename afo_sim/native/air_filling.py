@@ -38,10 +38,10 @@ def air_rows(circuit: Circuit, ids: CircuitIds) -> tuple[dict[str, Values], dict
     for network in air_networks(circuit):
         nodes |= _nodes(circuit, ids, network)
         known = ids.valves | ids.restrictions
-        following = [*(known[edge.key] for edge in network.edges[1:]), -1]
+        following = [*(known[key] for key in [*network.edges][1:]), -1]
         edges |= {
-            edge.key: {"origin": edge.origin, "end": edge.end, "following": after, "tank": -1}
-            for edge, after in zip(network.edges, following, strict=True)
+            key: {"origin": origin, "end": end, "following": after, "tank": -1}
+            for (key, (origin, end)), after in zip(network.edges.items(), following, strict=True)
         }
     return nodes, edges
 
@@ -51,7 +51,7 @@ def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, 
     names = (*network.chambers, *network.others)
     following = [*(known[name] for name in names[1:]), -1]
     steep = _steepness(circuit, network)
-    first = (ids.valves | ids.restrictions)[network.edges[0].key]
+    first = (ids.valves | ids.restrictions)[next(iter(network.edges))]
     return {
         name: {
             "following": after,
@@ -77,10 +77,10 @@ def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:
             slopes[f"{chamber.name}_{side}"] = laminar_slope(row["conductance"], row["critical_ratio"])
     found = dict.fromkeys((AMBIENT, *network.numbers.values()), 0.0)
     stores = {network.numbers.get(store.name) for store in circuit.stores}
-    for edge in network.edges:
-        fixed = {AMBIENT, SUPPLY, *stores} & {edge.origin, edge.end}
-        for node in (edge.origin, edge.end):
-            found[node] += (1.0 if fixed else 2.0) * slopes[edge.key]
+    for key, ends in network.edges.items():
+        fixed = {AMBIENT, SUPPLY, *stores} & {*ends}
+        for node in ends:
+            found[node] += (1.0 if fixed else 2.0) * slopes[key]
     if network.upstream:
         found[network.upstream] += 2.0 * found[SUPPLY]
     return found

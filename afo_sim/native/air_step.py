@@ -35,7 +35,7 @@ from afo_sim.native.slots import (
     VOLUME_DATA,
 )
 from afo_sim.physics.chebyshev import following, origin, stages
-from afo_sim.physics.feeding import compressor_runs
+from afo_sim.physics.flow_edge import compressor_runs
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.store import store_temperature_rate
 

@@ -18,7 +18,6 @@ from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.native.air_circuit import (
     AMBIENT_NAME,
     SUPPLY_NAME,
-    CircuitRestriction,
     CircuitStore,
     CircuitVolume,
 )
@@ -39,7 +38,7 @@ from afo_sim.native.slots import (
     VALVE_ACT,
     VOLUME_DATA,
 )
-from afo_sim.physics.air_path import COMPRESSOR
+from afo_sim.physics.flow_edge import COMPRESSOR, FlowEdge
 from afo_sim.physics.friction import FRICTIONS
 
 SIDES = ("inlet", "outlet")
@@ -172,7 +171,7 @@ class Circuit:
     anchors: tuple[CircuitAnchor, ...] = ()
     volumes: tuple[CircuitVolume, ...] = ()
     stores: tuple[CircuitStore, ...] = ()
-    restrictions: tuple[CircuitRestriction, ...] = ()
+    restrictions: tuple[FlowEdge, ...] = ()
     upstream: str = ""
     gas_constant: float = GAS_CONSTANT
     heat_capacity_ratio: float = HEAT_CAPACITY_RATIO

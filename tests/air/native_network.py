@@ -16,6 +16,8 @@ from air.reference import AMBIENT, GAMMA, GAS, Edge, Fixed, Volume
 
 from afo_sim import native
 from afo_sim.native import slots, state
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
 
 XML = """<mujoco><option timestep="{}" integrator="implicitfast"><flag autoreset="disable"/></option>
 <worldbody><body><joint name="slide" type="slide"/><geom size=".01" mass="1"/></body></worldbody></mujoco>"""
@@ -103,10 +105,10 @@ class NativeNetwork:
         return ISOTHERMAL if node.isothermal else node.wall
 
     @staticmethod
-    def _restriction(name: str, edge: Edge) -> native.CircuitRestriction:
+    def _restriction(name: str, edge: Edge) -> FlowEdge:
         if edge.cracking is None:
-            return native.CircuitRestriction(name, edge.origin, edge.end, edge.conductance, edge.critical)
-        return native.check_valve(
+            return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical)
+        return flow_edge.check_valve(
             name, edge.origin, edge.end, edge.conductance, edge.critical, cracking=edge.cracking
         )
 
