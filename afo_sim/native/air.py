@@ -39,7 +39,7 @@ from afo_sim.native.slots import (
     VALVE_ROW,
     VOLUME_ROW,
 )
-from afo_sim.physics.flow_edge import COMPRESSOR, TWO_WAY, edge_flow, has_pilot
+from afo_sim.physics.flow_edge import COMPRESSOR, TWO_WAY, edge_flow
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import chamber_pressure
 from afo_sim.physics.store import store_pressure
@@ -251,18 +251,17 @@ def rate_of(s: Any, n: int, share: float, gas: float, gamma: float) -> None:
 @register_jitable
 def flow_through(s: Any, e: int, a: int, b: int) -> float:
     """Mass flow of the restriction whose block starts at e, from the node at a to the node at b [kg/s]."""
-    law, k = s[e + EDGE.law], e + EDGE.parameters
-    pilot = s[NODE_NUMBERS * int(s[k]) + NODE.pressure] if has_pilot(law) else 0.0
     return edge_flow(
-        law,
+        s[e + EDGE.law],
         s[a + NODE.pressure],
         s[a + NODE.temperature],
         s[b + NODE.pressure],
         s[b + NODE.temperature],
-        pilot,
         s[e + EDGE.opening],
         s[e + EDGE.conductance],
         s[e + EDGE.critical],
         s,
-        k,
+        e + EDGE.parameters,
+        NODE.pressure,
+        NODE_NUMBERS,
     )

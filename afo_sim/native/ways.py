@@ -9,7 +9,7 @@ from afo_sim.common.units import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.members import edges_of, leaders, nodes_of
 from afo_sim.native.slots import AIR_ROW, EDGE_ROW, KIND_VALVE, STORE_ACT, STORE_ROW, VALVE_ROW
-from afo_sim.physics.flow_edge import has_pilot
+from afo_sim.physics.flow_edge import PILOTED
 
 TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
 
@@ -59,7 +59,7 @@ def ways_of(model: mujoco.MjModel) -> list[Way]:
                     float(row[VALVE_ROW.conductance]),
                     float(row[VALVE_ROW.critical_ratio]),
                     (first, *map(float, row[EDGE_ROW.parameters + 1 : EDGE_ROW.parameters + 4])),  # type: ignore[arg-type]
-                    nodes[int(first)] if has_pilot(law) else NOWHERE,
+                    nodes[int(first)] if law in PILOTED else NOWHERE,
                     upstream,
                 )
             )

@@ -21,15 +21,10 @@ from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import iso_6358_flow, iso_6358_flows, laminar_slope, valve_flow
 
 TWO_WAY, ONE_WAY, QUICK_EXHAUST, REGULATED, RELIEF, COMPRESSOR = 0, 1, 2, 3, 4, 5
+PILOTED = (QUICK_EXHAUST,)  # need the pressure of a third node, whose number is their first parameter
 AMBIENT, SUPPLY = "ambient", "supply"  # nodes whose pressures are given
 LEAST_BAND = 500.0  # of a check valve without a spring: the pressure over which it opens [Pa]
 HIGHEST = 12e5  # pressure for which a check valve's steepness holds [Pa]
-
-
-@register_jitable
-def has_pilot(law: float) -> bool:
-    """Whether a law needs the pressure of a third node, whose number is its first parameter."""
-    return law == QUICK_EXHAUST
 
 
 @register_jitable
@@ -39,12 +34,13 @@ def edge_flow(
     t1: float,
     p2: float,
     t2: float,
-    pilot: float,
     opening: float,
     conductance: float,
     critical: float,
     numbers: Any,
     k: int,
+    first: int,
+    stride: int,
 ) -> float:
     """Mass flow of an edge from its origin to its end [kg/s].
 
@@ -52,10 +48,10 @@ def edge_flow(
     ----------
     law : TWO_WAY, ONE_WAY, …
     p1, t1, p2, t2 : absolute pressure [Pa] and temperature [K] at origin and end
-    pilot : absolute pressure of the third node, of a law that has one [Pa]
     opening : of a valve, or whether a compressor runs [-]
     conductance, critical : C [m³/(s·Pa)], b [-]
     numbers, k : the law's parameters stand in `numbers` from k on
+    first, stride : the absolute pressure of node i stands in `numbers` at first + stride × i [Pa]
     """
     if law == TWO_WAY:
         return valve_flow(p1, t1, p2, t2, opening, conductance, critical)
@@ -64,6 +60,7 @@ def edge_flow(
             p1, t1, p2, t2, conductance, critical, numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]
         )
     if law == QUICK_EXHAUST:
+        pilot = numbers[first + stride * int(numbers[k])]
         opens = ramp(p1 - pilot - numbers[k + 1], numbers[k + 2])
         return valve_flow(p1, t1, p2, t2, opens, conductance, critical)
     if law == REGULATED:
@@ -92,7 +89,8 @@ def edge_flows(
     Parameters
     ----------
     law, conductance, critical_ratio, parameters : as of a `FlowEdge`: C [m³/(s·Pa)], b [-]
-    p1, t1, p2, t2, pilot, opening : as of `edge_flow` [Pa], [K], [-] (n,)
+    p1, t1, p2, t2, opening : as of `edge_flow` [Pa], [K], [-] (n,)
+    pilot : absolute pressure of the third node, of a law that has one [Pa] (n,)
     """
     a, b, c, d = parameters
     if law == QUICK_EXHAUST:
