@@ -274,6 +274,11 @@ class FlowEdge:
         return self.conductance + self.parameters[0] if self.law == ONE_WAY else self.conductance
 
     @property
+    def ratio_forth(self) -> float:
+        """Critical pressure ratio from `origin` to `end` [-]; of a throttle's check valve."""
+        return self.parameters[1] if self.law == ONE_WAY else self.critical_ratio
+
+    @property
     def back(self) -> float:
         """Sonic conductance from `end` to `origin`, all open [m³/(s·Pa)]."""
         return self.conductance if self.law in (TWO_WAY, ONE_WAY) else 0.0

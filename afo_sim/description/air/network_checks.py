@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from afo_sim.common.errors import nearest_name
-from afo_sim.description.air.air_graph import ALWAYS_OPEN, HasAir, Way, reached, ways
-from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction
+from afo_sim.description.air.air_graph import HasAir, Way, reached, ways
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, Restriction
 from afo_sim.description.air.room import check_room
 from afo_sim.description.quantity import amount, refusal
 
@@ -13,8 +13,6 @@ TAKEN = {  # names of nodes and restrictions that a supply has of its own
     "restriction": ("compressor", "regulator", "regulator_relief", "regulator_bleed"),
 }
 TABLE_KEYS = ("period", "restart", "provenance")  # of a timer, beside its chambers
-PARTS = {"quick_exhaust": ("exhaust",), "regulator": ("relief", "bleed")}
-ONE_WAY = ("check_valve", "quick_exhaust", "regulator")
 
 
 def check_network(orthosis: HasAir) -> None:
@@ -74,7 +72,7 @@ def _check_names_of_restrictions(orthosis: HasAir) -> None:
     taken |= {
         f"{name}_{part}": f"a part of restriction {name!r}"
         for name, each in orthosis.restriction.items()
-        for part in PARTS.get(each.kind, ())
+        for part in each.part.branches
     }
     for name, each in orthosis.restriction.items():
         key = f"restriction.{name}"
@@ -114,9 +112,9 @@ def _check_ends(orthosis: HasAir) -> None:
         if ends == {SUPPLY, AMBIENT} and each.kind != "leak":
             problem = "leads from the supply straight to the ambient air: it would blow off all the time"
             raise refusal(problem, 'a volume between, or the kind "leak"', key)
-        if each.kind in ONE_WAY and each.downstream == SUPPLY:
+        if not each.part.both_ways and each.downstream == SUPPLY:
             raise refusal("is the supply, which takes no air back", "another node", f"{key}.downstream")
-        if each.kind in ("regulator", "quick_exhaust") and each.upstream == AMBIENT:
+        if not (each.part.both_ways or each.part.to_ambient) and each.upstream == AMBIENT:
             raise refusal("is the ambient air, which fills nothing", "another node", f"{key}.upstream")
 
 
@@ -161,7 +159,7 @@ def _against(name: str, orthosis: HasAir, into: dict[str, list[Way]]) -> str:
         (
             key
             for key, each in orthosis.restriction.items()
-            if each.kind in ONE_WAY and each.upstream == name and each.downstream in into
+            if not each.part.both_ways and each.upstream == name and each.downstream in into
         ),
         "",
     )
@@ -190,14 +188,15 @@ def _check_regulators(orthosis: HasAir, found: list[Way]) -> None:
 
 def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None:
     """Its own air must not come before it again, nor what is before it behind it."""
-    others = [way for way in found if way.key != key and way.kind in (*ALWAYS_OPEN, "check_valve")]
+    lasting = [way for way in found if way.key != key and way.feeds and way.blows_off]
+    others = [way for way in lasting if way.part is not regulator.part]
     around = reached([regulator.upstream], others).get(regulator.downstream)
     if around:
         problem = (
             f"is by-passed: air comes from {regulator.upstream!r} to what it holds through {_told(around)}"
         )
         raise refusal(problem, "a valve between, or no such way", key)
-    others += [way for way in found if way.key != key and way.kind == "regulator"]
+    others += [way for way in lasting if way.part is regulator.part]
     back = reached([regulator.downstream], others).get(regulator.upstream)
     if back:
         problem = f"is fed from what it feeds, through {_told(back)}"
@@ -210,7 +209,7 @@ def _told(through: list[Way]) -> str:
 
 def _check_settings(regulators: dict[str, Restriction], found: list[Way]) -> None:
     """Regulators that hold the same air must hold it at the same pressure."""
-    open_ways = [way for way in found if way.kind in ALWAYS_OPEN]
+    open_ways = [way for way in found if way.always_open]
     holds: dict[str, str] = {}
     for name, each in regulators.items():
         for node in reached([each.downstream], open_ways):

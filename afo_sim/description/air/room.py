@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from afo_sim.description.air.air_graph import HasAir
-from afo_sim.description.air.network import SUPPLY
+from afo_sim.description.air.air_parts import SUPPLY
 from afo_sim.description.quantity import refusal
 
 MOST_NODES = 32  # of one network, beside the ambient air and the supply
@@ -58,9 +58,4 @@ def _parts(orthosis: HasAir) -> Iterator[tuple[str, str, int]]:
         yield chamber.feed, name, 1 + own
         yield name, chamber.exhaust, 1
     for each in orthosis.restriction.values():
-        count = 1
-        if each.kind == "quick_exhaust":
-            count = 2
-        elif each.regulator is not None:
-            count += (each.regulator.relief is not None) + (each.regulator.bleed > 0.0)
-        yield each.upstream, each.downstream, count
+        yield each.upstream, each.downstream, len(each.edges(""))

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 from typing import Any
 
 from afo_sim.description.air.air_graph import HasAir, highest_pressures, ways
-from afo_sim.description.air.network import AMBIENT, SUPPLY
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
 from afo_sim.description.air.room import check_room
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.quantity import amount, refusal
