@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from afo_sim.description.air.quick_exhaust import QuickExhaust
 
 import afo_sim
-from afo_sim.description.air.air_parts import PARTS, Restriction, Volume
+from afo_sim.description.air.air_parts import PARTS, QuickExhaust, Restriction, Volume
 from afo_sim.description.air.chamber import Chamber
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
