@@ -6,13 +6,24 @@ from afo_sim.native.air_circuit import (
     CircuitStore,
     CircuitVolume,
 )
-from afo_sim.native.air_ends import (
+from afo_sim.native.air_reading import (
+    NOWHERE,
+    TO_AMBIENT,
+    TO_SUPPLY,
     AirEnd,
+    Way,
     ends_at_ambient,
     ends_at_supply,
+    fill_store,
     is_compressor,
+    read_content,
     read_node,
     read_running,
+    store_left,
+    touching,
+    wall_of,
+    ways_of,
+    write_content,
 )
 from afo_sim.native.circuit import (
     SIDES,
@@ -29,7 +40,7 @@ from afo_sim.native.circuit import (
     add_muscles,
     circuit_ids,
 )
-from afo_sim.native.clock import without_clock
+from afo_sim.native.engine_clock import without_clock
 from afo_sim.native.filling import (
     assert_muscles_pull,
     fill_chambers,
@@ -37,8 +48,16 @@ from afo_sim.native.filling import (
     fill_inverse_masses,
     step_back,
 )
-from afo_sim.native.hold import Closing, Hold
-from afo_sim.native.install import KernelFailure, Mode, asks_for_callback, assert_live, assert_rows, installed
+from afo_sim.native.install import (
+    Closing,
+    Hold,
+    KernelFailure,
+    Mode,
+    asks_for_callback,
+    assert_live,
+    assert_rows,
+    installed,
+)
 from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
     BANG_BANG,
@@ -75,22 +94,9 @@ from afo_sim.native.state import (
     read_switches,
     read_volume,
     room_of,
-    touching,
     write_air,
     write_held,
     write_valve,
-)
-from afo_sim.native.ways import (
-    NOWHERE,
-    TO_AMBIENT,
-    TO_SUPPLY,
-    Way,
-    fill_store,
-    read_content,
-    store_left,
-    wall_of,
-    ways_of,
-    write_content,
 )
 
 __all__ = [

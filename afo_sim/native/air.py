@@ -24,7 +24,7 @@ from afo_sim.native.air_block import (
     OF_VOLUME,
     SUPPLY,
 )
-from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
+from afo_sim.native.error_codes import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
 from afo_sim.native.slots import (
     AIR_ROW,
     CHAMBER_ACT,

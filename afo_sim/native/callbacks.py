@@ -42,8 +42,8 @@ from collections.abc import Callable
 from typing import Any
 
 from afo_sim.native.air_step import air_dyn, compressor_dyn
-from afo_sim.native.complaints import FINE, NO_NUMBER
-from afo_sim.native.driving import drive_dyn
+from afo_sim.native.driving import drive_dyn, valve_dyn
+from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
@@ -65,7 +65,6 @@ from afo_sim.native.slots import (
     PASSIVE_ROW,
     SPASTIC_ROW,
 )
-from afo_sim.native.valve import valve_dyn
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 
 

@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.native.members import edges_of, leaders, nodes_of
 from afo_sim.native.slots import (
     AIR_ROW,
     ANCHOR_ACT,
@@ -183,18 +182,6 @@ def room_of(model: mujoco.MjModel, node: int) -> float:
 def read_flow(model: mujoco.MjModel, userdata: np.ndarray, edge: int) -> np.ndarray:
     """Mean flow of the step through the actuator of a valve or restriction [kg/s], from `userdata`."""
     found: np.ndarray = userdata[..., int(model.actuator_user[edge, EDGE_ROW.place])]
-    return found
-
-
-def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
-    """Valves and restrictions at a node's actuator, each with the sign of a flow into it."""
-    rows = model.actuator_user
-    number = rows[node, AIR_ROW.number]
-    found = []
-    leader = next((k for k in leaders(model) if node in nodes_of(model, k)), None)
-    for edge in () if leader is None else edges_of(model, leader):
-        ends = ((EDGE_ROW.origin, -1.0), (EDGE_ROW.end, 1.0))
-        found += [(edge, sign) for slot, sign in ends if rows[edge, slot] == number]
     return found
 
 

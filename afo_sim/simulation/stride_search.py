@@ -15,8 +15,7 @@ from afo_sim.model.build import Built
 from afo_sim.model.periodic import beyond_chambers
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
-from afo_sim.simulation.network_rows import network_rows
-from afo_sim.simulation.network_slopes import NetworkRows, network_slopes
+from afo_sim.simulation.network_slopes import NetworkRows, network_rows, network_slopes
 from afo_sim.simulation.policy import Rows
 from afo_sim.simulation.rollout import STATE
 

@@ -18,7 +18,7 @@ from afo_sim.common.units import (
     STANDARD_DENSITY,
 )
 from afo_sim.description.control.drive import Drive
-from afo_sim.model.circuit import drive_of
+from afo_sim.model.pneumatic_circuit import drive_of
 from afo_sim.native import slots
 
 STEP = 1e-3

@@ -10,7 +10,8 @@ from ankle_rig import STIFFENING, Ankle, pulses
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.native import balance, bracket, slots
+from afo_sim.native import balance, slots
+from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
 from afo_sim.physics.friction import FRICTIONS
@@ -182,16 +183,16 @@ def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
 def test_bisection_finds_what_newton_finds(
     rig: Ankle, seed: int, rest: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bracket, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
+    monkeypatch.setattr(solving, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
     model, data = at_random(rig, seed)
     first = newtons_method.guess(model, data, 0, 0, rest)
     pull, settled = newtons_method.newton(model, data, 0, first, rest)
     assert settled
     newton = contractions(model, data)
     # chamber by chamber, and where Newton's method fails there, too
-    for solve in (bracket.newton_chamber, lambda *_: False):
-        monkeypatch.setattr(bracket, "newton_chamber", solve)
-        assert bracket.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
+    for solve in (solving.newton_chamber, lambda *_: False):
+        monkeypatch.setattr(solving, "newton_chamber", solve)
+        assert solving.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
         assert contractions(model, data) == pytest.approx(newton, abs=1e-8)
 
 
@@ -239,7 +240,7 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
 @pytest.mark.slow
 @every_rig
 def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bracket, "HALVINGS", 30)
+    monkeypatch.setattr(solving, "HALVINGS", 30)
     model, data = at_random(rig, 4)
     row = model.actuator_user  # type: ignore[attr-defined]
     size = model.nuser_actuator  # type: ignore[attr-defined]
@@ -248,7 +249,7 @@ def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pyte
         moved, _ = balance.shift(model, data, 0, pull, False)
         pulled, chamber = 0.0, int(row[slots.NETWORK_ROW.first_chamber])
         while chamber >= 0:
-            pulled += bracket.pull_at(model, data, chamber, moved, False)
+            pulled += solving.pull_at(model, data, chamber, moved, False)
             chamber = int(row[size * chamber + slots.CHAMBER_ROW.next])
         left.append(pull - pulled)
     assert np.all(np.diff(left) > 0.0)
@@ -256,7 +257,7 @@ def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pyte
 
 def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
     """There more pressure makes a narrower muscle: the damper grows with it, and the bracket must hold it."""
-    monkeypatch.setattr(bracket, "HALVINGS", 36)
+    monkeypatch.setattr(solving, "HALVINGS", 36)
     rig = Ankle(damping=5e-3, timestep=2e-3)
     model, data = at_random(rig, 1)
     user, size = model.actuator_user, model.nuser_actuator  # type: ignore[attr-defined]
@@ -268,7 +269,7 @@ def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch:
     )
     assert settled
     newton = contractions(model, data)
-    bracket.bisect(model, data, 0, False)
+    solving.bisect(model, data, 0, False)
     assert contractions(model, data) == pytest.approx(newton, abs=1e-9)
     assert math.isfinite(pull)
 

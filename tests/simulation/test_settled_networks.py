@@ -13,8 +13,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
 from afo_sim.model.periodic import steps_of_stride, two_strides, why_walked
 from afo_sim.simulation.air_slopes import AirRows, air_slopes
-from afo_sim.simulation.network_rows import network_rows
-from afo_sim.simulation.network_slopes import network_slopes
+from afo_sim.simulation.network_slopes import network_rows, network_slopes
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.stride_search import AIR, ANGLE
