@@ -2,8 +2,7 @@
 
 from afo_sim.common import assets
 from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
-from afo_sim.description.air.rated import Rated
-from afo_sim.description.air.valve import Valve
+from afo_sim.description.air.valve import Rated, Valve
 from afo_sim.description.reader import load
 from afo_sim.physics.ratings import nominal_flow
 

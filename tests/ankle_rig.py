@@ -8,7 +8,7 @@ import numpy as np
 from rig import BRAID, LAW
 
 from afo_sim import native
-from afo_sim.native import state
+from afo_sim.native import slots
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 
@@ -195,5 +195,5 @@ def air(model: mujoco.MjModel, trace: Trace, name: str) -> native.Air:
 
 def sigma(model: mujoco.MjModel, trace: Trace, name: str) -> np.ndarray:
     """The state σ of a chamber."""
-    at = model.actuator_actadr[model.actuator(f"chamber_{name}").id] + state.SIGMA
+    at = model.actuator_actadr[model.actuator(f"chamber_{name}").id] + slots.CHAMBER_ACT.sigma
     return trace.act[:, at]

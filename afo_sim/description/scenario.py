@@ -13,9 +13,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from afo_sim.common.errors import nearest_name
-from afo_sim.description.air.supplied import check_supplied, check_three_way
+from afo_sim.description.air.supplied import check_supplied, check_switched, check_three_way
 from afo_sim.description.air.supply import Supply
-from afo_sim.description.air.switched import check_switched
 from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor

@@ -16,7 +16,7 @@ from afo_sim.common.units import AMBIENT_PRESSURE, LEAST_NUMBER, parse_quantity
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Segment
 from afo_sim.legs.finding import Found
-from afo_sim.native.hold import Hold
+from afo_sim.native.install import Hold
 
 Command = Literal["inlet", "outlet"] | None
 COMMANDS: dict[Command, tuple[float, float]] = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), None: (0.0, 0.0)}

@@ -26,7 +26,7 @@ from afo_sim.legs.attached import Attached
 from afo_sim.legs.attached_spec import compiled, files_of, own_spec
 from afo_sim.legs.attaching import completed
 from afo_sim.legs.finding import Found
-from afo_sim.model.circuit import circuit_of, endless
+from afo_sim.model.pneumatic_circuit import circuit_of, endless
 from afo_sim.native.compiled import mujoco_library
 
 VERSION = 1  # of the sidecar

@@ -21,10 +21,10 @@ from afo_sim.legs.finding import Found, find
 from afo_sim.legs.hanging import hang, places_of
 from afo_sim.legs.mjcf import one_line, tree_of
 from afo_sim.legs.tree import Tree
-from afo_sim.model.circuit import circuit_of, endless
 from afo_sim.model.mirror import mirror_shapes
+from afo_sim.model.pneumatic_circuit import circuit_of, endless
 from afo_sim.model.tendons import add_tendons
-from afo_sim.native.hold import Hold
+from afo_sim.native.install import Hold
 
 Described = str | os.PathLike[str] | Mapping[str, Any] | Orthosis
 PREFIX = "afo_"

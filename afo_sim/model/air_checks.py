@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from afo_sim.common.units import in_unit
-from afo_sim.description.air.air_graph import ALWAYS_OPEN, highest_pressures, reached, ways
-from afo_sim.description.air.network import AMBIENT, SUPPLY
+from afo_sim.description.air.air_graph import highest_pressures, reached, ways
+from afo_sim.description.air.air_parts import AMBIENT, PARTS, SUPPLY
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import amount
@@ -36,8 +36,7 @@ def check_air_path(scenario: Scenario) -> list[str]:
 
 def _blown_off(orthosis: Orthosis) -> Iterator[str]:
     """Air that goes from the supply to the ambient air all the time."""
-    kinds = (*ALWAYS_OPEN, "silencer", "check_valve", "regulator")
-    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.kind in kinds]).get(AMBIENT)
+    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.blows_off]).get(AMBIENT)
     if lost:
         through = ", ".join(way.key.partition(".")[2] for way in lost)
         yield f"air blows off all the time, from the supply through {through}: a valve between would stop it"
@@ -45,14 +44,12 @@ def _blown_off(orthosis: Orthosis) -> Iterator[str]:
 
 def _by_passed(orthosis: Orthosis) -> Iterator[str]:
     """Chambers that the supply fills past their inlet valves, all the time."""
-    kinds = (*ALWAYS_OPEN, "check_valve", "quick_exhaust", "regulator")
-    open_ways = [way for way in ways(orthosis) if way.kind in kinds]
-    fed = reached([SUPPLY], open_ways)
+    fed = reached([SUPPLY], [way for way in ways(orthosis) if way.feeds])
     for name in orthosis.chamber:
         if name in fed:
             through = ", ".join(repr(way.key.partition(".")[2]) for way in fed[name])
             mend = "a valve between, or another upstream, would stop it"
-            if fed[name][-1].kind == "quick_exhaust":
+            if fed[name][-1].part is PARTS["quick_exhaust"]:
                 mend = f"chamber.{name}.quick_exhaust would stand behind the inlet"
             yield (
                 f"chamber {name!r} is on the supply all the time: its inlet valve is bypassed by restriction "

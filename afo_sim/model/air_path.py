@@ -5,17 +5,17 @@ which feeds all that names the supply. A source's own pressure is before it.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
+from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.description.air.air_parts import SUPPLY, quick_exhaust_edges, regulator_edges, tube_edge
 from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.network import SUPPLY, Restriction
-from afo_sim.description.air.quick_exhaust import QuickExhaust
-from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.orthosis import Orthosis
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
 from afo_sim.physics.gas import AIR, Gas
 
 SOURCE, OUTLET = (
@@ -36,7 +36,7 @@ class AirPath:
 
     volumes: tuple[native.CircuitVolume, ...]
     stores: tuple[native.CircuitStore, ...]
-    restrictions: tuple[native.CircuitRestriction, ...]
+    restrictions: tuple[FlowEdge, ...]
     gas: Gas = AIR
     feed: str = SUPPLY
     upstream: str = ""
@@ -58,7 +58,7 @@ class AirPath:
         ]
         restrictions = [
             *(part for name, each in orthosis.chamber.items() for part in _behind_valves(name, each)),
-            *(part for name, each in orthosis.restriction.items() for part in _parts(name, each, feed)),
+            *(_fed(e, feed) for name, each in orthosis.restriction.items() for e in each.edges(name)),
         ]
         stores = []
         if source is not None and source.kind == "compressor":
@@ -68,7 +68,7 @@ class AirPath:
             stores.append(_store(source))
         if regulator is not None:
             volumes.append(native.CircuitVolume(OUTLET, regulator.outlet_volume, 0.0, pressure))
-            restrictions += _regulator(OUTLET, regulator, pressure, before, OUTLET)
+            restrictions += regulator_edges(OUTLET, regulator, pressure, before, OUTLET)
         scaled = tuple(_in_gas(each, gas) for each in restrictions)
         upstream = SOURCE if source is not None and regulator is None else ""
         return cls(tuple(volumes), tuple(stores), scaled, gas, feed, upstream)
@@ -84,7 +84,7 @@ def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
     return row | {"conductance": row["conductance"] * gas.flow_factor}
 
 
-def _in_gas(each: native.CircuitRestriction, gas: Gas) -> native.CircuitRestriction:
+def _in_gas(each: FlowEdge, gas: Gas) -> FlowEdge:
     return each if gas is AIR else each.times(gas.flow_factor)
 
 
@@ -107,9 +107,9 @@ def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
     while changed:
         changed = False
         for each in orthosis.restriction.values():
-            if each.kind in ("valve", "silencer", "leak"):
+            if not each.part.feeds:
                 continue
-            both = each.kind in ("tube", "orifice", "throttle")
+            both = each.part.both_ways
             ways = [(each.upstream, each.downstream)] + [(each.downstream, each.upstream)] * both
             for origin, end in ways:
                 if origin not in found or end == native.AMBIENT_NAME:
@@ -154,92 +154,32 @@ def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:
             yield native.CircuitVolume(TUBE_END.format(name), half, start_as=name)
 
 
-def _behind_valves(name: str, chamber: Chamber) -> Iterator[native.CircuitRestriction]:
+def _behind_valves(name: str, chamber: Chamber) -> Iterator[FlowEdge]:
     """A chamber's tube, and the quick exhaust at its end."""
     if chamber.tube is None or chamber.tube_length is None:
         return
     tube, length, quick = chamber.tube, chamber.tube_length, chamber.quick_exhaust
     end = name if quick is None else TUBE_END.format(name)
-    c, b = tube.conductance(length), tube.critical_ratio(length)
-    yield native.CircuitRestriction(TUBE.format(name), VALVE_END.format(name), end, c, b)
+    yield tube_edge(TUBE.format(name), VALVE_END.format(name), end, tube, length)
     if quick is not None:
-        yield from _quick_exhaust(QUICK_EXHAUST.format(name), end, name, quick)
+        yield from quick_exhaust_edges(QUICK_EXHAUST.format(name), end, name, quick)
 
 
-def _quick_exhaust(
-    name: str, a: str, b: str, quick: QuickExhaust | Restriction
-) -> Iterator[native.CircuitRestriction]:
-    """From a to b as a check valve; from b to the ambient air while a's pressure is lower."""
-    c, vent, cracking = quick.conductance, quick.exhaust_conductance, quick.cracking_pressure or 0.0
-    assert c is not None and vent is not None
-    ratio = quick.critical_ratio or 0.0
-    yield native.check_valve(name, a, b, c, ratio, cracking=cracking)
-    yield native.quick_exhaust(f"{name}_exhaust", b, a, vent, ratio, cracking=cracking)
-
-
-def _parts(name: str, each: Restriction, feed: str) -> Iterator[native.CircuitRestriction]:
-    """What one restriction is made of."""
-    a, b = (feed if node == SUPPLY else node for node in (each.upstream, each.downstream))
-    conductance, cracking = each.conductance or 0.0, each.cracking_pressure or 0.0
-    if each.tube is not None and each.length is not None:
-        tube, length = each.tube, each.length
-        yield native.CircuitRestriction(name, a, b, tube.conductance(length), tube.critical_ratio(length))
-    elif each.valve is not None:
-        row = each.valve.row
-        yield native.CircuitRestriction(name, a, b, row["conductance"], row["critical_ratio"], valve=row)
-    elif each.regulator is not None and each.pressure is not None:
-        yield from _regulator(name, each.regulator, each.pressure, a, b)
-    elif each.kind == "throttle":
-        assert each.check_conductance is not None
-        yield native.check_valve(
-            name,
-            a,
-            b,
-            each.check_conductance,
-            each.ratio,
-            cracking=cracking,
-            throttle=conductance,
-            throttle_ratio=each.ratio,
-        )
-    elif each.kind == "check_valve":
-        yield native.check_valve(name, a, b, conductance, each.ratio, cracking=cracking)
-    elif each.kind == "quick_exhaust":
-        yield from _quick_exhaust(name, a, b, each)
-    else:
-        yield native.CircuitRestriction(name, a, b, conductance, each.ratio)
-
-
-def _regulator(
-    name: str, regulator: Regulator, pressure: float, before: str, behind: str
-) -> Iterator[native.CircuitRestriction]:
-    """A regulator's seat, its relief and its bleed."""
-    ratio = regulator.critical_ratio
-    yield native.regulator(
-        name, before, behind, regulator.conductance, ratio, setting=pressure, per_droop=regulator.gain
-    )
-    if regulator.relief is not None:
-        yield native.relief(
-            f"{name}_relief",
-            behind,
-            regulator.opens_to_ambient,
-            ratio,
-            limit=pressure + regulator.relief,
-            per_excess=regulator.gain,
-        )
-    if regulator.bleed_flow > 0.0:  # choked at the set pressure
-        bleed = regulator.bleed_flow / (STANDARD_DENSITY * (pressure + AMBIENT_PRESSURE))
-        yield native.CircuitRestriction(f"{name}_bleed", behind, native.AMBIENT_NAME, bleed, ratio)
+def _fed(each: FlowEdge, feed: str) -> FlowEdge:
+    """An edge whose "supply" is the node that stands for it."""
+    a, b, pilot = (feed if node == SUPPLY else node for node in (each.origin, each.end, each.pilot))
+    return replace(each, origin=a, end=b, pilot=pilot)
 
 
 def _tank(source: Source) -> native.CircuitVolume:
     return native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
 
 
-def _compressor(source: Source) -> native.CircuitRestriction:
+def _compressor(source: Source) -> FlowEdge:
     stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
     assert stall is not None and starts is not None and stops is not None
     free = source.delivery(0.0) / STANDARD_DENSITY
-    return native.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
+    return flow_edge.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
 
 
 def _store(source: Source) -> native.CircuitStore:
@@ -247,6 +187,6 @@ def _store(source: Source) -> native.CircuitStore:
         "volume": source.volume,
         "shell": source.shell,
         "wall_conductance": source.wall_conductance,
-        "gas": source.real_gas.row,
+        "real_gas": source.real_gas.row,
     }
     return native.CircuitStore(SOURCE, row, source.full_mass)

@@ -4,18 +4,28 @@ It is the description's own, with the products' names; what is solved is `air_pa
 """
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from afo_sim.common.errors import InputError
+from afo_sim.description.air.air_parts import (
+    AMBIENT,
+    SUPPLY,
+    Restriction,
+    bar,
+    opening_lines,
+    quick_exhaust_edges,
+    regulator_edges,
+    regulator_lines,
+    tube_edge,
+    tube_lines,
+)
 from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction
-from afo_sim.description.air.quick_exhaust import QuickExhaust
-from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END, half_of_tubes
+from afo_sim.physics.flow_edge import QUICK_EXHAUST, FlowEdge
 
 LITRE = 1e8  # C in dm³/(s·bar) of one in m³/(s·Pa)
 INLET, OUTLETS = "inlet", "outlet"  # ways of a chamber's valves
@@ -174,11 +184,11 @@ def _fed(each: AirEdge, feed: str) -> AirEdge:
 def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
     """Nodes and edges of a supply; the first node is where air comes from, the last feeds the orthosis."""
     source, regulator = supply.source, supply.regulator
-    bar = _bar(supply.pressure)
+    set_to = bar(supply.pressure)
     if source is None and regulator is None:
-        return {SUPPLY: AirNode("supply", "supply", (bar, "endless"))}, []
+        return {SUPPLY: AirNode("supply", "supply", (set_to, "endless"))}, []
     if source is None:
-        first, before = AirNode("supply", "line", (_bar(supply.fixed), "endless")), SUPPLY
+        first, before = AirNode("supply", "line", (bar(supply.fixed), "endless")), SUPPLY
     else:
         first, before = (
             AirNode(source.kind, source.name or source.kind, _of_source(source), source.volume),
@@ -186,9 +196,13 @@ def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
         )
     if regulator is None:
         free = float("inf")
-        edge = AirEdge("regulator", FREE, "ideal regulator", before, SUPPLY, free, 0.0, 0.0, (f"set {bar}",))
-        return {before: first, SUPPLY: AirNode("point", "supply", (bar,))}, [edge]
-    edge = _regulator(REGULATOR, regulator.name or "regulator", regulator, supply.pressure, before, OUTLET)
+        edge = AirEdge(
+            "regulator", FREE, "ideal regulator", before, SUPPLY, free, 0.0, 0.0, (f"set {set_to}",)
+        )
+        return {before: first, SUPPLY: AirNode("point", "supply", (set_to,))}, [edge]
+    edges = tuple(regulator_edges("", regulator, supply.pressure, before, OUTLET))
+    lines = regulator_lines(regulator, supply.pressure)
+    edge = _drawn("regulator", REGULATOR, regulator.name or "regulator", edges, lines)
     room = regulator.outlet_volume
     return {before: first, OUTLET: AirNode("point", "regulator outlet", (_millilitres(room),), room)}, [edge]
 
@@ -196,7 +210,7 @@ def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
 def _of_source(source: Source) -> tuple[str, ...]:
     room = f"{1e3 * source.volume:.3g} l" if source.volume >= 1e-3 else _millilitres(source.volume)
     if source.kind == "bottle":
-        return ("bottle", room, f"{_bar(source.filling_pressure or 0.0)} full")
+        return ("bottle", room, f"{bar(source.filling_pressure or 0.0)} full")
     if source.kind == "cartridge":
         return ("cartridge", room, f"{1e3 * (source.content or 0.0):.3g} g CO₂")
     flow = f"{6e4 * (source.free_air_delivery or 0.0):.3g} l/min ANR"
@@ -204,7 +218,7 @@ def _of_source(source: Source) -> tuple[str, ...]:
         "compressor",
         flow,
         f"tank {room}",
-        f"{1e-5 * (source.switch_on or 0.0):.3g}–{_bar(source.switch_off or 0.0)}",
+        f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}",
     )
 
 
@@ -259,75 +273,42 @@ def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
         )
     if chamber.tube is not None and chamber.tube_length is not None:
         tube, length = chamber.tube, chamber.tube_length
-        c, b = tube.conductance(length), tube.critical_ratio(length)
-        told = _of_tube(length, tube.volume(length))
         quick = chamber.quick_exhaust
         far = name if quick is None else TUBE_END.format(name)
-        yield AirEdge("tube", f"{name} tube", f"tube {tube.name}".strip(), end, far, c, c, b, told)
+        edge, label = tube_edge("", end, far, tube, length), f"tube {tube.name}".strip()
+        yield _drawn("tube", f"{name} tube", label, (edge,), tube_lines(tube, length))
         if quick is not None:
-            yield _quick_exhaust(f"{name} quick exhaust", "quick exhaust", far, name, quick)
-
-
-def _of_tube(length: float, volume: float) -> tuple[str, ...]:
-    return (f"{length:.3g} m, {_millilitres(volume)}",)
+            edges = tuple(quick_exhaust_edges("", far, name, quick))
+            marks = frozenset({"spring"} if quick.cracking_pressure else ())
+            own = f"{name} quick exhaust"
+            yield _drawn("quick_exhaust", own, "quick exhaust", edges, opening_lines(quick), marks)
 
 
 def _restriction(name: str, each: Restriction) -> AirEdge:
-    a, b = each.upstream, each.downstream
-    c, ratio = each.conductance or 0.0, each.ratio
     spring = frozenset({"spring"} if each.cracking_pressure else ())
-    opens = (f"opens {_bar(each.cracking_pressure)}",) if each.cracking_pressure else ()
-    if each.tube is not None and each.length is not None:
-        tube, length = each.tube, each.length
-        c, ratio = tube.conductance(length), tube.critical_ratio(length)
-        lines = (f"tube {tube.name}".strip(), *_of_tube(length, tube.volume(length)))
-        return AirEdge("tube", name, name, a, b, c, c, ratio, lines)
-    if each.valve is not None:
-        c, ratio = each.valve.conductance, each.valve.critical_ratio
-        marks = frozenset({"proportional"} if each.valve.proportional else ())
-        return AirEdge(
-            "valve", name, name, a, b, c, c, ratio, (f"valve {each.valve.name}".strip(),), marks=marks
-        )
-    if each.regulator is not None and each.pressure is not None:
-        return _regulator(
-            name, name, each.regulator, each.pressure, a, b, (f"regulator {each.regulator.name}".strip(),)
-        )
-    if each.kind == "throttle":
-        free = ("throttle, check", f"check C {conductance(each.check_conductance or 0.0)}", *opens)
-        return AirEdge(
-            "throttle", name, name, a, b, c + (each.check_conductance or 0.0), c, ratio, free, marks=spring
-        )
-    if each.kind == "check_valve":
-        return AirEdge("check_valve", name, name, a, b, c, 0.0, ratio, ("check valve", *opens), marks=spring)
-    if each.kind == "quick_exhaust":
-        return _quick_exhaust(name, name, a, b, each, ("quick exhaust",))
-    return AirEdge(each.kind, name, name, a, b, c, c, ratio, () if each.kind in name else (each.kind,))
+    marks = frozenset({"proportional"}) if each.valve is not None and each.valve.proportional else spring
+    part, kind = each.part, () if each.kind in name else (each.kind,)
+    lines = kind if part.lines is None else part.lines(each)
+    return _drawn(part.symbol or each.kind, name, name, each.edges(name), lines, marks)
 
 
-def _quick_exhaust(
-    name: str, label: str, a: str, b: str, quick: QuickExhaust | Restriction, lines: tuple[str, ...] = ()
+def _drawn(
+    symbol: str,
+    name: str,
+    label: str,
+    edges: Sequence[FlowEdge],
+    lines: tuple[str, ...],
+    marks: frozenset[str] = frozenset(),
 ) -> AirEdge:
-    opening, ratio = quick.cracking_pressure, quick.critical_ratio or 0.0
-    told = (*lines, *((f"opens {_bar(opening)}",) if opening else ()))
-    ways = quick.conductance or 0.0, 0.0, ratio
-    vent = quick.exhaust_conductance or 0.0
-    marks = frozenset({"spring"} if opening else ())
-    return AirEdge("quick_exhaust", name, label, a, b, *ways, told, AMBIENT, vent, ratio, marks=marks)
-
-
-def _regulator(
-    name: str, label: str, regulator: Regulator, pressure: float, a: str, b: str, lines: tuple[str, ...] = ()
-) -> AirEdge:
-    droop = f"{1e-5 * regulator.droop:.2g} bar at {6e4 * regulator.rated_flow:.3g} l/min"
-    told = (*(line for line in lines if line), f"set {_bar(pressure)}", f"droops {droop}")
-    if regulator.relief is not None:
-        told += (f"relief +{_bar(regulator.relief)}",)
-    c = regulator.conductance
-    return AirEdge("regulator", name, label, a, b, c, 0.0, regulator.critical_ratio, told)
-
-
-def _bar(pressure: float) -> str:
-    return f"{1e-5 * pressure:.3g} bar"
+    """What is drawn of the edges of one part; of a quick exhaust with its way out."""
+    own, *branches = edges
+    drawn = AirEdge(
+        symbol, name, label, own.origin, own.end, own.forth, own.back, own.ratio_forth, lines, marks=marks
+    )
+    vents = [branch for branch in branches if branch.law == QUICK_EXHAUST]
+    for vent in vents:
+        drawn = replace(drawn, exhaust=vent.end, venting=vent.conductance, venting_ratio=vent.critical_ratio)
+    return drawn
 
 
 def _millilitres(volume: float) -> str:

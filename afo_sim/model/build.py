@@ -14,7 +14,6 @@ from afo_sim.gait.checks import STANCE_FORCE
 from afo_sim.model import mounting, stability
 from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.assemble import assemble, compiled
-from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.geometry import Geometry, geometry_of
@@ -27,6 +26,7 @@ from afo_sim.model.path_checks import check_paths
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, person_of
+from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.model.subtalar import check_stiffness, check_subtalar, free
 from afo_sim.model.tissue import own_tissue
 from afo_sim.model.toes import fill_hinge

@@ -19,7 +19,7 @@ from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.air_checks import too_short
 from afo_sim.model.chamber_volume import least_volume
-from afo_sim.model.circuit import shortest_pulse
+from afo_sim.model.pneumatic_circuit import shortest_pulse
 
 SAMPLED = 2.0  # rate × period beyond which an integrator that is corrected once a period swings
 FINE = 64.0  # a step by so much shorter is taken for continuous

@@ -6,7 +6,7 @@ stride: then every stride takes the same inputs, and the state at its start maps
 
 import math
 
-from afo_sim.description.air.network import AMBIENT, SUPPLY
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.walk import stride_time_of
 

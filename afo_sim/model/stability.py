@@ -16,9 +16,9 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.chamber_volume import least_volume
-from afo_sim.model.circuit import circuit_of
 from afo_sim.model.drive_checks import check_drives
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
+from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import laminar_slope
 

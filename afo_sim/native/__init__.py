@@ -3,22 +3,27 @@
 from afo_sim.native.air_circuit import (
     AMBIENT_NAME,
     SUPPLY_NAME,
-    CircuitRestriction,
     CircuitStore,
     CircuitVolume,
-    check_valve,
-    compressor,
-    quick_exhaust,
-    regulator,
-    relief,
 )
-from afo_sim.native.air_ends import (
+from afo_sim.native.air_reading import (
+    NOWHERE,
+    TO_AMBIENT,
+    TO_SUPPLY,
     AirEnd,
+    Way,
     ends_at_ambient,
     ends_at_supply,
+    fill_store,
     is_compressor,
+    read_content,
     read_node,
     read_running,
+    store_left,
+    touching,
+    wall_of,
+    ways_of,
+    write_content,
 )
 from afo_sim.native.circuit import (
     SIDES,
@@ -35,7 +40,7 @@ from afo_sim.native.circuit import (
     add_muscles,
     circuit_ids,
 )
-from afo_sim.native.clock import without_clock
+from afo_sim.native.engine_clock import without_clock
 from afo_sim.native.filling import (
     assert_muscles_pull,
     fill_chambers,
@@ -43,8 +48,16 @@ from afo_sim.native.filling import (
     fill_inverse_masses,
     step_back,
 )
-from afo_sim.native.hold import Closing, Hold
-from afo_sim.native.install import KernelFailure, Mode, asks_for_callback, assert_live, assert_rows, installed
+from afo_sim.native.install import (
+    Closing,
+    Hold,
+    KernelFailure,
+    Mode,
+    asks_for_callback,
+    assert_live,
+    assert_rows,
+    installed,
+)
 from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
     BANG_BANG,
@@ -81,22 +94,9 @@ from afo_sim.native.state import (
     read_switches,
     read_volume,
     room_of,
-    touching,
     write_air,
     write_held,
     write_valve,
-)
-from afo_sim.native.ways import (
-    NOWHERE,
-    TO_AMBIENT,
-    TO_SUPPLY,
-    Way,
-    fill_store,
-    read_content,
-    store_left,
-    wall_of,
-    ways_of,
-    write_content,
 )
 
 __all__ = [
@@ -121,7 +121,6 @@ __all__ = [
     "CircuitDrive",
     "CircuitIds",
     "CircuitMuscle",
-    "CircuitRestriction",
     "CircuitStore",
     "CircuitValve",
     "CircuitVolume",
@@ -143,9 +142,7 @@ __all__ = [
     "assert_live",
     "assert_muscles_pull",
     "assert_rows",
-    "check_valve",
     "circuit_ids",
-    "compressor",
     "ends_at_ambient",
     "ends_at_supply",
     "fill_chambers",
@@ -160,7 +157,6 @@ __all__ = [
     "motor_row",
     "pad_row",
     "passive_row",
-    "quick_exhaust",
     "read_air",
     "read_anchor",
     "read_carried",
@@ -175,8 +171,6 @@ __all__ = [
     "read_running",
     "read_switches",
     "read_volume",
-    "regulator",
-    "relief",
     "room_of",
     "scratch",
     "spastic_row",

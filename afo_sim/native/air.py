@@ -13,95 +13,35 @@ from typing import Any
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import (
     AMBIENT,
-    EDGE_1,
-    EDGE_2,
-    EDGE_3,
-    EDGE_4,
-    EDGE_CONDUCTANCE,
-    EDGE_CRITICAL,
-    EDGE_END,
-    EDGE_FLOW,
-    EDGE_LAW,
+    EDGE,
     EDGE_NUMBERS,
-    EDGE_OPENING,
-    EDGE_ORIGIN,
-    EDGE_PLACE,
-    EDGE_STEEPNESS,
     FIRST_EDGE,
     FIRST_NODE,
-    NODE_ACTUATOR,
-    NODE_ENTHALPY,
-    NODE_KIND,
-    NODE_MASS,
-    NODE_MASS_RATE,
+    NODE,
     NODE_NUMBERS,
-    NODE_POWER,
-    NODE_POWER_RATE,
-    NODE_PRESSURE,
-    NODE_SIGMA,
-    NODE_SIGMA_RATE,
-    NODE_STEEPNESS,
-    NODE_TEMPERATURE,
-    NODE_VOLUME,
-    NODE_VOLUME_CHANGE,
-    NODE_WALL,
     OF_FIXED,
     OF_STORE,
     OF_VOLUME,
     SUPPLY,
 )
-from afo_sim.native.complaints import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
+from afo_sim.native.error_codes import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
 from afo_sim.native.slots import (
-    AIR_FIRST_EDGE,
-    AIR_FIRST_NODE,
-    AIR_NEXT,
-    AIR_STEEPNESS,
-    AIR_UPSTREAM,
-    CHAMBER_TUBE_VOLUME,
-    CHAMBER_USERDATA,
-    CHAMBER_WALL_CONDUCTANCE,
-    EDGE_ROW_1,
-    EDGE_ROW_END,
-    EDGE_ROW_FOLLOWS,
-    EDGE_ROW_LAW,
-    EDGE_ROW_NEXT,
-    EDGE_ROW_ORIGIN,
-    EDGE_ROW_PLACE,
-    EDGE_ROW_STEEPNESS,
+    AIR_ROW,
+    CHAMBER_ACT,
+    CHAMBER_DATA,
+    COMPRESSOR_ACT,
+    EDGE_ROW,
     KIND_CHAMBER,
     KIND_STORE,
     KIND_VALVE,
-    STORE_GAS,
-    VALVE_CONDUCTANCE,
-    VALVE_CRITICAL_RATIO,
-    VOLUME_POWER,
-    VOLUME_POWER_RATE,
+    STORE_ACT,
+    VALVE_ACT,
+    VALVE_ROW,
+    VOLUME_ROW,
 )
-from afo_sim.native.state import (
-    AIR_MASS,
-    LAST_PRESSURE,
-    LAST_VOLUME,
-    OPENING,
-    PRESSURE,
-    RUNNING,
-    SIGMA,
-    STORE_MASS,
-    STORE_TEMPERATURE,
-    VOLUME,
-)
-from afo_sim.physics.air_path import (
-    COMPRESSOR,
-    ONE_WAY,
-    QUICK_EXHAUST,
-    REGULATED,
-    RELIEF,
-    TWO_WAY,
-    one_way_flow,
-    ramp,
-)
-from afo_sim.physics.feeding import compressor_flow, regulator_flow, relief_flow
+from afo_sim.physics.flow_edge import COMPRESSOR, TWO_WAY, edge_flow
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import chamber_pressure, valve_flow
+from afo_sim.physics.pneumatics import chamber_pressure
 from afo_sim.physics.store import store_pressure
 
 NEAR = 0.01  # relative change of a volume over a step up to which its powers follow by a series [-]
@@ -111,11 +51,11 @@ NEAR = 0.01  # relative change of a volume over a step up to which its powers fo
 def chamber_complaint(m: Any, d: Any, i: int) -> int:
     """The reason for which the chamber actuator i cannot be stepped; FINE for none."""
     adr = m.actuator_actadr[i]
-    if not (d.act[adr + SIGMA] > 0.0 and d.act[adr + LAST_PRESSURE] > 0.0):
+    if not (d.act[adr + CHAMBER_ACT.sigma] > 0.0 and d.act[adr + CHAMBER_ACT.last_pressure] > 0.0):
         return NO_PRESSURE
-    if not d.act[adr + LAST_VOLUME] > 0.0:
+    if not d.act[adr + CHAMBER_ACT.last_volume] > 0.0:
         return NO_VOLUME
-    if not d.act[adr + AIR_MASS] > 0.0:
+    if not d.act[adr + CHAMBER_ACT.mass] > 0.0:
         return NO_AIR
     if not d.ctrl[i] + AMBIENT_PRESSURE > 0.0:
         return NO_SUPPLY
@@ -130,40 +70,43 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
     """
     u, act, data = m.actuator_user, d.act, d.userdata
     _fix(s, AMBIENT, AMBIENT_PRESSURE)
-    _fix(s, SUPPLY, d.ctrl[int(u[j + AIR_FIRST_NODE])] + AMBIENT_PRESSURE)
-    s[SUPPLY * NODE_NUMBERS + NODE_ACTUATOR] = u[j + AIR_UPSTREAM]  # the node that it draws from, or 0
-    number, actuator = FIRST_NODE, int(u[j + AIR_FIRST_NODE])
+    _fix(s, SUPPLY, d.ctrl[int(u[j + AIR_ROW.first_node])] + AMBIENT_PRESSURE)
+    s[SUPPLY * NODE_NUMBERS + NODE.actuator] = u[j + AIR_ROW.upstream]  # the node that it draws from, or 0
+    number, actuator = FIRST_NODE, int(u[j + AIR_ROW.first_node])
     while actuator >= 0:
         q, n, adr = m.nuser_actuator * actuator, NODE_NUMBERS * number, m.actuator_actadr[actuator]
-        kind, place = u[q + 1], int(u[q + CHAMBER_USERDATA])
-        s[n + NODE_ACTUATOR] = float(actuator)
-        s[n + NODE_WALL], s[n + NODE_STEEPNESS] = u[q + CHAMBER_WALL_CONDUCTANCE], u[q + AIR_STEEPNESS]
-        s[n + NODE_MASS], s[n + NODE_SIGMA] = act[adr + AIR_MASS], act[adr + SIGMA]
-        s[n + NODE_KIND] = OF_STORE if kind == KIND_STORE else OF_VOLUME
-        s[n + NODE_VOLUME_CHANGE] = s[n + NODE_POWER] = 0.0
+        kind, place = u[q + 1], int(u[q + AIR_ROW.userdata])
+        s[n + NODE.actuator] = float(actuator)
+        s[n + NODE.wall], s[n + NODE.steepness] = u[q + AIR_ROW.wall_conductance], u[q + AIR_ROW.steepness]
+        s[n + NODE.mass], s[n + NODE.sigma] = act[adr + CHAMBER_ACT.mass], act[adr + CHAMBER_ACT.sigma]
+        s[n + NODE.kind] = OF_STORE if kind == KIND_STORE else OF_VOLUME
+        s[n + NODE.volume_change] = s[n + NODE.power] = 0.0
         if kind == KIND_STORE:  # slow: its pressure stays over the step, and the line warms what it gives
-            s[n + NODE_PRESSURE] = pressure_of_store(
-                u, q, act[adr + STORE_MASS], act[adr + STORE_TEMPERATURE]
+            s[n + NODE.pressure] = pressure_of_store(
+                u, q, act[adr + STORE_ACT.mass], act[adr + STORE_ACT.temperature]
             )
-            s[n + NODE_TEMPERATURE], s[n + NODE_SIGMA_RATE] = AMBIENT_TEMPERATURE, 0.0
+            s[n + NODE.temperature], s[n + NODE.sigma_rate] = AMBIENT_TEMPERATURE, 0.0
         elif kind == KIND_CHAMBER:
-            s[n + NODE_VOLUME], s[n + NODE_PRESSURE] = data[place + VOLUME], data[place + PRESSURE]
-            change = data[place + VOLUME] - act[adr + LAST_VOLUME]
-            if data[place + VOLUME] + change > 0.0:  # else it has no past, as at rest, and stays
-                s[n + NODE_VOLUME_CHANGE] = change
+            s[n + NODE.volume], s[n + NODE.pressure] = (
+                data[place + CHAMBER_DATA.volume],
+                data[place + CHAMBER_DATA.pressure],
+            )
+            change = data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
+            if data[place + CHAMBER_DATA.volume] + change > 0.0:  # else it has no past, as at rest, and stays
+                s[n + NODE.volume_change] = change
         else:
-            s[n + NODE_VOLUME] = u[q + CHAMBER_TUBE_VOLUME]
-            s[n + NODE_POWER], s[n + NODE_POWER_RATE] = u[q + VOLUME_POWER], u[q + VOLUME_POWER_RATE]
-        actuator, number = int(u[q + AIR_NEXT]), number + 1
+            s[n + NODE.volume] = u[q + AIR_ROW.volume]
+            s[n + NODE.power], s[n + NODE.power_rate] = u[q + VOLUME_ROW.power], u[q + VOLUME_ROW.power_rate]
+        actuator, number = int(u[q + AIR_ROW.following]), number + 1
     return number
 
 
 @register_jitable
 def pressure_of_store(u: Any, q: int, mass: float, temperature: float) -> float:
     """Absolute pressure of the store whose row starts at q [Pa]."""
-    g = q + STORE_GAS
+    g = q + AIR_ROW.real_gas
     return store_pressure(
-        mass, temperature, u[q + CHAMBER_TUBE_VOLUME], u[g], u[g + 2], u[g + 3], u[g + 4], u[g + 5], u[g + 6]
+        mass, temperature, u[q + AIR_ROW.volume], u[g], u[g + 2], u[g + 3], u[g + 4], u[g + 5], u[g + 6]
     )
 
 
@@ -171,36 +114,36 @@ def pressure_of_store(u: Any, q: int, mass: float, temperature: float) -> float:
 def _fix(s: Any, number: int, pressure: float) -> None:
     """A node of given pressure, at ambient temperature."""
     n = NODE_NUMBERS * number
-    s[n + NODE_KIND], s[n + NODE_TEMPERATURE] = OF_FIXED, AMBIENT_TEMPERATURE
-    s[n + NODE_PRESSURE] = s[n + NODE_SIGMA] = pressure
+    s[n + NODE.kind], s[n + NODE.temperature] = OF_FIXED, AMBIENT_TEMPERATURE
+    s[n + NODE.pressure] = s[n + NODE.sigma] = pressure
 
 
 @register_jitable
 def take_edges(m: Any, d: Any, j: int, s: Any) -> int:
     """Put what is open of the network led by the node in row j into the block; the end."""
     u, act = m.actuator_user, d.act
-    e, actuator = FIRST_EDGE, int(u[j + AIR_FIRST_EDGE])
+    e, actuator = FIRST_EDGE, int(u[j + AIR_ROW.first_edge])
     while actuator >= 0:
         q = m.nuser_actuator * actuator
-        law, opening = u[q + EDGE_ROW_LAW], 1.0
-        if u[q + EDGE_ROW_FOLLOWS] > 0.0:  # the other way of a three-way valve; the slot holds one more
-            opening = 1.0 - act[m.actuator_actadr[int(u[q + EDGE_ROW_FOLLOWS]) - 1] + OPENING]
+        law, opening = u[q + EDGE_ROW.law], 1.0
+        if u[q + EDGE_ROW.follows] > 0.0:  # the other way of a three-way valve; the slot holds one more
+            opening = 1.0 - act[m.actuator_actadr[int(u[q + EDGE_ROW.follows]) - 1] + VALVE_ACT.opening]
         elif u[q + 1] == KIND_VALVE:
-            opening = act[m.actuator_actadr[actuator] + OPENING]
+            opening = act[m.actuator_actadr[actuator] + VALVE_ACT.opening]
         elif law == COMPRESSOR:
-            opening = act[m.actuator_actadr[actuator] + RUNNING]
+            opening = act[m.actuator_actadr[actuator] + COMPRESSOR_ACT.running]
         if opening == 0.0:  # shut: not there in this step
-            d.userdata[int(u[q + EDGE_ROW_PLACE])] = 0.0
+            d.userdata[int(u[q + EDGE_ROW.place])] = 0.0
         else:
-            s[e + EDGE_ORIGIN], s[e + EDGE_END] = u[q + EDGE_ROW_ORIGIN], u[q + EDGE_ROW_END]
-            s[e + EDGE_LAW], s[e + EDGE_PLACE], s[e + EDGE_OPENING] = law, u[q + EDGE_ROW_PLACE], opening
-            s[e + EDGE_CONDUCTANCE] = u[q + VALVE_CONDUCTANCE]
-            s[e + EDGE_CRITICAL] = u[q + VALVE_CRITICAL_RATIO]
+            s[e + EDGE.origin], s[e + EDGE.end] = u[q + EDGE_ROW.origin], u[q + EDGE_ROW.end]
+            s[e + EDGE.law], s[e + EDGE.place], s[e + EDGE.opening] = law, u[q + EDGE_ROW.place], opening
+            s[e + EDGE.conductance] = u[q + VALVE_ROW.conductance]
+            s[e + EDGE.critical] = u[q + VALVE_ROW.critical_ratio]
             if law != TWO_WAY:
                 for k in range(4):
-                    s[e + EDGE_1 + k] = u[q + EDGE_ROW_1 + k]
+                    s[e + EDGE.parameters + k] = u[q + EDGE_ROW.parameters + k]
             e += EDGE_NUMBERS
-        actuator = int(u[q + EDGE_ROW_NEXT])
+        actuator = int(u[q + EDGE_ROW.following])
     return e
 
 
@@ -208,13 +151,13 @@ def take_edges(m: Any, d: Any, j: int, s: Any) -> int:
 def take_slopes(m: Any, j: int, s: Any, edges: int) -> None:
     """Put the steepness of all that `take_edges` has put into the block there too."""
     u = m.actuator_user
-    e, actuator = FIRST_EDGE, int(u[j + AIR_FIRST_EDGE])
+    e, actuator = FIRST_EDGE, int(u[j + AIR_ROW.first_edge])
     while actuator >= 0 and e < edges:
         q = m.nuser_actuator * actuator
-        if s[e + EDGE_PLACE] == u[q + EDGE_ROW_PLACE]:
-            s[e + EDGE_STEEPNESS] = s[e + EDGE_OPENING] * u[q + EDGE_ROW_STEEPNESS]
+        if s[e + EDGE.place] == u[q + EDGE_ROW.place]:
+            s[e + EDGE.steepness] = s[e + EDGE.opening] * u[q + EDGE_ROW.steepness]
             e += EDGE_NUMBERS
-        actuator = int(u[q + EDGE_ROW_NEXT])
+        actuator = int(u[q + EDGE_ROW.following])
 
 
 @register_jitable
@@ -226,32 +169,32 @@ def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: flo
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         state_of(s, n, share, given, gas, gamma)
-        s[n + NODE_MASS_RATE] = s[n + NODE_ENTHALPY] = 0.0
-    upstream = NODE_NUMBERS * int(s[SUPPLY * NODE_NUMBERS + NODE_ACTUATOR])
+        s[n + NODE.mass_rate] = s[n + NODE.enthalpy] = 0.0
+    upstream = NODE_NUMBERS * int(s[SUPPLY * NODE_NUMBERS + NODE.actuator])
     supply = NODE_NUMBERS * SUPPLY
     for n in (0, supply):
-        s[n + NODE_MASS_RATE] = s[n + NODE_ENTHALPY] = 0.0
+        s[n + NODE.mass_rate] = s[n + NODE.enthalpy] = 0.0
     if upstream > 0:  # it holds its pressure as long as what is behind it has more
-        if s[upstream + NODE_PRESSURE] < s[supply + NODE_SIGMA]:
-            s[supply + NODE_PRESSURE] = s[upstream + NODE_PRESSURE]
+        if s[upstream + NODE.pressure] < s[supply + NODE.sigma]:
+            s[supply + NODE.pressure] = s[upstream + NODE.pressure]
         else:
-            s[supply + NODE_PRESSURE] = s[supply + NODE_SIGMA]
-        if s[upstream + NODE_KIND] == OF_VOLUME:
-            s[supply + NODE_TEMPERATURE] = s[upstream + NODE_TEMPERATURE]
+            s[supply + NODE.pressure] = s[supply + NODE.sigma]
+        if s[upstream + NODE.kind] == OF_VOLUME:
+            s[supply + NODE.temperature] = s[upstream + NODE.temperature]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        a, b = NODE_NUMBERS * int(s[e + EDGE_ORIGIN]), NODE_NUMBERS * int(s[e + EDGE_END])
+        a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
         flow = flow_through(s, e, a, b)
         if upstream > 0 and ((a == supply and flow < 0.0) or (b == supply and flow > 0.0)):
             flow = 0.0  # nothing runs back into a regulator
-        s[e + EDGE_FLOW] = flow
-        carried = flow * (s[a + NODE_TEMPERATURE] if flow >= 0.0 else s[b + NODE_TEMPERATURE])
-        s[a + NODE_MASS_RATE] -= flow
-        s[a + NODE_ENTHALPY] -= carried
-        s[b + NODE_MASS_RATE] += flow
-        s[b + NODE_ENTHALPY] += carried
+        s[e + EDGE.flow] = flow
+        carried = flow * (s[a + NODE.temperature] if flow >= 0.0 else s[b + NODE.temperature])
+        s[a + NODE.mass_rate] -= flow
+        s[a + NODE.enthalpy] -= carried
+        s[b + NODE.mass_rate] += flow
+        s[b + NODE.enthalpy] += carried
     if upstream > 0:
-        s[upstream + NODE_MASS_RATE] += s[supply + NODE_MASS_RATE]
-        s[upstream + NODE_ENTHALPY] += s[supply + NODE_ENTHALPY]
+        s[upstream + NODE.mass_rate] += s[supply + NODE.mass_rate]
+        s[upstream + NODE.enthalpy] += s[supply + NODE.enthalpy]
     for number in range(FIRST_NODE, nodes):
         rate_of(s, NODE_NUMBERS * number, share, gas, gamma)
 
@@ -261,12 +204,12 @@ def keep_powers(s: Any, nodes: int, gamma: float) -> None:
     """Keep V^−γ and V^(γ − 1) of chambers for the stages of a step, over which V hardly changes."""
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        volume = s[n + NODE_VOLUME]
-        if s[n + NODE_KIND] != OF_VOLUME or s[n + NODE_POWER] > 0.0:
+        volume = s[n + NODE.volume]
+        if s[n + NODE.kind] != OF_VOLUME or s[n + NODE.power] > 0.0:
             continue
-        if abs(s[n + NODE_VOLUME_CHANGE]) < NEAR * volume:
-            s[n + NODE_POWER] = volume**-gamma
-            s[n + NODE_POWER_RATE] = 1.0 / (volume * s[n + NODE_POWER])
+        if abs(s[n + NODE.volume_change]) < NEAR * volume:
+            s[n + NODE.power] = volume**-gamma
+            s[n + NODE.power_rate] = 1.0 / (volume * s[n + NODE.power])
 
 
 @register_jitable
@@ -279,58 +222,46 @@ def power_near(x: float, exponent: float) -> float:
 @register_jitable
 def state_of(s: Any, n: int, share: float, given: bool, gas: float, gamma: float) -> None:
     """Pressure and temperature of the node whose block starts at n, from its mass and σ = p V^γ."""
-    if s[n + NODE_KIND] == OF_STORE:
+    if s[n + NODE.kind] == OF_STORE:
         return
-    volume = s[n + NODE_VOLUME] + share * s[n + NODE_VOLUME_CHANGE]
-    if s[n + NODE_POWER] > 0.0:
-        widened = share * s[n + NODE_VOLUME_CHANGE] / s[n + NODE_VOLUME]
-        s[n + NODE_PRESSURE] = s[n + NODE_SIGMA] * s[n + NODE_POWER] * power_near(widened, -gamma)
+    volume = s[n + NODE.volume] + share * s[n + NODE.volume_change]
+    if s[n + NODE.power] > 0.0:
+        widened = share * s[n + NODE.volume_change] / s[n + NODE.volume]
+        s[n + NODE.pressure] = s[n + NODE.sigma] * s[n + NODE.power] * power_near(widened, -gamma)
     elif not given:
-        s[n + NODE_PRESSURE] = chamber_pressure(s[n + NODE_SIGMA], volume, gamma)
-    s[n + NODE_TEMPERATURE] = s[n + NODE_PRESSURE] * volume / (s[n + NODE_MASS] * gas)
+        s[n + NODE.pressure] = chamber_pressure(s[n + NODE.sigma], volume, gamma)
+    s[n + NODE.temperature] = s[n + NODE.pressure] * volume / (s[n + NODE.mass] * gas)
 
 
 @register_jitable
 def rate_of(s: Any, n: int, share: float, gas: float, gamma: float) -> None:
     """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat."""
-    if s[n + NODE_KIND] == OF_STORE:
+    if s[n + NODE.kind] == OF_STORE:
         return
-    if s[n + NODE_POWER] > 0.0:
-        widened = share * s[n + NODE_VOLUME_CHANGE] / s[n + NODE_VOLUME]
-        power = s[n + NODE_POWER_RATE] * power_near(widened, gamma - 1.0)
+    if s[n + NODE.power] > 0.0:
+        widened = share * s[n + NODE.volume_change] / s[n + NODE.volume]
+        power = s[n + NODE.power_rate] * power_near(widened, gamma - 1.0)
     else:
-        volume = s[n + NODE_VOLUME] + share * s[n + NODE_VOLUME_CHANGE]
+        volume = s[n + NODE.volume] + share * s[n + NODE.volume_change]
         power = volume ** (gamma - 1.0) if volume > 0.0 else math.nan
-    heat = (gamma - 1.0) * s[n + NODE_WALL] * (AMBIENT_TEMPERATURE - s[n + NODE_TEMPERATURE])
-    s[n + NODE_SIGMA_RATE] = power * (gamma * gas * s[n + NODE_ENTHALPY] + heat)
+    heat = (gamma - 1.0) * s[n + NODE.wall] * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
+    s[n + NODE.sigma_rate] = power * (gamma * gas * s[n + NODE.enthalpy] + heat)
 
 
 @register_jitable
 def flow_through(s: Any, e: int, a: int, b: int) -> float:
     """Mass flow of the restriction whose block starts at e, from the node at a to the node at b [kg/s]."""
-    law, opening = s[e + EDGE_LAW], s[e + EDGE_OPENING]
-    p1, t1, p2, t2 = (
-        s[a + NODE_PRESSURE],
-        s[a + NODE_TEMPERATURE],
-        s[b + NODE_PRESSURE],
-        s[b + NODE_TEMPERATURE],
+    return edge_flow(
+        s[e + EDGE.law],
+        s[a + NODE.pressure],
+        s[a + NODE.temperature],
+        s[b + NODE.pressure],
+        s[b + NODE.temperature],
+        s[e + EDGE.opening],
+        s[e + EDGE.conductance],
+        s[e + EDGE.critical],
+        s,
+        e + EDGE.parameters,
+        NODE.pressure,
+        NODE_NUMBERS,
     )
-    conductance, critical = s[e + EDGE_CONDUCTANCE], s[e + EDGE_CRITICAL]
-    if law == TWO_WAY:
-        return valve_flow(p1, t1, p2, t2, opening, conductance, critical)
-    if law == ONE_WAY:
-        return one_way_flow(
-            p1, t1, p2, t2, conductance, critical, s[e + EDGE_1], s[e + EDGE_2], s[e + EDGE_3], s[e + EDGE_4]
-        )
-    if law == QUICK_EXHAUST:
-        pilot = s[NODE_NUMBERS * int(s[e + EDGE_1]) + NODE_PRESSURE]
-        return valve_flow(
-            p1, t1, p2, t2, ramp(p1 - pilot - s[e + EDGE_2], s[e + EDGE_3]), conductance, critical
-        )
-    if law == REGULATED:
-        return regulator_flow(p1, p2, t1, s[e + EDGE_1], s[e + EDGE_2], conductance, critical)
-    if law == RELIEF:
-        return relief_flow(p1, p2, t1, s[e + EDGE_1], s[e + EDGE_2], conductance, critical)
-    if law == COMPRESSOR and opening > 0.5:
-        return compressor_flow(p2 - AMBIENT_PRESSURE, s[e + EDGE_1], 0.0, s[e + EDGE_2])
-    return 0.0 * (p1 - p2)  # a NaN stays one

@@ -1,16 +1,14 @@
 """Parts of a circuit that hold or restrict air beside its chambers, and which of them hang together."""
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, MOST_EDGES, MOST_NODES, SUPPLY
-from afo_sim.physics.air_path import COMPRESSOR, ONE_WAY, QUICK_EXHAUST, REGULATED, RELIEF, TWO_WAY
-from afo_sim.physics.pneumatics import laminar_slope
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
 
-AMBIENT_NAME, SUPPLY_NAME = "ambient", "supply"  # nodes whose pressures are given
+AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 
 
 @dataclass(frozen=True)
@@ -44,163 +42,12 @@ class CircuitStore:
 
 
 @dataclass(frozen=True)
-class CircuitRestriction:
-    """What air flows through from `origin` to `end`, nodes by name: a tube, an orifice, a valve, a regulator.
-
-    conductance, critical_ratio : C [m³/(s·Pa)], b [-]
-    law : TWO_WAY, ONE_WAY, …
-    parameters : up to four, of the law
-    steepness : largest slope of the flow by a pressure difference [kg/(s·Pa)]
-    valve : its parameters as `valve_row` takes them, where a coil opens it
-    pilot : node whose pressure keeps a quick exhaust shut
-    """
-
-    name: str
-    origin: str
-    end: str
-    conductance: float
-    critical_ratio: float
-    law: int = TWO_WAY
-    parameters: tuple[float, ...] = ()
-    steepness: float = -1.0
-    valve: Mapping[str, Any] | None = None
-    pilot: str = ""
-
-    @property
-    def steepest(self) -> float:
-        """Largest slope of the flow by a pressure difference [kg/(s·Pa)], as told or of its ISO 6358 law."""
-        if self.steepness >= 0.0:
-            return self.steepness
-        return laminar_slope(self.conductance, self.critical_ratio) if self.conductance > 0.0 else 0.0
-
-    def times(self, factor: float) -> "CircuitRestriction":
-        """The same for a gas of which so many times as much flows."""
-        parameters, steepness, valve = self.parameters, self.steepness, self.valve
-        if self.law == ONE_WAY:
-            parameters = (factor * parameters[0], *parameters[1:])
-        elif self.law in (REGULATED, RELIEF):  # a seat that is as far open
-            parameters = (parameters[0], factor * parameters[1])
-        if valve is not None:
-            valve = {**valve, "conductance": factor * valve["conductance"]}
-        return dataclasses.replace(
-            self,
-            conductance=factor * self.conductance,
-            parameters=parameters,
-            steepness=steepness if steepness < 0.0 else max(factor, 1.0) * steepness,
-            valve=valve,
-        )
-
-
-def check_valve(
-    name: str,
-    origin: str,
-    end: str,
-    conductance: float,
-    critical_ratio: float,
-    *,
-    cracking: float,
-    throttle: float = 0.0,
-    throttle_ratio: float = 0.3,
-) -> CircuitRestriction:
-    """A check valve that lets air from origin to end, with a throttle beside it that is open both ways.
-
-    It opens over a band as wide as its cracking pressure, at least `LEAST_BAND`.
-    """
-    band = max(cracking, LEAST_BAND)
-    # at a difference Δp in the band: C ρ p Δp/band, and the elliptic flow's slope; p up to the highest supply
-    opening = conductance * STANDARD_DENSITY * HIGHEST / band
-    steep = opening + laminar_slope(conductance, critical_ratio)
-    if throttle > 0.0:
-        steep += laminar_slope(throttle, throttle_ratio)
-    return CircuitRestriction(
-        name,
-        origin,
-        end,
-        throttle,
-        throttle_ratio,
-        ONE_WAY,
-        (conductance, critical_ratio, cracking, band),
-        steep,
-    )
-
-
-def quick_exhaust(
-    name: str, origin: str, pilot: str, conductance: float, critical_ratio: float, *, cracking: float
-) -> CircuitRestriction:
-    """The way out of a quick exhaust: from origin to ambient air while the pilot's pressure is lower."""
-    band = max(cracking, LEAST_BAND)
-    # two pressures open it: its own node's and the pilot's
-    steep = 2.0 * conductance * STANDARD_DENSITY * HIGHEST / band + laminar_slope(conductance, critical_ratio)
-    return CircuitRestriction(
-        name,
-        origin,
-        AMBIENT_NAME,
-        conductance,
-        critical_ratio,
-        QUICK_EXHAUST,
-        (0.0, cracking, band),
-        steep,
-        pilot=pilot,
-    )
-
-
-def regulator(
-    name: str,
-    origin: str,
-    end: str,
-    conductance: float,
-    critical_ratio: float,
-    *,
-    setting: float,
-    per_droop: float,
-) -> CircuitRestriction:
-    """A pressure regulator whose outlet is at `setting` (gauge) without flow; per_droop [kg/(s·Pa)]."""
-    steep = per_droop + laminar_slope(conductance, critical_ratio)
-    parameters = (setting + AMBIENT_PRESSURE, per_droop)
-    return CircuitRestriction(name, origin, end, conductance, critical_ratio, REGULATED, parameters, steep)
-
-
-def relief(
-    name: str, origin: str, conductance: float, critical_ratio: float, *, limit: float, per_excess: float
-) -> CircuitRestriction:
-    """A relief from origin to ambient air that opens above a gauge pressure; per_excess [kg/(s·Pa)]."""
-    steep = per_excess + laminar_slope(conductance, critical_ratio)
-    parameters = (limit + AMBIENT_PRESSURE, per_excess)
-    return CircuitRestriction(
-        name, origin, AMBIENT_NAME, conductance, critical_ratio, RELIEF, parameters, steep
-    )
-
-
-def compressor(
-    name: str, end: str, *, free_air: float, stall: float, starts: float, stops: float
-) -> CircuitRestriction:
-    """A compressor into a tank: free air delivery at no gauge pressure [m³/s], and gauge pressures [Pa]."""
-    parameters = (free_air, stall, starts, stops)
-    return CircuitRestriction(
-        name, AMBIENT_NAME, end, 0.0, 0.0, COMPRESSOR, parameters, STANDARD_DENSITY * free_air / stall
-    )
-
-
-LEAST_BAND = 500.0  # of a check valve without a spring: the pressure over which it opens [Pa]
-HIGHEST = 12e5  # pressure at which a check valve's steepness is told [Pa]
-
-
-@dataclass(frozen=True)
-class AirEdge:
-    """A valve or restriction between two numbered nodes; `key` names it in the circuit's ids."""
-
-    key: str
-    origin: int
-    end: int
-
-
-@dataclass(frozen=True)
 class AirNetwork:
-    """What hangs together: nodes in the order of their numbers from 2 on, and what is between."""
+    """What is joined: nodes in the order of their numbers from 2 on, and the two of each edge."""
 
     chambers: tuple[str, ...]
     others: tuple[str, ...]
-    edges: tuple[AirEdge, ...]
+    edges: Mapping[str, tuple[int, int]]
     upstream: int = 0
     numbers: Mapping[str, int] = field(default_factory=dict)
 
@@ -215,7 +62,7 @@ class HasAir(Protocol):
     @property
     def stores(self) -> tuple[CircuitStore, ...]: ...
     @property
-    def restrictions(self) -> tuple[CircuitRestriction, ...]: ...
+    def restrictions(self) -> tuple[FlowEdge, ...]: ...
     @property
     def upstream(self) -> str: ...
 
@@ -273,11 +120,11 @@ def _network(circuit: HasAir, names: list[str], members: set[str], loose: bool) 
         raise ValueError(f"no chamber hangs on {others}")
     numbers = {AMBIENT_NAME: AMBIENT, SUPPLY_NAME: SUPPLY}
     numbers |= {name: FIRST_NODE + k for k, name in enumerate((*chambers, *others))}
-    edges = tuple(
-        AirEdge(key, numbers[origin], numbers[end])
+    edges = {
+        key: (numbers[origin], numbers[end])
         for key, origin, end in ways(circuit)
         if origin in members or end in members or (loose and {origin, end} == {AMBIENT_NAME, SUPPLY_NAME})
-    )
+    }
     if FIRST_NODE + len(chambers) + len(others) > MOST_NODES or len(edges) > MOST_EDGES:
         raise ValueError(f"there is room for {MOST_NODES - FIRST_NODE} nodes and {MOST_EDGES} restrictions")
     upstream = numbers.get(circuit.upstream, 0) if circuit.upstream in members else 0

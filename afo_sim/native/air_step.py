@@ -11,68 +11,31 @@ from typing import Any
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.native.air import evaluate, keep_powers, take_edges, take_nodes, take_slopes
 from afo_sim.native.air_block import (
-    EDGE_END,
-    EDGE_FIRST_FLOW,
-    EDGE_FLOW,
-    EDGE_LAST_MOVED,
-    EDGE_MOVED,
+    EDGE,
     EDGE_NUMBERS,
-    EDGE_ORIGIN,
-    EDGE_PLACE,
-    EDGE_STEEPNESS,
-    EDGE_TOTAL,
     FIRST_EDGE,
     FIRST_NODE,
-    NODE_ACTUATOR,
-    NODE_FIRST_MASS,
-    NODE_FIRST_MASS_RATE,
-    NODE_FIRST_SIGMA,
-    NODE_KIND,
-    NODE_LAST_MASS,
-    NODE_MASS,
-    NODE_MASS_RATE,
+    NODE,
     NODE_NUMBERS,
-    NODE_PRESSURE,
-    NODE_SIGMA,
-    NODE_SIGMA_RATE,
-    NODE_STEEPNESS,
-    NODE_TEMPERATURE,
-    NODE_VOLUME,
-    NODE_WALL,
     OF_STORE,
     OF_VOLUME,
     SUPPLY,
     block,
 )
 from afo_sim.native.slots import (
-    AIR_GAS,
-    AIR_HEAT_CAPACITY_RATIO,
-    AIR_LEADS,
-    CHAMBER_TUBE_VOLUME,
-    CHAMBER_USERDATA,
-    CHAMBER_WALL_CONDUCTANCE,
-    EDGE_ROW_3,
-    EDGE_ROW_4,
-    EDGE_ROW_TANK,
+    AIR_ROW,
+    CHAMBER_ACT,
+    CHAMBER_DATA,
+    COMPRESSOR_ACT,
+    EDGE_ROW,
     KIND_CHAMBER,
     KIND_STORE,
-    STORE_GAS,
-    STORE_SHELL,
-)
-from afo_sim.native.state import (
-    AIR_MASS,
-    LAST_PRESSURE,
-    LAST_VOLUME,
-    PRESSURE,
-    RUNNING,
-    SIGMA,
-    STORE_MASS,
-    STORE_TEMPERATURE,
-    VOLUME,
-    VOLUME_PRESSURE,
+    STORE_ACT,
+    STORE_ROW,
+    VOLUME_DATA,
 )
 from afo_sim.physics.chebyshev import following, origin, stages
-from afo_sim.physics.feeding import compressor_runs
+from afo_sim.physics.flow_edge import compressor_runs
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.store import store_temperature_rate
 
@@ -87,9 +50,9 @@ SLOW = 0.3  # rate × part up to which the midpoint rule is taken, without an es
 def air_dyn(m: Any, d: Any, j: int) -> None:
     """Write the rates of all nodes of the network that the node whose row starts at j leads; else nothing."""
     u = m.actuator_user
-    if not u[j + AIR_LEADS] > 0.0:
+    if not u[j + AIR_ROW.leads] > 0.0:
         return
-    gas, gamma = u[j + AIR_GAS], u[j + AIR_HEAT_CAPACITY_RATIO]
+    gas, gamma = u[j + AIR_ROW.gas_constant], u[j + AIR_ROW.heat_capacity_ratio]
     s = block()
     nodes, edges = take_nodes(m, d, j, s), take_edges(m, d, j, s)
     evaluate(s, nodes, edges, 0.0, True, gas, gamma)
@@ -137,15 +100,15 @@ def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
     """
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        mass = s[n + NODE_MASS]
-        if s[n + NODE_KIND] == OF_STORE:
+        mass = s[n + NODE.mass]
+        if s[n + NODE.kind] == OF_STORE:
             return False
-        rate = gamma * gas * s[n + NODE_PRESSURE] * s[n + NODE_STEEPNESS] + (gamma - 1.0) * s[n + NODE_WALL]
+        rate = gamma * gas * s[n + NODE.pressure] * s[n + NODE.steepness] + (gamma - 1.0) * s[n + NODE.wall]
         if not step * rate <= SLOW * mass * gas:
             return False
-        if not step * abs(s[n + NODE_MASS_RATE]) <= CHANGE * mass:
+        if not step * abs(s[n + NODE.mass_rate]) <= CHANGE * mass:
             return False
-        if not step * abs(s[n + NODE_SIGMA_RATE]) <= CHANGE * s[n + NODE_SIGMA]:
+        if not step * abs(s[n + NODE.sigma_rate]) <= CHANGE * s[n + NODE.sigma]:
             return False
     return True
 
@@ -156,15 +119,15 @@ def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma:
     half = 0.5 * step
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        s[n + NODE_FIRST_MASS], s[n + NODE_FIRST_SIGMA] = s[n + NODE_MASS], s[n + NODE_SIGMA]
-        s[n + NODE_MASS] += half * s[n + NODE_MASS_RATE]
-        s[n + NODE_SIGMA] += half * s[n + NODE_SIGMA_RATE]
+        s[n + NODE.first_mass], s[n + NODE.first_sigma] = s[n + NODE.mass], s[n + NODE.sigma]
+        s[n + NODE.mass] += half * s[n + NODE.mass_rate]
+        s[n + NODE.sigma] += half * s[n + NODE.sigma_rate]
     evaluate(s, nodes, edges, 0.5, False, gas, gamma)
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         if not (
-            s[n + NODE_FIRST_MASS] + step * s[n + NODE_MASS_RATE] > 0.0
-            and s[n + NODE_FIRST_SIGMA] + step * s[n + NODE_SIGMA_RATE] > 0.0
+            s[n + NODE.first_mass] + step * s[n + NODE.mass_rate] > 0.0
+            and s[n + NODE.first_sigma] + step * s[n + NODE.sigma_rate] > 0.0
         ):
             return False
     return True
@@ -179,22 +142,22 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
     """
     rate, change = 0.0, 0.0
     for number in range(nodes):
-        s[NODE_NUMBERS * number + NODE_STEEPNESS] = 0.0
+        s[NODE_NUMBERS * number + NODE.steepness] = 0.0
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        a, b = NODE_NUMBERS * int(s[e + EDGE_ORIGIN]), NODE_NUMBERS * int(s[e + EDGE_END])
-        twice = 2.0 if s[a + NODE_KIND] == OF_VOLUME and s[b + NODE_KIND] == OF_VOLUME else 1.0
-        s[a + NODE_STEEPNESS] += twice * s[e + EDGE_STEEPNESS]
-        s[b + NODE_STEEPNESS] += twice * s[e + EDGE_STEEPNESS]
-    upstream = int(s[NODE_NUMBERS * SUPPLY + NODE_ACTUATOR])
+        a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
+        twice = 2.0 if s[a + NODE.kind] == OF_VOLUME and s[b + NODE.kind] == OF_VOLUME else 1.0
+        s[a + NODE.steepness] += twice * s[e + EDGE.steepness]
+        s[b + NODE.steepness] += twice * s[e + EDGE.steepness]
+    upstream = int(s[NODE_NUMBERS * SUPPLY + NODE.actuator])
     if upstream > 0:  # what draws from the supply may draw from behind it
-        s[NODE_NUMBERS * upstream + NODE_STEEPNESS] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE_STEEPNESS]
+        s[NODE_NUMBERS * upstream + NODE.steepness] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE.steepness]
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        mass, share = s[n + NODE_MASS], abs(s[n + NODE_SIGMA_RATE] / s[n + NODE_SIGMA])
-        change = max(change, share, abs(s[n + NODE_MASS_RATE] / mass))
-        if s[n + NODE_KIND] != OF_STORE:
-            air = gamma * gas * s[n + NODE_TEMPERATURE] * s[n + NODE_STEEPNESS] / s[n + NODE_VOLUME]
-            rate = max(rate, air + (gamma - 1.0) * s[n + NODE_WALL] / (mass * gas))
+        mass, share = s[n + NODE.mass], abs(s[n + NODE.sigma_rate] / s[n + NODE.sigma])
+        change = max(change, share, abs(s[n + NODE.mass_rate] / mass))
+        if s[n + NODE.kind] != OF_STORE:
+            air = gamma * gas * s[n + NODE.temperature] * s[n + NODE.steepness] / s[n + NODE.volume]
+            rate = max(rate, air + (gamma - 1.0) * s[n + NODE.wall] / (mass * gas))
     return rate, change
 
 
@@ -208,7 +171,7 @@ def advance(
     beginning stand in the block. The shortest parts are taken however far off they are.
     """
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        s[e + EDGE_TOTAL] = 0.0
+        s[e + EDGE.total] = 0.0
     part = step / parts
     known = True  # whether the rates at the part's beginning stand in the block
     for k in range(parts):
@@ -227,7 +190,7 @@ def advance(
         if not fine:
             return k
         for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-            s[e + EDGE_TOTAL] += s[e + EDGE_MOVED]
+            s[e + EDGE.total] += s[e + EDGE.moved]
     return parts
 
 
@@ -237,10 +200,10 @@ def restore(s: Any, nodes: int, edges: int) -> None:
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         for k in range(2):
-            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k]
-            s[n + NODE_MASS_RATE + k] = s[n + NODE_FIRST_MASS_RATE + k]
+            s[n + NODE.mass + k] = s[n + NODE.first_mass + k]
+            s[n + NODE.mass_rate + k] = s[n + NODE.first_mass_rate + k]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        s[e + EDGE_FLOW] = s[e + EDGE_FIRST_FLOW]
+        s[e + EDGE.flow] = s[e + EDGE.first_flow]
 
 
 @register_jitable
@@ -249,11 +212,11 @@ def begin(s: Any, nodes: int, edges: int) -> None:
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         for k in range(2):
-            s[n + NODE_FIRST_MASS + k] = s[n + NODE_LAST_MASS + k] = s[n + NODE_MASS + k]
-            s[n + NODE_FIRST_MASS_RATE + k] = s[n + NODE_MASS_RATE + k]
+            s[n + NODE.first_mass + k] = s[n + NODE.last_mass + k] = s[n + NODE.mass + k]
+            s[n + NODE.first_mass_rate + k] = s[n + NODE.mass_rate + k]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        s[e + EDGE_FIRST_FLOW] = s[e + EDGE_FLOW]
-        s[e + EDGE_MOVED] = s[e + EDGE_LAST_MOVED] = 0.0
+        s[e + EDGE.first_flow] = s[e + EDGE.flow]
+        s[e + EDGE.moved] = s[e + EDGE.last_moved] = 0.0
 
 
 @register_jitable
@@ -261,7 +224,7 @@ def positive(s: Any, nodes: int) -> bool:
     """Whether mass and σ of every node are above zero; of a NaN they are not."""
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        if not (s[n + NODE_MASS] > 0.0 and s[n + NODE_SIGMA] > 0.0):
+        if not (s[n + NODE.mass] > 0.0 and s[n + NODE.sigma] > 0.0):
             return False
     return True
 
@@ -274,16 +237,16 @@ def midpoint(
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         for k in range(2):
-            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k] + 0.5 * part * s[n + NODE_FIRST_MASS_RATE + k]
+            s[n + NODE.mass + k] = s[n + NODE.first_mass + k] + 0.5 * part * s[n + NODE.first_mass_rate + k]
     if not positive(s, nodes):
         return False
     evaluate(s, nodes, edges, share + 0.5 * width, False, gas, gamma)
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         for k in range(2):
-            s[n + NODE_MASS + k] = s[n + NODE_FIRST_MASS + k] + part * s[n + NODE_MASS_RATE + k]
+            s[n + NODE.mass + k] = s[n + NODE.first_mass + k] + part * s[n + NODE.mass_rate + k]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        s[e + EDGE_MOVED] = part * s[e + EDGE_FLOW]
+        s[e + EDGE.moved] = part * s[e + EDGE.flow]
     return positive(s, nodes)
 
 
@@ -326,16 +289,16 @@ def chebyshev(
 def settle(s: Any, nodes: int, edges: int) -> None:
     """Masses at the end of a part from what restrictions have moved: many stages gather rounding."""
     for number in range(FIRST_NODE, nodes):
-        s[NODE_NUMBERS * number + NODE_MASS] = s[NODE_NUMBERS * number + NODE_FIRST_MASS]
-    upstream = s[SUPPLY * NODE_NUMBERS + NODE_ACTUATOR]
+        s[NODE_NUMBERS * number + NODE.mass] = s[NODE_NUMBERS * number + NODE.first_mass]
+    upstream = s[SUPPLY * NODE_NUMBERS + NODE.actuator]
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        origin, end, moved = s[e + EDGE_ORIGIN], s[e + EDGE_END], s[e + EDGE_MOVED]
+        origin, end, moved = s[e + EDGE.origin], s[e + EDGE.end], s[e + EDGE.moved]
         if origin == SUPPLY and upstream > 0.0:
             origin = upstream
         if end == SUPPLY and upstream > 0.0:
             end = upstream
-        s[NODE_NUMBERS * int(origin) + NODE_MASS] -= moved
-        s[NODE_NUMBERS * int(end) + NODE_MASS] += moved
+        s[NODE_NUMBERS * int(origin) + NODE.mass] -= moved
+        s[NODE_NUMBERS * int(end) + NODE.mass] += moved
 
 
 @register_jitable
@@ -348,10 +311,10 @@ def error(s: Any, nodes: int, part: float) -> float:
     largest = 0.0
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        if s[n + NODE_KIND] != OF_STORE:
+        if s[n + NODE.kind] != OF_STORE:
             for k in range(2):
-                first, last = s[n + NODE_FIRST_MASS + k], s[n + NODE_MASS + k]
-                rates = s[n + NODE_FIRST_MASS_RATE + k] + s[n + NODE_MASS_RATE + k]
+                first, last = s[n + NODE.first_mass + k], s[n + NODE.mass + k]
+                rates = s[n + NODE.first_mass_rate + k] + s[n + NODE.mass_rate + k]
                 largest = max(largest, abs(0.8 * (first - last) + 0.4 * part * rates) / last)
     return largest
 
@@ -362,31 +325,31 @@ def combine(s: Any, nodes: int, edges: int, mu: float, nu: float, by_rate: float
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         for k in range(2):
-            now = s[n + NODE_MASS + k]
-            s[n + NODE_MASS + k] = (
-                (1.0 - mu - nu) * s[n + NODE_FIRST_MASS + k]
+            now = s[n + NODE.mass + k]
+            s[n + NODE.mass + k] = (
+                (1.0 - mu - nu) * s[n + NODE.first_mass + k]
                 + mu * now
-                + nu * s[n + NODE_LAST_MASS + k]
-                + by_rate * s[n + NODE_MASS_RATE + k]
-                + by_first * s[n + NODE_FIRST_MASS_RATE + k]
+                + nu * s[n + NODE.last_mass + k]
+                + by_rate * s[n + NODE.mass_rate + k]
+                + by_first * s[n + NODE.first_mass_rate + k]
             )
-            s[n + NODE_LAST_MASS + k] = now
+            s[n + NODE.last_mass + k] = now
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        now = s[e + EDGE_MOVED]
-        s[e + EDGE_MOVED] = (
+        now = s[e + EDGE.moved]
+        s[e + EDGE.moved] = (
             mu * now
-            + nu * s[e + EDGE_LAST_MOVED]
-            + by_rate * s[e + EDGE_FLOW]
-            + by_first * s[e + EDGE_FIRST_FLOW]
+            + nu * s[e + EDGE.last_moved]
+            + by_rate * s[e + EDGE.flow]
+            + by_first * s[e + EDGE.first_flow]
         )
-        s[e + EDGE_LAST_MOVED] = now
+        s[e + EDGE.last_moved] = now
 
 
 @register_jitable
 def spoil(s: Any, nodes: int) -> None:
     """States that are no numbers, where no part of a step is short enough."""
     for number in range(FIRST_NODE, nodes):
-        s[NODE_NUMBERS * number + NODE_MASS] = s[NODE_NUMBERS * number + NODE_SIGMA] = math.nan
+        s[NODE_NUMBERS * number + NODE.mass] = s[NODE_NUMBERS * number + NODE.sigma] = math.nan
 
 
 @register_jitable
@@ -395,9 +358,9 @@ def remember_pressures(m: Any, d: Any, nodes: int, s: Any) -> None:
     u = m.actuator_user
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        q = m.nuser_actuator * int(s[n + NODE_ACTUATOR])
+        q = m.nuser_actuator * int(s[n + NODE.actuator])
         if u[q + 1] != KIND_CHAMBER:
-            d.userdata[int(u[q + CHAMBER_USERDATA]) + VOLUME_PRESSURE] = s[n + NODE_PRESSURE]
+            d.userdata[int(u[q + AIR_ROW.userdata]) + VOLUME_DATA.pressure] = s[n + NODE.pressure]
 
 
 @register_jitable
@@ -409,35 +372,44 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
     u, act, act_dot, data, step = m.actuator_user, d.act, d.act_dot, d.userdata, m.opt.timestep
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
-        actuator = int(s[n + NODE_ACTUATOR])
+        actuator = int(s[n + NODE.actuator])
         adr, q = m.actuator_actadr[actuator], m.nuser_actuator * actuator
         if u[q + 1] == KIND_STORE:
-            outflow = (act[adr + STORE_MASS] - s[n + NODE_MASS]) / step
-            act_dot[adr + STORE_MASS] = -outflow
-            act_dot[adr + STORE_TEMPERATURE] = cooling(u, q, act[adr], act[adr + STORE_TEMPERATURE], outflow)
+            outflow = (act[adr + STORE_ACT.mass] - s[n + NODE.mass]) / step
+            act_dot[adr + STORE_ACT.mass] = -outflow
+            act_dot[adr + STORE_ACT.temperature] = cooling(
+                u, q, act[adr], act[adr + STORE_ACT.temperature], outflow
+            )
         elif plain:
-            act_dot[adr + AIR_MASS], act_dot[adr + SIGMA] = s[n + NODE_MASS_RATE], s[n + NODE_SIGMA_RATE]
+            act_dot[adr + CHAMBER_ACT.mass], act_dot[adr + CHAMBER_ACT.sigma] = (
+                s[n + NODE.mass_rate],
+                s[n + NODE.sigma_rate],
+            )
         else:
-            act_dot[adr + AIR_MASS] = (s[n + NODE_MASS] - act[adr + AIR_MASS]) / step
-            act_dot[adr + SIGMA] = (s[n + NODE_SIGMA] - act[adr + SIGMA]) / step
+            act_dot[adr + CHAMBER_ACT.mass] = (s[n + NODE.mass] - act[adr + CHAMBER_ACT.mass]) / step
+            act_dot[adr + CHAMBER_ACT.sigma] = (s[n + NODE.sigma] - act[adr + CHAMBER_ACT.sigma]) / step
         if u[q + 1] == KIND_CHAMBER:
-            place = int(u[q + CHAMBER_USERDATA])
-            act_dot[adr + LAST_VOLUME] = (data[place + VOLUME] - act[adr + LAST_VOLUME]) / step
-            act_dot[adr + LAST_PRESSURE] = (data[place + PRESSURE] - act[adr + LAST_PRESSURE]) / step
+            place = int(u[q + AIR_ROW.userdata])
+            act_dot[adr + CHAMBER_ACT.last_volume] = (
+                data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
+            ) / step
+            act_dot[adr + CHAMBER_ACT.last_pressure] = (
+                data[place + CHAMBER_DATA.pressure] - act[adr + CHAMBER_ACT.last_pressure]
+            ) / step
 
 
 @register_jitable
 def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> float:
     """Rate of temperature of the store whose row starts at q, which gives a flow [K/s]."""
-    g = q + STORE_GAS
+    g = q + AIR_ROW.real_gas
     return store_temperature_rate(
         mass,
         temperature,
-        u[q + CHAMBER_TUBE_VOLUME],
+        u[q + AIR_ROW.volume],
         max(-outflow, 0.0),
         max(outflow, 0.0),
-        u[q + STORE_SHELL],
-        u[q + CHAMBER_WALL_CONDUCTANCE],
+        u[q + STORE_ROW.shell],
+        u[q + AIR_ROW.wall_conductance],
         AMBIENT_TEMPERATURE,
         u[g],
         u[g + 1],
@@ -453,17 +425,17 @@ def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> 
 def write_flows(m: Any, d: Any, edges: int, s: Any, plain: bool) -> None:
     """Mean flow of every restriction over the step to `userdata` [kg/s]."""
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        mean = s[e + EDGE_FLOW] if plain else s[e + EDGE_TOTAL] / m.opt.timestep
-        d.userdata[int(s[e + EDGE_PLACE])] = mean
+        mean = s[e + EDGE.flow] if plain else s[e + EDGE.total] / m.opt.timestep
+        d.userdata[int(s[e + EDGE.place])] = mean
 
 
 @register_jitable
 def compressor_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Start the compressor of actuator i when its tank is below one pressure; stop it above another."""
     u = m.actuator_user
-    tank = m.nuser_actuator * int(u[j + EDGE_ROW_TANK])
-    gauge = d.userdata[int(u[tank + CHAMBER_USERDATA]) + VOLUME_PRESSURE] - AMBIENT_PRESSURE
+    tank = m.nuser_actuator * int(u[j + EDGE_ROW.tank])
+    gauge = d.userdata[int(u[tank + AIR_ROW.userdata]) + VOLUME_DATA.pressure] - AMBIENT_PRESSURE
     adr = m.actuator_actadr[i]
-    running = d.act[adr + RUNNING]
-    wanted = compressor_runs(running, gauge, u[j + EDGE_ROW_3], u[j + EDGE_ROW_4])
-    d.act_dot[adr + RUNNING] = (wanted - running) / m.opt.timestep
+    running = d.act[adr + COMPRESSOR_ACT.running]
+    wanted = compressor_runs(running, gauge, u[j + EDGE_ROW.parameters + 2], u[j + EDGE_ROW.parameters + 3])
+    d.act_dot[adr + COMPRESSOR_ACT.running] = (wanted - running) / m.opt.timestep

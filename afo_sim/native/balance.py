@@ -4,34 +4,14 @@ from typing import Any
 
 from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, stretch
 from afo_sim.native.slots import (
-    AIR_HEAT_CAPACITY_RATIO,
-    ANCHOR_DAMPING,
-    ANCHOR_FORCE,
-    ANCHOR_LENGTH,
-    ANCHOR_SLOTS,
-    ANCHOR_STIFFNESS,
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_TUBE_VOLUME,
-    MUSCLE_B,
-    MUSCLE_COUNT,
-    MUSCLE_DEAD_VOLUME,
-    MUSCLE_LOCK,
-    MUSCLE_NEXT,
-    MUSCLE_NOMINAL_LENGTH,
-    MUSCLE_NOMINAL_RADIUS,
-    MUSCLE_USERDATA,
-    NETWORK_ANCHORS,
-    NETWORK_FIRST_ANCHOR,
-    NETWORK_STATE,
-)
-from afo_sim.native.state import (
-    ANCHOR_DISPLACEMENT,
-    ANCHOR_LOSS,
-    ANCHOR_STATES,
-    LAST_PRESSURE,
-    OWN_CONTRACTION,
-    SIGMA,
-    WORK_VOLUME_SLOPE,
+    AIR_ROW,
+    ANCHOR,
+    ANCHOR_ACT,
+    CHAMBER_ACT,
+    CHAMBER_ROW,
+    LEADER_DATA,
+    MUSCLE_ROW,
+    NETWORK_ROW,
 )
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import chamber_pressure, muscle_volume
@@ -43,7 +23,7 @@ LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a
 @register_jitable
 def within(u: Any, k: int, contraction: float) -> float:
     """A contraction ratio between the lock of the muscle whose row starts at k and the shortest that is."""
-    least = LONGEST * u[k + MUSCLE_LOCK]
+    least = LONGEST * u[k + MUSCLE_ROW.lock]
     if contraction < least:
         return least
     if contraction > SHORTEST:
@@ -56,7 +36,7 @@ def held(u: Any, k: int, contraction: float, left: float) -> bool:
     """Whether the muscle whose row starts at k is pushed against an end of its range."""
     if left > 0.0:
         return contraction >= SHORTEST
-    return left < 0.0 and contraction <= LONGEST * u[k + MUSCLE_LOCK]
+    return left < 0.0 and contraction <= LONGEST * u[k + MUSCLE_ROW.lock]
 
 
 @register_jitable
@@ -64,22 +44,22 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
     """Displacement of all anchors of the network whose row starts at j under a pull [m], and its slope."""
     u, act = m.actuator_user, d.act
     total, slope = 0.0, 0.0
-    a, state = j + NETWORK_FIRST_ANCHOR, int(u[j + NETWORK_STATE])
-    for _ in range(int(u[j + NETWORK_ANCHORS])):
+    a, state = j + NETWORK_ROW.first_anchor, int(u[j + NETWORK_ROW.state])
+    for _ in range(int(u[j + NETWORK_ROW.anchors])):
         z, by_pull = anchor_displacement(
             pull,
-            u[a + ANCHOR_STIFFNESS],
-            u[a + ANCHOR_FORCE],
-            u[a + ANCHOR_LENGTH],
-            0.0 if rest else u[a + ANCHOR_DAMPING],
-            act[state + ANCHOR_DISPLACEMENT],
-            act[state + ANCHOR_LOSS],
+            u[a + ANCHOR.stiffness],
+            u[a + ANCHOR.force],
+            u[a + ANCHOR.length],
+            0.0 if rest else u[a + ANCHOR.damping],
+            act[state + ANCHOR_ACT.displacement],
+            act[state + ANCHOR_ACT.loss],
             m.opt.timestep,
         )
         total += z
         slope += by_pull
-        a += ANCHOR_SLOTS
-        state += ANCHOR_STATES
+        a += len(ANCHOR)
+        state += len(ANCHOR_ACT)
     return total, slope
 
 
@@ -87,20 +67,20 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
 def volume_of(m: Any, d: Any, q: int) -> float:
     """Volume of the chamber whose row starts at q [m³]; writes dV/dκ of its leaders' muscles together."""
     u, data = m.actuator_user, d.userdata
-    volume, leader = u[q + CHAMBER_TUBE_VOLUME], int(u[q + CHAMBER_FIRST_MUSCLE])
+    volume, leader = u[q + AIR_ROW.volume], int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own = int(u[k + MUSCLE_USERDATA])
+        own = int(u[k + MUSCLE_ROW.userdata])
         part, slope = muscle_volume(
-            data[own + OWN_CONTRACTION],
-            u[k + MUSCLE_NOMINAL_LENGTH],
-            u[k + MUSCLE_NOMINAL_RADIUS],
-            u[k + MUSCLE_B],
-            u[k + MUSCLE_DEAD_VOLUME],
+            data[own + LEADER_DATA.contraction],
+            u[k + MUSCLE_ROW.nominal_length],
+            u[k + MUSCLE_ROW.nominal_radius],
+            u[k + MUSCLE_ROW.b],
+            u[k + MUSCLE_ROW.dead_volume],
         )
-        volume += u[k + MUSCLE_COUNT] * part
-        data[own + WORK_VOLUME_SLOPE] = u[k + MUSCLE_COUNT] * slope
-        leader = int(u[k + MUSCLE_NEXT])
+        volume += u[k + MUSCLE_ROW.parallel] * part
+        data[own + LEADER_DATA.volume_slope] = u[k + MUSCLE_ROW.parallel] * slope
+        leader = int(u[k + MUSCLE_ROW.next])
     return volume
 
 
@@ -109,9 +89,9 @@ def pressure_of(m: Any, d: Any, chamber: int, volume: float, rest: bool) -> tupl
     """Absolute pressure of a chamber at a volume [Pa], and −dp/dV [Pa/m³]; at rest the last one."""
     adr = m.actuator_actadr[chamber]
     if rest:
-        return d.act[adr + LAST_PRESSURE], 0.0
-    gamma = m.actuator_user[m.nuser_actuator * chamber + AIR_HEAT_CAPACITY_RATIO]
-    pressure = chamber_pressure(d.act[adr + SIGMA], volume, gamma)
+        return d.act[adr + CHAMBER_ACT.last_pressure], 0.0
+    gamma = m.actuator_user[m.nuser_actuator * chamber + AIR_ROW.heat_capacity_ratio]
+    pressure = chamber_pressure(d.act[adr + CHAMBER_ACT.sigma], volume, gamma)
     return pressure, gamma * pressure / volume
 
 
@@ -125,7 +105,7 @@ def lacking(
     if rest:
         left, stiffness, by_pressure, theta = imbalance_at_rest(m, k, contraction, absolute, tension)
     else:
-        last = d.act[m.actuator_actadr[chamber] + LAST_PRESSURE]
+        last = d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure]
         left, stiffness, by_pressure, theta = imbalance(m, d, k, contraction, absolute, last, tension)
-    stiffness += theta * slope * u[k + MUSCLE_NOMINAL_LENGTH]
+    stiffness += theta * slope * u[k + MUSCLE_ROW.nominal_length]
     return left, stiffness, by_pressure, theta, tension, slope

@@ -42,8 +42,8 @@ from collections.abc import Callable
 from typing import Any
 
 from afo_sim.native.air_step import air_dyn, compressor_dyn
-from afo_sim.native.complaints import FINE, NO_NUMBER
-from afo_sim.native.driving import drive_dyn
+from afo_sim.native.driving import drive_dyn, valve_dyn
+from afo_sim.native.error_codes import FINE, NO_NUMBER
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.muscle import bias_beside_gain, friction_dyn, sole_pad_force
 from afo_sim.native.network import network_dyn
@@ -60,17 +60,11 @@ from afo_sim.native.slots import (
     KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
-    MUSCLE_LEADER,
-    MUSCLE_USERDATA,
-    MUSCLE_WRAP_FRICTION,
-    PASSIVE_DAMPING,
-    PASSIVE_LOAD,
-    PASSIVE_OFFSET,
-    PASSIVE_SCALE,
-    SPASTIC_GAIN,
+    LEADER_DATA,
+    MUSCLE_ROW,
+    PASSIVE_ROW,
+    SPASTIC_ROW,
 )
-from afo_sim.native.state import TENSION
-from afo_sim.native.valve import valve_dyn
 from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
 
 
@@ -81,21 +75,21 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
         u, j = m.actuator_user, m.nuser_actuator * i
         kind = u[j + 1]
         if kind == KIND_MUSCLE:
-            leader = m.nuser_actuator * int(u[j + MUSCLE_LEADER])
-            tension = d.userdata[int(u[leader + MUSCLE_USERDATA]) + TENSION]
+            leader = m.nuser_actuator * int(u[j + MUSCLE_ROW.leader])
+            tension = d.userdata[int(u[leader + MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
             if tension != tension:
                 fail(NO_NUMBER, i)
-            if u[j + MUSCLE_WRAP_FRICTION] > 0.0:
+            if u[j + MUSCLE_ROW.wrap_friction] > 0.0:
                 tension, _ = behind_guides(m, d, i, j, tension)
             return 0.0 - tension
         if kind == KIND_PASSIVE:
-            scale, offset = u[j + PASSIVE_SCALE], u[j + PASSIVE_OFFSET]
+            scale, offset = u[j + PASSIVE_ROW.scale], u[j + PASSIVE_ROW.offset]
             moment = passive_moment(d.actuator_length[i], d.ctrl[i], scale, offset)
             if moment != moment:
                 fail(NO_NUMBER, i)
-            return moment - u[j + PASSIVE_LOAD] - u[j + PASSIVE_DAMPING] * d.actuator_velocity[i]
+            return moment - u[j + PASSIVE_ROW.load] - u[j + PASSIVE_ROW.damping] * d.actuator_velocity[i]
         if kind == KIND_SPASTIC:
-            gain = u[j + SPASTIC_GAIN]
+            gain = u[j + SPASTIC_ROW.gain]
             moment = spastic_moment(d.actuator_velocity[i], gain)
             return bias_beside_gain(d, i, moment, 0.5 * gain if moment < 0.0 else 0.0)
         if kind == KIND_PAD:

@@ -18,27 +18,27 @@ from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.native.air_circuit import (
     AMBIENT_NAME,
     SUPPLY_NAME,
-    CircuitRestriction,
     CircuitStore,
     CircuitVolume,
 )
-from afo_sim.native.slots import N_USER, RIGID
-from afo_sim.native.state import (
+from afo_sim.native.slots import (
+    ANCHOR_ACT,
     ANCHOR_DATA,
-    ANCHOR_STATES,
+    CHAMBER_ACT,
     CHAMBER_DATA,
-    CHAMBER_STATES,
-    COMPRESSOR_STATES,
+    COMPRESSOR_ACT,
+    DRIVE_ACT,
     DRIVE_DATA,
-    DRIVE_STATES,
     EDGE_DATA,
+    LEADER_ACT,
     LEADER_DATA,
-    LEADER_STATES,
-    VALVE_STATES,
+    N_USER,
+    RIGID,
+    STORE_ACT,
+    VALVE_ACT,
     VOLUME_DATA,
-    VOLUME_STATES,
 )
-from afo_sim.physics.air_path import COMPRESSOR
+from afo_sim.physics.flow_edge import COMPRESSOR, FlowEdge
 from afo_sim.physics.friction import FRICTIONS
 
 SIDES = ("inlet", "outlet")
@@ -171,7 +171,7 @@ class Circuit:
     anchors: tuple[CircuitAnchor, ...] = ()
     volumes: tuple[CircuitVolume, ...] = ()
     stores: tuple[CircuitStore, ...] = ()
-    restrictions: tuple[CircuitRestriction, ...] = ()
+    restrictions: tuple[FlowEdge, ...] = ()
     upstream: str = ""
     gas_constant: float = GAS_CONSTANT
     heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
@@ -264,7 +264,7 @@ def add_muscles(
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for network in circuit.networks():
         leaders = sum(len(circuit.muscles_of(name)) for name in network.chambers)
-        count = LEADER_STATES * leaders + ANCHOR_STATES * len(network.anchors)
+        count = len(LEADER_ACT) * leaders + len(ANCHOR_ACT) * len(network.anchors)
         joint = joints[network.chambers[0]]
         _add_states(spec, prefix + network.name, joint, max(count, 2), default)
     for muscle in circuit.muscles:
@@ -298,12 +298,12 @@ def add_chambers(
     spec.nuserdata = userdata + circuit_data(circuit)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for name, joint in joints.items():
-        _add_states(spec, f"{prefix}chamber_{name}", joint, CHAMBER_STATES, default)
+        _add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
     for chamber in circuit.driven:
-        _add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, DRIVE_STATES, default)
+        _add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
     for name, joint in joints.items():
         for side in SIDES:
-            _add_states(spec, f"{prefix}valve_{name}_{side}", joint, VALVE_STATES, default)
+            _add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(VALVE_ACT), default)
     for muscle in circuit.muscles:
         if muscle.friction_states:
             joint = joints[muscle.chamber]
@@ -319,25 +319,25 @@ def _add_air_path(
         return
     joint = circuit.chambers[0].joint
     for volume in circuit.volumes:
-        _add_states(spec, f"{prefix}volume_{volume.name}", joint, VOLUME_STATES, default)
+        _add_states(spec, f"{prefix}volume_{volume.name}", joint, len(STORE_ACT), default)
     for store in circuit.stores:
-        _add_states(spec, f"{prefix}store_{store.name}", joint, VOLUME_STATES, default)
+        _add_states(spec, f"{prefix}store_{store.name}", joint, len(STORE_ACT), default)
     for each in circuit.restrictions:
         if each.valve is not None:
-            _add_states(spec, f"{prefix}valve_{each.name}", joint, VALVE_STATES, default)
+            _add_states(spec, f"{prefix}valve_{each.name}", joint, len(VALVE_ACT), default)
             continue
-        running = COMPRESSOR_STATES if each.law == COMPRESSOR else 0
+        running = len(COMPRESSOR_ACT) if each.law == COMPRESSOR else 0
         _add_states(spec, f"{prefix}restriction_{each.name}", joint, running, default)
 
 
 def circuit_data(circuit: Circuit) -> int:
     """Numbers of `userdata` that a circuit needs."""
     return (
-        CHAMBER_DATA * len(circuit.chambers)
-        + LEADER_DATA * len(circuit.muscles)
-        + ANCHOR_DATA * len(circuit.anchors)
-        + DRIVE_DATA * len(circuit.driven)
-        + VOLUME_DATA * (len(circuit.volumes) + len(circuit.stores))
+        len(CHAMBER_DATA) * len(circuit.chambers)
+        + len(LEADER_DATA) * len(circuit.muscles)
+        + len(ANCHOR_DATA) * len(circuit.anchors)
+        + len(DRIVE_DATA) * len(circuit.driven)
+        + len(VOLUME_DATA) * (len(circuit.volumes) + len(circuit.stores))
         + EDGE_DATA * len(circuit.restrictions)
     )
 

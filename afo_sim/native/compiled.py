@@ -10,7 +10,7 @@ import mujoco
 
 from afo_sim.common import machine_code
 from afo_sim.common.errors import CallbackError
-from afo_sim.native.complaints import MJU_ERROR
+from afo_sim.native.error_codes import MJU_ERROR
 from afo_sim.native.struct_layout import LAYOUT
 
 KIND = "callbacks"

@@ -1,46 +1,57 @@
-"""Pressure drive: coils of a chamber's two valves from the pressure that is asked for."""
+"""Valves and their pressure drives: a valve's two states, and coils from the pressure that is asked for."""
 
 from typing import Any
 
 from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.native.complaints import FINE, NO_TARGET
+from afo_sim.native.error_codes import FINE, NO_TARGET
 from afo_sim.native.slots import (
+    AIR_ROW,
     BANG_BANG,
-    CHAMBER_INLET,
-    CHAMBER_OUTLET,
-    CHAMBER_USERDATA,
-    DRIVE_CHAMBER,
-    DRIVE_DEAD_BAND,
-    DRIVE_DERIVATIVE_TIME,
-    DRIVE_FILTER_TIME,
-    DRIVE_FULL_AT,
-    DRIVE_INTEGRAL_RATE,
-    DRIVE_KIND,
-    DRIVE_LEAST_OFF,
-    DRIVE_LEAST_ON,
-    DRIVE_PERIOD,
-    DRIVE_RELEASE,
-    DRIVE_USERDATA,
+    CHAMBER_DATA,
+    CHAMBER_ROW,
+    DRIVE_ACT,
+    DRIVE_DATA,
+    DRIVE_ROW,
     PWM,
     REGULATOR,
+    VALVE_ACT,
+    VALVE_ROW,
 )
-from afo_sim.native.state import (
-    CLOCK,
-    GIVEN,
-    INLET_COIL,
-    INLET_LAST,
-    INLET_SWITCHES,
-    INTEGRAL,
-    OPENING,
-    OUTLET_COIL,
-    OUTLET_LAST,
-    OUTLET_SWITCHES,
-    PRESSURE,
-    READING,
-    STAGE,
+from afo_sim.physics.driving import (
+    low_passed,
+    pid,
+    proportional_rate,
+    pulse_edges,
+    pulse_width,
+    pulses,
+    two_point,
 )
-from afo_sim.physics.driving import low_passed, pid, pulse_edges, pulse_width, pulses, two_point
 from afo_sim.physics.jitable import register_jitable
+from afo_sim.physics.pneumatics import beyond_dead_band, valve_rates
+
+
+@register_jitable
+def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Write the rates of the valve actuator i, whose row starts at j; its coil is its input or a drive's."""
+    u = m.actuator_user
+    adr, driven = m.actuator_actadr[i], int(u[j + VALVE_ROW.coil])
+    coil = d.userdata[driven - 1] if driven > 0 else d.ctrl[i]
+    if u[j + VALVE_ROW.bandwidth] > 0.0:
+        asked = beyond_dead_band(coil, u[j + VALVE_ROW.dead_band])
+        rate = proportional_rate(
+            asked, d.act[adr + VALVE_ACT.opening], u[j + VALVE_ROW.bandwidth], m.opt.timestep
+        )
+        d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = rate, rate
+        return
+    d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = valve_rates(
+        coil,
+        d.act[adr + VALVE_ACT.armature],
+        d.act[adr + VALVE_ACT.opening],
+        u[j + VALVE_ROW.opening_delay],
+        u[j + VALVE_ROW.closing_delay],
+        m.opt.timestep,
+    )
+
 
 FIRST, OFF, ON = 0.0, 1.0, 2.0  # stages of a drive
 SHUT = 0.01  # opening below which a proportional valve counts as shut [-]
@@ -53,24 +64,33 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
     The transducer reads on while the drive is off; all else of its memory is lost then.
     """
     u, act, act_dot, step = m.actuator_user, d.act, d.act_dot, m.opt.timestep
-    a, place, target = m.actuator_actadr[i], int(u[j + DRIVE_USERDATA]), d.ctrl[i]
+    a, place, target = m.actuator_actadr[i], int(u[j + DRIVE_ROW.userdata]), d.ctrl[i]
     if target != target:
         return NO_TARGET
-    chamber = m.nuser_actuator * int(u[j + DRIVE_CHAMBER])
-    pressure = d.userdata[int(u[chamber + CHAMBER_USERDATA]) + PRESSURE] - AMBIENT_PRESSURE
-    stage, inlet_last, outlet_last = act[a + STAGE], act[a + INLET_LAST], act[a + OUTLET_LAST]
-    before = pressure if stage < OFF - 0.5 else act[a + READING]
-    reading = low_passed(before, pressure, u[j + DRIVE_FILTER_TIME], step)
+    chamber = m.nuser_actuator * int(u[j + DRIVE_ROW.chamber])
+    pressure = d.userdata[int(u[chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure] - AMBIENT_PRESSURE
+    stage, inlet_last, outlet_last = (
+        act[a + DRIVE_ACT.stage],
+        act[a + DRIVE_ACT.inlet_last],
+        act[a + DRIVE_ACT.outlet_last],
+    )
+    before = pressure if stage < OFF - 0.5 else act[a + DRIVE_ACT.reading]
+    reading = low_passed(before, pressure, u[j + DRIVE_ROW.filter_time], step)
     integral, given, clock, now = 0.0, 0.0, 0.0, OFF
-    inlet, outlet = d.ctrl[int(u[chamber + CHAMBER_INLET])], d.ctrl[int(u[chamber + CHAMBER_OUTLET])]
+    inlet, outlet = d.ctrl[int(u[chamber + CHAMBER_ROW.inlet])], d.ctrl[int(u[chamber + CHAMBER_ROW.outlet])]
     inlet_on, outlet_on = inlet > 0.0, outlet > 0.0
     inlet_rises, outlet_rises = inlet_on and inlet_last < 0.5, outlet_on and outlet_last < 0.5
     if target >= 0.0:
-        now, integral, given, clock = ON, act[a + INTEGRAL], act[a + GIVEN], act[a + CLOCK]
+        now, integral, given, clock = (
+            ON,
+            act[a + DRIVE_ACT.integral],
+            act[a + DRIVE_ACT.given],
+            act[a + DRIVE_ACT.clock],
+        )
         if stage < ON - 0.5:  # it was off
-            integral, given, clock = 0.0, 0.0, u[j + DRIVE_LEAST_OFF]
-            if u[j + DRIVE_KIND] == PWM:  # the first pulse comes at once, and goes on where a coil is on
-                clock = u[j + DRIVE_PERIOD]
+            integral, given, clock = 0.0, 0.0, u[j + DRIVE_ROW.least_off]
+            if u[j + DRIVE_ROW.kind] == PWM:  # the first pulse comes at once, and goes on where a coil is on
+                clock = u[j + DRIVE_ROW.period]
                 given = clock if inlet_last > 0.5 else (-clock if outlet_last > 0.5 else 0.0)
         was, then = given, clock
         inlet, outlet, integral, given, clock = driven(
@@ -78,23 +98,23 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
         )
         inlet_on, outlet_on = inlet > 0.0, outlet > 0.0
         inlet_rises, outlet_rises = inlet_on and inlet_last < 0.5, outlet_on and outlet_last < 0.5
-        if u[j + DRIVE_KIND] == PWM:
-            period, anew = u[j + DRIVE_PERIOD], clock < then + 0.5 * step
+        if u[j + DRIVE_ROW.kind] == PWM:
+            period, anew = u[j + DRIVE_ROW.period], clock < then + 0.5 * step
             inlet_rises, inlet_on = pulse_edges(was, given, clock, anew, period)
             outlet_rises, outlet_on = pulse_edges(-was, -given, clock, anew, period)
-        if u[j + DRIVE_KIND] == REGULATOR:
-            inlet_on = still_open(m, d, int(u[chamber + CHAMBER_INLET]), inlet, inlet_last)
-            outlet_on = still_open(m, d, int(u[chamber + CHAMBER_OUTLET]), outlet, outlet_last)
-    act_dot[a + READING] = (reading - act[a + READING]) / step
-    act_dot[a + INTEGRAL] = (integral - act[a + INTEGRAL]) / step
-    act_dot[a + GIVEN] = (given - act[a + GIVEN]) / step
-    act_dot[a + CLOCK] = (clock - act[a + CLOCK]) / step
-    act_dot[a + STAGE] = (now - stage) / step
-    act_dot[a + INLET_SWITCHES] = (1.0 if inlet_rises else 0.0) / step
-    act_dot[a + OUTLET_SWITCHES] = (1.0 if outlet_rises else 0.0) / step
-    act_dot[a + INLET_LAST] = ((1.0 if inlet_on else 0.0) - inlet_last) / step
-    act_dot[a + OUTLET_LAST] = ((1.0 if outlet_on else 0.0) - outlet_last) / step
-    d.userdata[place + INLET_COIL], d.userdata[place + OUTLET_COIL] = inlet, outlet
+        if u[j + DRIVE_ROW.kind] == REGULATOR:
+            inlet_on = still_open(m, d, int(u[chamber + CHAMBER_ROW.inlet]), inlet, inlet_last)
+            outlet_on = still_open(m, d, int(u[chamber + CHAMBER_ROW.outlet]), outlet, outlet_last)
+    act_dot[a + DRIVE_ACT.reading] = (reading - act[a + DRIVE_ACT.reading]) / step
+    act_dot[a + DRIVE_ACT.integral] = (integral - act[a + DRIVE_ACT.integral]) / step
+    act_dot[a + DRIVE_ACT.given] = (given - act[a + DRIVE_ACT.given]) / step
+    act_dot[a + DRIVE_ACT.clock] = (clock - act[a + DRIVE_ACT.clock]) / step
+    act_dot[a + DRIVE_ACT.stage] = (now - stage) / step
+    act_dot[a + DRIVE_ACT.inlet_switches] = (1.0 if inlet_rises else 0.0) / step
+    act_dot[a + DRIVE_ACT.outlet_switches] = (1.0 if outlet_rises else 0.0) / step
+    act_dot[a + DRIVE_ACT.inlet_last] = ((1.0 if inlet_on else 0.0) - inlet_last) / step
+    act_dot[a + DRIVE_ACT.outlet_last] = ((1.0 if outlet_on else 0.0) - outlet_last) / step
+    d.userdata[place + DRIVE_DATA.inlet_coil], d.userdata[place + DRIVE_DATA.outlet_coil] = inlet, outlet
     return FINE
 
 
@@ -107,7 +127,7 @@ def still_open(m: Any, d: Any, valve: int, asked: float, last: float) -> bool:
 
     Units: asked [-].
     """
-    return asked > 0.0 or (last > 0.5 and d.act[m.actuator_actadr[valve] + OPENING] > SHUT)
+    return asked > 0.0 or (last > 0.5 and d.act[m.actuator_actadr[valve] + VALVE_ACT.opening] > SHUT)
 
 
 @register_jitable
@@ -118,10 +138,10 @@ def driven(
 
     Units: error, rate [Pa], step [s].
     """
-    kind, least_on, least_off = u[j + DRIVE_KIND], u[j + DRIVE_LEAST_ON], u[j + DRIVE_LEAST_OFF]
+    kind, least_on, least_off = u[j + DRIVE_ROW.kind], u[j + DRIVE_ROW.least_on], u[j + DRIVE_ROW.least_off]
     if kind == BANG_BANG:
         side = two_point(
-            error, given, clock, u[j + DRIVE_DEAD_BAND], u[j + DRIVE_RELEASE], least_on, least_off
+            error, given, clock, u[j + DRIVE_ROW.dead_band], u[j + DRIVE_ROW.release], least_on, least_off
         )
         held = step if abs(side - given) > 0.5 else clock + step
         return max(side, 0.0), max(-side, 0.0), 0.0, side, held
@@ -129,14 +149,14 @@ def driven(
         error,
         rate,
         integral,
-        u[j + DRIVE_FULL_AT],
-        u[j + DRIVE_INTEGRAL_RATE],
-        u[j + DRIVE_DERIVATIVE_TIME],
-        u[j + DRIVE_DEAD_BAND],
+        u[j + DRIVE_ROW.full_at],
+        u[j + DRIVE_ROW.integral_rate],
+        u[j + DRIVE_ROW.derivative_time],
+        u[j + DRIVE_ROW.dead_band],
         step,
     )
     if kind != PWM:
         return max(output, 0.0), max(-output, 0.0), integral, output, clock
-    coming = pulse_width(output, u[j + DRIVE_PERIOD], least_on, least_off)
-    inlet, outlet, clock, given = pulses(clock, given, u[j + DRIVE_PERIOD], coming, step)
+    coming = pulse_width(output, u[j + DRIVE_ROW.period], least_on, least_off)
+    inlet, outlet, clock, given = pulses(clock, given, u[j + DRIVE_ROW.period], coming, step)
     return inlet, outlet, integral, given, clock

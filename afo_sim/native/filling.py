@@ -5,44 +5,174 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from afo_sim.native.air_filling import AirPlaces, fill_air_path, start_air_path
-from afo_sim.native.circuit import Circuit, CircuitChamber, CircuitIds, CircuitMuscle, circuit_ids
+from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.native.air_block import AMBIENT, SUPPLY
+from afo_sim.native.air_circuit import AMBIENT_NAME, SUPPLY_NAME, AirNetwork, air_networks
+from afo_sim.native.circuit import (
+    Circuit,
+    CircuitAnchor,
+    CircuitChamber,
+    CircuitIds,
+    CircuitMuscle,
+    circuit_ids,
+)
 from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.scratch import scratch
 from afo_sim.native.slots import (
-    KIND_CHAMBER,
-    KIND_MUSCLE,
-    KIND_NETWORK,
-    MARK,
-    MUSCLE_INVERSE_MASS,
-    N_USER,
-    VALVE_BANDWIDTH,
-    VALVE_COIL,
-    chamber_row,
-    drive_row,
-    friction_row,
-    muscle_row,
-    network_row,
-    valve_row,
-)
-from afo_sim.native.state import (
+    AIR_ROW,
     ANCHOR_DATA,
+    CHAMBER_ACT,
     CHAMBER_DATA,
     DRIVE_DATA,
-    INLET_COIL,
-    INLET_FLOW,
-    LAST_VOLUME,
+    EDGE_DATA,
+    KIND_CHAMBER,
+    KIND_DRIVE,
+    KIND_FRICTION,
+    KIND_MUSCLE,
+    KIND_NETWORK,
+    KIND_RESTRICTION,
+    KIND_STORE,
+    KIND_VALVE,
+    KIND_VOLUME,
+    LEADER_ACT,
     LEADER_DATA,
-    LEADER_STATES,
-    OUTLET_COIL,
-    OUTLET_FLOW,
-    air_at,
-    gas_of,
-    read_flows,
-    write_air,
-    write_rest,
+    MARK,
+    MAX_ANCHORS,
+    MUSCLE_ROW,
+    N_USER,
+    STORE_ACT,
+    STORE_ROW,
+    VALVE_ROW,
+    VOLUME_DATA,
+    VOLUME_ROW,
+    muscle_row,
+    row,
 )
+from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
 from afo_sim.physics.pneumatics import laminar_slope
+
+Values = dict[str, float]  # of a row, by name
+
+
+def air_rows(circuit: Circuit, ids: CircuitIds) -> tuple[dict[str, Values], dict[str, Values]]:
+    """How all nodes and all valves and restrictions of a circuit are joined: values of their rows by name."""
+    nodes: dict[str, Values] = {}
+    edges: dict[str, Values] = {}
+    for network in air_networks(circuit):
+        nodes |= _nodes(circuit, ids, network)
+        known = ids.valves | ids.restrictions
+        following = [*(known[key] for key in [*network.edges][1:]), -1]
+        edges |= {
+            key: {"origin": origin, "end": end, "following": after, "tank": -1}
+            for (key, (origin, end)), after in zip(network.edges.items(), following, strict=True)
+        }
+    return nodes, edges
+
+
+def _nodes(circuit: Circuit, ids: CircuitIds, network: AirNetwork) -> dict[str, Values]:
+    known = ids.chambers | ids.volumes | ids.stores
+    names = (*network.chambers, *network.others)
+    following = [*(known[name] for name in names[1:]), -1]
+    steep = _steepness(circuit, network)
+    first = (ids.valves | ids.restrictions)[next(iter(network.edges))]
+    return {
+        name: {
+            "following": after,
+            "number": network.numbers[name],
+            "first_edge": first if name == names[-1] else -1,
+            "upstream": network.upstream,
+            "leads": 1.0 if name == names[-1] else 0.0,
+            "gas_constant": circuit.gas_constant,
+            "heat_capacity_ratio": circuit.heat_capacity_ratio,
+            "first_node": known[names[0]],
+            "steepness": steep[network.numbers[name]],
+        }
+        for name, after in zip(names, following, strict=True)
+    }
+
+
+def _steepness(circuit: Circuit, network: AirNetwork) -> dict[int, float]:
+    """Largest slope of all flows at each numbered node, all open; as `air_step.fastest` has it."""
+    slopes = {each.name: each.steepest for each in circuit.restrictions}
+    for chamber in circuit.chambers:
+        for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.outlet)):
+            row = valve.row
+            slopes[f"{chamber.name}_{side}"] = laminar_slope(row["conductance"], row["critical_ratio"])
+    found = dict.fromkeys((AMBIENT, *network.numbers.values()), 0.0)
+    stores = {network.numbers.get(store.name) for store in circuit.stores}
+    for key, ends in network.edges.items():
+        fixed = {AMBIENT, SUPPLY, *stores} & {*ends}
+        for node in ends:
+            found[node] += (1.0 if fixed else 2.0) * slopes[key]
+    if network.upstream:
+        found[network.upstream] += 2.0 * found[SUPPLY]
+    return found
+
+
+def fill_air_path(
+    model: mujoco.MjModel,
+    circuit: Circuit,
+    ids: CircuitIds,
+    nodes: Mapping[str, Values],
+    edges: Mapping[str, Values],
+    data: int,
+) -> None:
+    """Write the rows of volumes, stores and restrictions; results stand in `userdata` from `data` on."""
+    user, gamma = model.actuator_user[:, :N_USER], circuit.heat_capacity_ratio
+    for volume in circuit.volumes:
+        user[ids.volumes[volume.name]] = row(
+            KIND_VOLUME,
+            start=volume.start,
+            start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
+            power=volume.volume**-gamma,
+            power_rate=volume.volume ** (gamma - 1.0),
+            volume=volume.volume,
+            wall_conductance=volume.wall_conductance,
+            userdata=data,
+            **nodes[volume.name],
+        )
+        data += len(VOLUME_DATA)
+    for store in circuit.stores:
+        values = {**store.row, **nodes[store.name]}
+        user[ids.stores[store.name]] = row(KIND_STORE, content=store.content, userdata=data, **values)
+        data += len(VOLUME_DATA)
+    numbers = {AMBIENT_NAME: AMBIENT, SUPPLY_NAME: SUPPLY}
+    numbers |= {name: int(node["number"]) for name, node in nodes.items()}
+    for each in circuit.restrictions:
+        parameters = [float(numbers[each.pilot]), *each.parameters[1:]] if each.pilot else each.parameters
+        edge = edges[each.name] | {"place": data, "law": each.law, "steepness": each.steepest}
+        edge["tank"] = ids.volumes.get(each.end, -1)
+        if each.valve is not None:
+            values = {**each.valve, **edge}
+            user[ids.valves[each.name]] = row(KIND_VALVE, parameters=parameters, **values)
+        else:
+            values = {"conductance": each.conductance, "critical_ratio": each.critical_ratio, **edge}
+            user[ids.restrictions[each.name]] = row(KIND_RESTRICTION, parameters=parameters, **values)
+        data += EDGE_DATA
+
+
+def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[int, float]) -> None:
+    """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes.
+
+    Units: gauge [Pa].
+    """
+    rows = model.actuator_user
+    if rows.shape[1] < N_USER:  # none of this project's
+        return
+    for i in np.flatnonzero((rows[:, 0] == MARK) & np.isin(rows[:, 1], (KIND_VOLUME, KIND_STORE))):
+        at = model.actuator_actadr[i]
+        if rows[i, 1] == KIND_STORE:
+            data.act[at + STORE_ACT.mass], data.act[at + STORE_ACT.temperature] = (
+                rows[i, STORE_ROW.content],
+                AMBIENT_TEMPERATURE,
+            )
+            continue
+        as_chamber, gas = int(rows[i, VOLUME_ROW.start_as]), gas_of(model, int(i))
+        pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, VOLUME_ROW.start])
+        air = air_at(pressure, float(rows[i, AIR_ROW.volume]), gas)
+        data.act[at + CHAMBER_ACT.mass] = air.mass
+        data.act[at + CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**gas.heat_capacity_ratio
+
 
 LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 
@@ -53,7 +183,7 @@ def fill_circuit(
     """Write the exact parameters of a circuit into a compiled model."""
     ids, user = ids or circuit_ids(model, circuit), _rows(model)
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
-    slots = AirPlaces.of(circuit, ids)
+    nodes, edges = air_rows(circuit, ids)
     anchors = {anchor.name: anchor for anchor in circuit.anchors}
     data = userdata
     for network in circuit.networks():
@@ -62,26 +192,31 @@ def fill_circuit(
         following = [*(ids.chambers[name] for name in network.chambers[1:]), -1]
         for name, next_chamber in zip(network.chambers, following, strict=True):
             leaders = [ids.muscles[muscle.tendons[0]] for muscle in circuit.muscles_of(name)]
-            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data, slots)
-            data += CHAMBER_DATA
+            _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data, nodes, edges)
+            data += len(CHAMBER_DATA)
             chain = zip(circuit.muscles_of(name), [*leaders[1:], -1], strict=False)
             for muscle, next_muscle in chain:
                 _fill_muscle(model, ids, muscle, next_muscle, state, data)
-                state, data = state + LEADER_STATES, data + LEADER_DATA
-        numbers = [
-            (a.stiffness, a.force, a.length, a.damping) for a in (anchors[name] for name in network.anchors)
-        ]
-        user[actuator] = network_row(
-            first_chamber=ids.chambers[network.chambers[0]], state=state, userdata=data, anchors=numbers
+                state, data = state + len(LEADER_ACT), data + len(LEADER_DATA)
+        if len(network.anchors) > MAX_ANCHORS:
+            problem = f"a network has {len(network.anchors)} anchors; there is room for {MAX_ANCHORS}"
+            raise ValueError(problem)
+        user[actuator] = row(
+            KIND_NETWORK,
+            first_chamber=ids.chambers[network.chambers[0]],
+            state=state,
+            userdata=data,
+            anchors=len(network.anchors),
+            first_anchor=[number for name in network.anchors for number in _anchor(anchors[name])],
         )
-        data += ANCHOR_DATA * len(numbers)
+        data += len(ANCHOR_DATA) * len(network.anchors)
     for chamber in circuit.driven:
         _fill_drive(model, ids, chamber, data)
-        data += DRIVE_DATA
-    fill_air_path(model, circuit, ids, slots, data)
+        data += len(DRIVE_DATA)
+    fill_air_path(model, circuit, ids, nodes, edges, data)
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
-            user[ids.frictions[muscle.name]] = friction_row(muscle=ids.muscles[muscle.tendons[0]])
+            user[ids.frictions[muscle.name]] = row(KIND_FRICTION, muscle=ids.muscles[muscle.tendons[0]])
     fill_inverse_masses(model)
     return ids
 
@@ -99,7 +234,7 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
     )
     for muscle in _of_kind(model, KIND_MUSCLE):
         mujoco.mj_solveM(model, data, moved, jacobian[muscle : muscle + 1])
-        model.actuator_user[muscle, MUSCLE_INVERSE_MASS] = float(moved[0] @ jacobian[muscle])
+        model.actuator_user[muscle, MUSCLE_ROW.inverse_mass] = float(moved[0] @ jacobian[muscle])
 
 
 def _fill_chamber(
@@ -109,40 +244,47 @@ def _fill_chamber(
     first_muscle: int,
     next_chamber: int,
     data: int,
-    slots: AirPlaces,
+    nodes: Mapping[str, Values],
+    edges: Mapping[str, Values],
 ) -> None:
     """The rows of a chamber and its valves."""
     user = _rows(model)
-    user[ids.chambers[chamber.name]] = chamber_row(
+    user[ids.chambers[chamber.name]] = row(
+        KIND_CHAMBER,
         first_muscle=first_muscle,
-        next_chamber=next_chamber,
+        next=next_chamber,
         inlet=ids.valves[f"{chamber.name}_inlet"],
         outlet=ids.valves[f"{chamber.name}_outlet"],
-        tube_volume=chamber.tube_volume,
+        volume=chamber.tube_volume,
         wall_conductance=chamber.wall_conductance,
         userdata=data,
-        air=slots.nodes[chamber.name],
+        **nodes[chamber.name],
     )
-    sides = (("inlet", chamber.inlet, INLET_FLOW), ("outlet", chamber.outlet, OUTLET_FLOW))
-    for side, valve, place in sides:
-        key = f"{chamber.name}_{side}"
-        row = dict(valve.row)
-        slope = laminar_slope(row["conductance"], row["critical_ratio"])
-        follows = ids.valves[f"{chamber.name}_inlet"] + 1 if chamber.three_way and side == "outlet" else 0
-        edge = slots.edges[key]._replace(place=data + place, steepness=slope, follows=follows)
-        user[ids.valves[key]] = valve_row(**row, edge=edge)
+    inlet = ids.valves[f"{chamber.name}_inlet"]
+    for side, valve, place, follows in (
+        ("inlet", chamber.inlet, CHAMBER_DATA.inlet_flow, 0),
+        ("outlet", chamber.outlet, CHAMBER_DATA.outlet_flow, inlet + 1 if chamber.three_way else 0),
+    ):
+        key, own = f"{chamber.name}_{side}", valve.row
+        slope = laminar_slope(own["conductance"], own["critical_ratio"])
+        values = {**own, **edges[key], "place": data + place, "steepness": slope, "follows": follows}
+        user[ids.valves[key]] = row(KIND_VALVE, **values)
+
+
+def _anchor(anchor: CircuitAnchor) -> tuple[float, float, float, float]:
+    return anchor.stiffness, anchor.force, anchor.length, anchor.damping
 
 
 def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, data: int) -> None:
     """The rows of a drive, and of the valves that take their coils from it."""
     user, name, drive = _rows(model), chamber.name, chamber.drive
     assert drive is not None
-    user[ids.drives[name]] = drive_row(**drive.row, chamber=ids.chambers[name], userdata=data)
-    for side, place in (("inlet", INLET_COIL), ("outlet", OUTLET_COIL)):
+    user[ids.drives[name]] = row(KIND_DRIVE, chamber=ids.chambers[name], userdata=data, **drive.row)
+    for side, place in (("inlet", DRIVE_DATA.inlet_coil), ("outlet", DRIVE_DATA.outlet_coil)):
         actuator = ids.valves[f"{name}_{side}"]
-        user[actuator, VALVE_COIL] = data + place + 1.0
+        user[actuator, VALVE_ROW.coil] = data + place + 1.0
         if drive.bandwidth > 0.0:
-            user[actuator, VALVE_BANDWIDTH] = drive.bandwidth
+            user[actuator, VALVE_ROW.bandwidth] = drive.bandwidth
 
 
 def _fill_muscle(
@@ -155,9 +297,9 @@ def _fill_muscle(
             series_length=muscle.series_length,
             cable_stiffness=muscle.cable_stiffness,
             leader=ids.muscles[muscle.tendons[0]],
-            count=len(muscle.tendons),
+            parallel=len(muscle.tendons),
             chamber=ids.chambers[muscle.chamber],
-            next_muscle=next_muscle,
+            next=next_muscle,
             state=state,
             userdata=data,
             friction_states=ids.frictions.get(muscle.name, -1),
@@ -207,7 +349,7 @@ def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     data.qpos[:] = here
     for chamber in _of_kind(model, KIND_CHAMBER):
         last = float(read_flows(model, data.userdata, chamber).volume)
-        data.act[model.actuator_actadr[chamber] + LAST_VOLUME] = last
+        data.act[model.actuator_actadr[chamber] + CHAMBER_ACT.last_volume] = last
     for network in networks:
         write_rest(model, data, network)
 

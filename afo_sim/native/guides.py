@@ -7,7 +7,7 @@ length changes, and their friction does nothing. How cuff and plate give way is 
 
 from typing import Any
 
-from afo_sim.native.slots import MUSCLE_COUNT, MUSCLE_INVERSE_MASS, MUSCLE_WRAP_FRICTION
+from afo_sim.native.slots import MUSCLE_ROW
 from afo_sim.physics.capstan import capstan, turn
 from afo_sim.physics.jitable import register_jitable
 
@@ -57,7 +57,7 @@ def turned(m: Any, d: Any, tendon: int) -> float:
 def behind_guides(m: Any, d: Any, i: int, j: int, tension: float) -> tuple[float, float]:
     """Tension that the joint feels of the muscle actuator i whose row starts at j [N]; its secant [N·s/m]."""
     tendon = m.actuator_trnid[2 * i]
-    friction = m.actuator_user[j + MUSCLE_WRAP_FRICTION]
+    friction = m.actuator_user[j + MUSCLE_ROW.wrap_friction]
     return capstan(tension, friction, turned(m, d, tendon), d.ten_velocity[tendon])
 
 
@@ -73,7 +73,7 @@ def friction_carried(m: Any, d: Any, leader: int, k: int, tension: float) -> tup
     """
     u = m.actuator_user
     behind, secant = behind_guides(m, d, leader, k, tension)
-    together = u[k + MUSCLE_COUNT] * secant
-    taken = MARGIN * m.opt.timestep * together * u[k + MUSCLE_INVERSE_MASS]
+    together = u[k + MUSCLE_ROW.parallel] * secant
+    taken = MARGIN * m.opt.timestep * together * u[k + MUSCLE_ROW.inverse_mass]
     ratio = behind / tension if tension > 0.0 else 1.0
     return ratio, together * taken / (1.0 + taken)

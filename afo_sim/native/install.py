@@ -2,11 +2,12 @@
 
 import functools
 import threading
+import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from types import SimpleNamespace
-from typing import Any, Literal
+from types import SimpleNamespace, TracebackType
+from typing import Any, Literal, NoReturn, Self
 
 import mujoco
 import numpy as np
@@ -14,17 +15,14 @@ import numpy as np
 from afo_sim.common.errors import CallbackError
 from afo_sim.native.callbacks import define
 from afo_sim.native.compiled import callbacks
-from afo_sim.native.complaints import COMPLAINTS, FINE
+from afo_sim.native.error_codes import COMPLAINTS, FINE
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.slots import (
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_INLET,
-    CHAMBER_NEXT,
-    CHAMBER_OUTLET,
-    DRIVE_CHAMBER,
-    FRICTION_MUSCLE,
+    CHAMBER_ROW,
+    DRIVE_ROW,
+    FRICTION_ROW,
     KIND_CHAMBER,
     KIND_DRIVE,
     KIND_FRICTION,
@@ -38,17 +36,12 @@ from afo_sim.native.slots import (
     KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
+    LEADER_DATA,
     MARK,
-    MUSCLE_CHAMBER,
-    MUSCLE_FRICTION_STATES,
-    MUSCLE_LEADER,
-    MUSCLE_NEXT,
-    MUSCLE_USERDATA,
-    MUSCLE_WRAP_FRICTION,
-    NETWORK_FIRST_CHAMBER,
-    PAD_FLOOR,
+    MUSCLE_ROW,
+    NETWORK_ROW,
+    PAD_ROW,
 )
-from afo_sim.native.state import TENSION
 from afo_sim.native.struct_layout import verify
 
 Mode = Literal["native", "python"]
@@ -249,34 +242,34 @@ def assert_rows(model: mujoco.MjModel) -> None:
     """
     kinds = {
         KIND_MUSCLE: {
-            MUSCLE_LEADER: KIND_MUSCLE,
-            MUSCLE_CHAMBER: KIND_CHAMBER,
-            MUSCLE_NEXT: KIND_MUSCLE,
-            MUSCLE_FRICTION_STATES: KIND_FRICTION,
+            MUSCLE_ROW.leader: KIND_MUSCLE,
+            MUSCLE_ROW.chamber: KIND_CHAMBER,
+            MUSCLE_ROW.next: KIND_MUSCLE,
+            MUSCLE_ROW.friction_states: KIND_FRICTION,
         },
         KIND_CHAMBER: {
-            CHAMBER_FIRST_MUSCLE: KIND_MUSCLE,
-            CHAMBER_NEXT: KIND_CHAMBER,
-            CHAMBER_INLET: KIND_VALVE,
-            CHAMBER_OUTLET: KIND_VALVE,
+            CHAMBER_ROW.first_muscle: KIND_MUSCLE,
+            CHAMBER_ROW.next: KIND_CHAMBER,
+            CHAMBER_ROW.inlet: KIND_VALVE,
+            CHAMBER_ROW.outlet: KIND_VALVE,
         },
-        KIND_DRIVE: {DRIVE_CHAMBER: KIND_CHAMBER},
+        KIND_DRIVE: {DRIVE_ROW.chamber: KIND_CHAMBER},
         KIND_VALVE: {},
         KIND_VOLUME: {},
         KIND_STORE: {},
         KIND_RESTRICTION: {},
         KIND_PASSIVE: {},
-        KIND_FRICTION: {FRICTION_MUSCLE: KIND_MUSCLE},
+        KIND_FRICTION: {FRICTION_ROW.muscle: KIND_MUSCLE},
         KIND_MOTOR: {},
         KIND_SPASTIC: {},
-        KIND_PAD: {PAD_FLOOR: KIND_MOTOR},
-        KIND_NETWORK: {NETWORK_FIRST_CHAMBER: KIND_CHAMBER},
+        KIND_PAD: {PAD_ROW.floor: KIND_MOTOR},
+        KIND_NETWORK: {NETWORK_ROW.first_chamber: KIND_CHAMBER},
     }
     optional = (
-        (KIND_MUSCLE, MUSCLE_NEXT),
-        (KIND_MUSCLE, MUSCLE_FRICTION_STATES),
-        (KIND_CHAMBER, CHAMBER_NEXT),
-        (KIND_CHAMBER, CHAMBER_FIRST_MUSCLE),
+        (KIND_MUSCLE, MUSCLE_ROW.next),
+        (KIND_MUSCLE, MUSCLE_ROW.friction_states),
+        (KIND_CHAMBER, CHAMBER_ROW.next),
+        (KIND_CHAMBER, CHAMBER_ROW.first_muscle),
     )
     rows = model.actuator_user
     asks = asks_for_callback(model)
@@ -304,9 +297,9 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     expected = data.userdata.copy()
     data.userdata[:] = found
     for i in muscles:
-        leader = int(model.actuator_user[i, MUSCLE_LEADER])
-        pulls = expected[int(model.actuator_user[leader, MUSCLE_USERDATA]) + TENSION]
-        if model.actuator_user[i, MUSCLE_WRAP_FRICTION] > 0.0:
+        leader = int(model.actuator_user[i, MUSCLE_ROW.leader])
+        pulls = expected[int(model.actuator_user[leader, MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
+        if model.actuator_user[i, MUSCLE_ROW.wrap_friction] > 0.0:
             pulls, _ = behind_guides(plain, flat, i, model.nuser_actuator * i, pulls)
         carries = -data.actuator_force[i]
         if not abs(carries - pulls) <= 1e-9 * max(1.0, abs(pulls)):
@@ -314,3 +307,65 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
                 f"muscle actuator {i} carries {carries:.6g} N where its law gives {pulls:.6g} N: "
                 "the muscle callbacks are not the ones in force"
             )
+
+
+class Closing:
+    """What is closed at the end of a `with` block."""
+
+    def close(self) -> None:
+        """Give back what is held; a second call does nothing."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Hold(Closing):
+    """One holder of the callbacks; `close` gives them back, and garbage collection or the end of Python too.
+
+    MuJoCo has one pair of callbacks in a process. Any number of holders, and blocks of `installed`, share it
+    and may end in any order: the first installs, the last restores what was there before.
+
+    Parameters
+    ----------
+    mode : "native" (compiled) or "python" (the same kernels, uncompiled); one for all who hold at a time
+
+    Raises
+    ------
+    CallbackError
+        Another program's callback is installed, or this package's are held in the other mode.
+    """
+
+    def __init__(self, mode: Mode = "native"):
+        holder = object()
+        CALLBACKS.take(holder, mode)
+        self._end = weakref.finalize(self, CALLBACKS.give, holder)
+
+    def close(self) -> None:
+        """Give the callbacks back; a second call does nothing."""
+        self._end()
+
+    @property
+    def closed(self) -> bool:
+        """Whether they have been given back."""
+        return not self._end.alive
+
+    def check(self) -> None:
+        """Refuse to go on where muscles would be limp; it costs three microseconds.
+
+        Raises
+        ------
+        CallbackError
+            This holder is closed, or somebody has replaced a callback.
+        """
+        if not self._end.alive:
+            raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
+        CALLBACKS.check()
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Hold is neither copied nor pickled: whoever needs the callbacks opens another")

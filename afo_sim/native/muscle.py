@@ -3,31 +3,7 @@
 from typing import Any
 
 from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.native.slots import (
-    FRICTION_MUSCLE,
-    MUSCLE_B,
-    MUSCLE_BRAID_STIFFNESS,
-    MUSCLE_BRAIDS,
-    MUSCLE_CABLE_STIFFNESS,
-    MUSCLE_COEFFICIENTS,
-    MUSCLE_DAMPER,
-    MUSCLE_DAMPING,
-    MUSCLE_FRICTION,
-    MUSCLE_FRICTION_COEFFICIENTS,
-    MUSCLE_FRICTION_STATES,
-    MUSCLE_LAW,
-    MUSCLE_LOWEST_PRESSURE,
-    MUSCLE_NOMINAL_LENGTH,
-    MUSCLE_NOMINAL_RADIUS,
-    MUSCLE_RETURN_STIFFNESS,
-    MUSCLE_SERIES_LENGTH,
-    MUSCLE_STATE,
-    MUSCLE_USERDATA,
-    PAD_DAMPING,
-    PAD_FLOOR,
-    PAD_STIFFNESS,
-)
-from afo_sim.native.state import CARRIED, CONTRACTION, OWN_RATE
+from afo_sim.native.slots import FRICTION_ROW, LEADER_ACT, LEADER_DATA, MUSCLE_ROW, PAD_ROW
 from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
 from afo_sim.physics.ground import pad_force
 from afo_sim.physics.hill import three_element_damping
@@ -43,17 +19,17 @@ FRICTION_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with
 def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
     """Signed static force of the muscle whose row starts at k, at gauge pressure [N]."""
     return signed_force(
-        u[k + MUSCLE_LAW],
+        u[k + MUSCLE_ROW.law],
         contraction,
         pressure,
-        u[k + MUSCLE_LOWEST_PRESSURE],
-        u[k + MUSCLE_RETURN_STIFFNESS],
-        u[k + MUSCLE_BRAID_STIFFNESS],
-        u[k + MUSCLE_NOMINAL_RADIUS],
-        u[k + MUSCLE_B],
-        u[k + MUSCLE_BRAIDS],
+        u[k + MUSCLE_ROW.lowest_pressure],
+        u[k + MUSCLE_ROW.return_stiffness],
+        u[k + MUSCLE_ROW.braid_stiffness],
+        u[k + MUSCLE_ROW.nominal_radius],
+        u[k + MUSCLE_ROW.b],
+        u[k + MUSCLE_ROW.braids],
         u,
-        k + MUSCLE_COEFFICIENTS,
+        k + MUSCLE_ROW.coefficients,
     )
 
 
@@ -70,8 +46,8 @@ def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> tuple[flo
 def stretch(m: Any, d: Any, actuator: int, k: int, contraction: float, shift: float) -> float:
     """Stretch of the cable of a leader whose row starts at k, its anchors displaced by `shift` [m]."""
     u = m.actuator_user
-    own = u[k + MUSCLE_NOMINAL_LENGTH] * (1.0 - contraction)
-    return d.actuator_length[actuator] - u[k + MUSCLE_SERIES_LENGTH] - own - shift
+    own = u[k + MUSCLE_ROW.nominal_length] * (1.0 - contraction)
+    return d.actuator_length[actuator] - u[k + MUSCLE_ROW.series_length] - own - shift
 
 
 @register_jitable
@@ -83,10 +59,10 @@ def friction(
     A friction in pressure units lets the muscle pull as if at p − q; it cannot be more than what presses.
     """
     u, step = m.actuator_user, m.opt.timestep
-    model, f = u[k + MUSCLE_FRICTION], k + MUSCLE_FRICTION_COEFFICIENTS
+    model, f = u[k + MUSCLE_ROW.friction], k + MUSCLE_ROW.friction_coefficients
     if model == 0.0:
         return 0.0, 0.0
-    holder = int(u[k + MUSCLE_FRICTION_STATES])
+    holder = int(u[k + MUSCLE_ROW.friction_states])
     a = m.actuator_actadr[holder] if holder >= 0 else 0
     if is_force(model):
         return friction_force(model, contraction, rate, pressure, d.act, a, u, f, step)
@@ -105,8 +81,8 @@ def friction(
 @register_jitable
 def damping(m: Any, k: int, rate: float, absolute: float) -> float:
     """Damping of the muscle whose row starts at k, Hill's and the three-element model's [N·s]."""
-    u, c = m.actuator_user, k + MUSCLE_DAMPER
-    return u[k + MUSCLE_DAMPING] * absolute + u[k + MUSCLE_NOMINAL_LENGTH] * three_element_damping(
+    u, c = m.actuator_user, k + MUSCLE_ROW.damper
+    return u[k + MUSCLE_ROW.damping] * absolute + u[k + MUSCLE_ROW.nominal_length] * three_element_damping(
         absolute - AMBIENT_PRESSURE, rate, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5], u[c + 6]
     )
 
@@ -119,7 +95,7 @@ def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
     order. A faster relaxation would swing from step to step under it; θ = 1 − c/(k L0 h) lets it die away.
     """
     u = m.actuator_user
-    relaxed = u[k + MUSCLE_CABLE_STIFFNESS] * u[k + MUSCLE_NOMINAL_LENGTH] * m.opt.timestep
+    relaxed = u[k + MUSCLE_ROW.cable_stiffness] * u[k + MUSCLE_ROW.nominal_length] * m.opt.timestep
     c = damping(m, k, 0.0, last_absolute)
     return 0.5 if relaxed <= 2.0 * c else 1.0 - c / relaxed
 
@@ -137,14 +113,14 @@ def imbalance(
     Units: returns [N].
     """
     u, act = m.actuator_user, d.act
-    state, pressure = int(u[k + MUSCLE_STATE]), absolute - AMBIENT_PRESSURE
+    state, pressure = int(u[k + MUSCLE_ROW.state]), absolute - AMBIENT_PRESSURE
     per_step = 1.0 / m.opt.timestep
-    rate = (contraction - act[state + CONTRACTION]) * per_step
+    rate = (contraction - act[state + LEADER_ACT.contraction]) * per_step
     static, stiffness, by_pressure = law_slopes(u, k, contraction, pressure)
     c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
     rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
     theta = weight_of_end(m, k, last_absolute)
-    left = theta * (static - tension) + (1.0 - theta) * act[state + CARRIED] - c * rate - rubbing
+    left = theta * (static - tension) + (1.0 - theta) * act[state + LEADER_ACT.carried] - c * rate - rubbing
     return left, theta * stiffness + (c + by_rate) * per_step, theta * by_pressure, theta
 
 
@@ -160,7 +136,7 @@ def imbalance_at_rest(
 @register_jitable
 def cable(u: Any, k: int, cable_stretch: float) -> tuple[float, float]:
     """Tension [N] and slope [N/m] of the cable of the muscle whose row starts at k."""
-    return cable_tension(cable_stretch, u[k + MUSCLE_CABLE_STIFFNESS])
+    return cable_tension(cable_stretch, u[k + MUSCLE_ROW.cable_stiffness])
 
 
 @register_jitable
@@ -183,9 +159,9 @@ def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     stable at any step.
     """
     u = m.actuator_user
-    floor, height = d.ctrl[int(u[j + PAD_FLOOR])], d.actuator_length[i]
+    floor, height = d.ctrl[int(u[j + PAD_ROW.floor])], d.actuator_length[i]
     force, damping = pad_force(
-        floor, height, d.actuator_velocity[i], u[j + PAD_STIFFNESS], u[j + PAD_DAMPING]
+        floor, height, d.actuator_velocity[i], u[j + PAD_ROW.stiffness], u[j + PAD_ROW.damping]
     )
     if force > 0.0:
         damping += 0.25 * m.opt.timestep * force / (floor - height)
@@ -196,7 +172,7 @@ def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
 def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
     """Write the rates of a friction's states but the first to `act_dot`, and return that of the first."""
     u = m.actuator_user
-    k = m.nuser_actuator * int(u[j + FRICTION_MUSCLE])
-    rate = d.userdata[int(u[k + MUSCLE_USERDATA]) + OWN_RATE]
-    c, a = k + MUSCLE_FRICTION_COEFFICIENTS, m.actuator_actadr[i]
-    return friction_rates(u[k + MUSCLE_FRICTION], rate, d.act, a, u, c, m.opt.timestep, d.act_dot)
+    k = m.nuser_actuator * int(u[j + FRICTION_ROW.muscle])
+    rate = d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.rate]
+    c, a = k + MUSCLE_ROW.friction_coefficients, m.actuator_actadr[i]
+    return friction_rates(u[k + MUSCLE_ROW.friction], rate, d.act, a, u, c, m.opt.timestep, d.act_dot)

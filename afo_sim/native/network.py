@@ -17,54 +17,128 @@ from typing import Any
 
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
-from afo_sim.native.balance import SHORTEST, pressure_of, shift, volume_of, within
-from afo_sim.native.bracket import bisect, highest_pressure
-from afo_sim.native.complaints import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
+from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
+from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.guides import friction_carried
 from afo_sim.native.muscle import cable, law_force, stretch
-from afo_sim.native.newton import guess, linearise_all, newton
+from afo_sim.native.newton import guess, linearise_all, newton, newton_chamber
 from afo_sim.native.slots import (
-    ANCHOR_DAMPING,
-    ANCHOR_FORCE,
-    ANCHOR_LENGTH,
-    ANCHOR_SLOTS,
-    ANCHOR_STIFFNESS,
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_NEXT,
-    CHAMBER_USERDATA,
-    MUSCLE_COUNT,
-    MUSCLE_INVERSE_MASS,
-    MUSCLE_NEXT,
-    MUSCLE_STATE,
-    MUSCLE_USERDATA,
-    MUSCLE_WRAP_FRICTION,
-    NETWORK_ANCHORS,
-    NETWORK_FIRST_ANCHOR,
-    NETWORK_FIRST_CHAMBER,
-    NETWORK_STATE,
-    NETWORK_USERDATA,
-)
-from afo_sim.native.state import (
+    AIR_ROW,
+    ANCHOR,
+    ANCHOR_ACT,
     ANCHOR_DATA,
-    ANCHOR_DISPLACEMENT,
-    ANCHOR_LOSS,
-    ANCHOR_STATES,
-    CABLE_SLOPE,
-    CARRIED,
-    CONTRACTION,
-    DISPLACEMENT,
-    LAST_MOVE,
-    LAST_PRESSURE,
-    OWN_CONTRACTION,
-    OWN_RATE,
-    PRESSURE,
-    PULL,
-    TENSION,
-    VOLUME,
-    WORK_COEFFICIENT,
+    CHAMBER_ACT,
+    CHAMBER_DATA,
+    CHAMBER_ROW,
+    LEADER_ACT,
+    LEADER_DATA,
+    MUSCLE_ROW,
+    NETWORK_ROW,
 )
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.series import anchor_displacement, anchor_force
+
+HALVINGS = 55  # of a bracket of κ or p
+NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]
+
+
+@register_jitable
+def bisect_leader(
+    m: Any, d: Any, leader: int, chamber: int, absolute: float, moved: float, rest: bool
+) -> None:
+    """The contraction of a leader at a pressure and a displacement of its anchors, into `userdata`."""
+    k = m.nuser_actuator * leader
+    low, high = within(m.actuator_user, k, -1.0), SHORTEST
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        left = lacking(m, d, leader, chamber, middle, absolute, moved, rest)[0]
+        if left > 0.0:
+            low = middle
+        elif left <= 0.0:
+            high = middle
+        else:  # a NaN has no side
+            low = high = left
+            break
+    d.userdata[int(m.actuator_user[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = 0.5 * (low + high)
+
+
+@register_jitable
+def leaders_at(m: Any, d: Any, chamber: int, absolute: float, moved: float, rest: bool) -> None:
+    """The contractions of a chamber's leaders at a pressure and a displacement, into `userdata`."""
+    u = m.actuator_user
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
+    while leader >= 0:
+        bisect_leader(m, d, leader, chamber, absolute, moved, rest)
+        leader = int(u[m.nuser_actuator * leader + MUSCLE_ROW.next])
+
+
+@register_jitable
+def highest_pressure(m: Any, d: Any, chamber: int) -> float:
+    """Absolute pressure of a chamber whose muscles are stretched to their locks [Pa]."""
+    u, q = m.actuator_user, m.nuser_actuator * chamber
+    leader = int(u[q + CHAMBER_ROW.first_muscle])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = within(u, k, -1.0)
+        leader = int(u[k + MUSCLE_ROW.next])
+    return pressure_of(m, d, chamber, volume_of(m, d, q), False)[0]
+
+
+@register_jitable
+def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> None:
+    """The contractions of a chamber's leaders at a displacement of their anchors, into `userdata`."""
+    if rest:
+        leaders_at(m, d, chamber, pressure_of(m, d, chamber, 1.0, rest)[0], moved, rest)
+        return
+    # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
+    low, high = 0.0, highest_pressure(m, d, chamber)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        leaders_at(m, d, chamber, middle, moved, rest)
+        if middle < pressure_of(m, d, chamber, volume_of(m, d, m.nuser_actuator * chamber), rest)[0]:
+            low = middle
+        else:
+            high = middle
+
+
+@register_jitable
+def pull_at(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
+    """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
+    u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
+    if not newton_chamber(m, d, chamber, moved, rest):
+        bisect_chamber(m, d, chamber, moved, rest)
+    pull, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        own = data[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction]
+        pull += u[k + MUSCLE_ROW.parallel] * cable(u, k, stretch(m, d, leader, k, own, moved))[0]
+        leader = int(u[k + MUSCLE_ROW.next])
+    return pull
+
+
+@register_jitable
+def bisect(m: Any, d: Any, j: int, rest: bool) -> float:
+    """Solve a network by bisection, into `userdata`: its pull [N]."""
+    u = m.actuator_user
+    low, high = 0.0, 0.0
+    for halving in range(HALVINGS + 1):
+        pull = 0.5 * (low + high)
+        moved, _ = shift(m, d, j, pull, rest)
+        pulled, chamber = 0.0, int(u[j + NETWORK_ROW.first_chamber])
+        while chamber >= 0:
+            pulled += pull_at(m, d, chamber, moved, rest)
+            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+        if pulled != pulled or u[j + NETWORK_ROW.anchors] == 0.0:  # nothing moves under the pull
+            return pulled
+        if halving == 0:  # without displacement they pull the most
+            high = pulled
+        elif pulled > pull:
+            low = pull
+        else:
+            high = pull
+        if high - low < NARROW_PULL:
+            break
+    return 0.5 * (low + high)
 
 
 @register_jitable
@@ -84,14 +158,14 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
     u, per_step = m.actuator_user, 0.0 if rest else 1.0 / m.opt.timestep
     moved, softness = shift(m, d, j, pull, rest)
     stiffness = 0.0
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         stiffness += write_chamber(m, d, chamber, moved, per_step, rest)
-        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+    chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         write_derivatives(m, d, chamber, softness, stiffness)
-        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
     write_anchors(m, d, j, pull, per_step, rest)
 
 
@@ -99,19 +173,23 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
 def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, rest: bool) -> float:
     """A chamber's volume and pressure and its leaders' tensions; Σ n dT/dx of these, anchors held [N/m]."""
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
-    volume, place = volume_of(m, d, q), int(u[q + CHAMBER_USERDATA])
-    data[place + VOLUME] = volume
-    data[place + PRESSURE] = pressure_of(m, d, chamber, volume, rest)[0]
-    total, leader = 0.0, int(u[q + CHAMBER_FIRST_MUSCLE])
+    volume, place = volume_of(m, d, q), int(u[q + AIR_ROW.userdata])
+    data[place + CHAMBER_DATA.volume] = volume
+    data[place + CHAMBER_DATA.pressure] = pressure_of(m, d, chamber, volume, rest)[0]
+    total, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own = int(u[k + MUSCLE_USERDATA])
+        own = int(u[k + MUSCLE_ROW.userdata])
         write_leader(m, d, leader, chamber, moved, per_step, rest)
         # dT/dx = k (1 + L0 dκ/dx), with L0 dκ/dx from the last step of Newton's method
-        stiff = u[k + MUSCLE_COUNT] * data[own + CABLE_SLOPE] * (1.0 - data[own + WORK_COEFFICIENT])
-        data[own + WORK_COEFFICIENT] = stiff
+        stiff = (
+            u[k + MUSCLE_ROW.parallel]
+            * data[own + LEADER_DATA.cable_slope]
+            * (1.0 - data[own + LEADER_DATA.coefficient])
+        )
+        data[own + LEADER_DATA.coefficient] = stiff
         total += stiff
-        leader = int(u[k + MUSCLE_NEXT])
+        leader = int(u[k + MUSCLE_ROW.next])
     return total
 
 
@@ -124,37 +202,41 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
     K_i (S + 2 (ΣK − K_i))/(S + ΣK), which puts a neighbour's share on either side. Friction at guides scales
     them, and adds its own damping.
     """
-    u, leader = m.actuator_user, int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+    u, leader = m.actuator_user, int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        stiff = d.userdata[int(u[k + MUSCLE_USERDATA]) + WORK_COEFFICIENT]
+        stiff = d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.coefficient]
         whole = stiff * (1.0 + 2.0 * softness * (total - stiff)) / (1.0 + softness * total)
         rubbing = 0.0
-        if u[k + MUSCLE_WRAP_FRICTION] > 0.0:
-            tension = d.userdata[int(u[k + MUSCLE_USERDATA]) + TENSION]
+        if u[k + MUSCLE_ROW.wrap_friction] > 0.0:
+            tension = d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
             ratio, rubbing = friction_carried(m, d, leader, k, tension)
             whole *= ratio
         d.ctrl[leader] = derivative(m, k, whole) + rubbing
         d.actuator_velocity[leader] = 0.0
-        leader = int(u[k + MUSCLE_NEXT])
+        leader = int(u[k + MUSCLE_ROW.next])
 
 
 @register_jitable
 def write_anchors(m: Any, d: Any, j: int, pull: float, per_step: float, rest: bool) -> None:
     """Pull and displacement of a network's anchors to `userdata`, and the rates of their states."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
-    a, state, place = j + NETWORK_FIRST_ANCHOR, int(u[j + NETWORK_STATE]), int(u[j + NETWORK_USERDATA])
-    for _ in range(int(u[j + NETWORK_ANCHORS])):
-        k, force, length = u[a + ANCHOR_STIFFNESS], u[a + ANCHOR_FORCE], u[a + ANCHOR_LENGTH]
-        damper = 0.0 if rest else u[a + ANCHOR_DAMPING]
-        last, last_loss = act[state + ANCHOR_DISPLACEMENT], act[state + ANCHOR_LOSS]
+    a, state, place = (
+        j + NETWORK_ROW.first_anchor,
+        int(u[j + NETWORK_ROW.state]),
+        int(u[j + NETWORK_ROW.userdata]),
+    )
+    for _ in range(int(u[j + NETWORK_ROW.anchors])):
+        k, force, length = u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length]
+        damper = 0.0 if rest else u[a + ANCHOR.damping]
+        last, last_loss = act[state + ANCHOR_ACT.displacement], act[state + ANCHOR_ACT.loss]
         z, _ = anchor_displacement(pull, k, force, length, damper, last, last_loss, m.opt.timestep)
-        data[place + PULL], data[place + DISPLACEMENT] = pull, z
-        act_dot[state + ANCHOR_DISPLACEMENT] = per_step * (z - last)
-        act_dot[state + ANCHOR_LOSS] = per_step * (pull - anchor_force(z, k, force, length) - last_loss)
-        a += ANCHOR_SLOTS
-        state += ANCHOR_STATES
-        place += ANCHOR_DATA
+        data[place + ANCHOR_DATA.pull], data[place + ANCHOR_DATA.displacement] = pull, z
+        act_dot[state + ANCHOR_ACT.displacement] = per_step * (z - last)
+        act_dot[state + ANCHOR_ACT.loss] = per_step * (pull - anchor_force(z, k, force, length) - last_loss)
+        a += len(ANCHOR)
+        state += len(ANCHOR_ACT)
+        place += len(ANCHOR_DATA)
 
 
 @register_jitable
@@ -167,7 +249,7 @@ def derivative(m: Any, k: int, slope: float) -> float:
     if not slope > 0.0:
         return 0.0
     step = m.opt.timestep
-    stiff = step * step * slope * m.actuator_user[k + MUSCLE_INVERSE_MASS]
+    stiff = step * step * slope * m.actuator_user[k + MUSCLE_ROW.inverse_mass]
     return step * slope * (0.25 if stiff <= 4.0 else 0.5 - 1.0 / stiff)
 
 
@@ -178,32 +260,32 @@ def write_leader(
     """Tension and rate of a leader to `userdata`, contraction and carried force to its states' rates."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     k = m.nuser_actuator * leader
-    own, state = int(u[k + MUSCLE_USERDATA]), int(u[k + MUSCLE_STATE])
-    kappa = data[own + OWN_CONTRACTION]
+    own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
+    kappa = data[own + LEADER_DATA.contraction]
     tension, _ = cable(u, k, stretch(m, d, leader, k, kappa, moved))
-    data[own + TENSION] = tension
-    data[own + OWN_RATE] = per_step * (kappa - act[state + CONTRACTION])
+    data[own + LEADER_DATA.tension] = tension
+    data[own + LEADER_DATA.rate] = per_step * (kappa - act[state + LEADER_ACT.contraction])
     carried = 0.0
     if within(u, k, -1.0) < kappa < SHORTEST:  # at an end of its range something else carries
-        absolute = data[int(u[m.nuser_actuator * chamber + CHAMBER_USERDATA]) + PRESSURE]
+        absolute = data[int(u[m.nuser_actuator * chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure]
         carried = law_force(u, k, kappa, absolute - AMBIENT_PRESSURE) - tension
-    move = kappa - act[state + CONTRACTION]
-    act_dot[state + CONTRACTION] = per_step * move
-    act_dot[state + LAST_MOVE] = per_step * (move - act[state + LAST_MOVE])
-    act_dot[state + CARRIED] = per_step * (carried - act[state + CARRIED])
+    move = kappa - act[state + LEADER_ACT.contraction]
+    act_dot[state + LEADER_ACT.contraction] = per_step * move
+    act_dot[state + LEADER_ACT.last_move] = per_step * (move - act[state + LEADER_ACT.last_move])
+    act_dot[state + LEADER_ACT.carried] = per_step * (carried - act[state + LEADER_ACT.carried])
 
 
 @register_jitable
 def network_complaint(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
     """The reason for which the network actuator i cannot be stepped, and the actuator; FINE for none."""
     u, act = m.actuator_user, d.act
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         complaint = chamber_complaint(m, d, chamber)
         if complaint != FINE:
             return complaint, chamber
-        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-    end = int(u[j + NETWORK_STATE]) + ANCHOR_STATES * int(u[j + NETWORK_ANCHORS])
+        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+    end = int(u[j + NETWORK_ROW.state]) + len(ANCHOR_ACT) * int(u[j + NETWORK_ROW.anchors])
     for at in range(m.actuator_actadr[i], end):
         if act[at] != act[at]:  # some are only where the solution is looked for, and nothing else would ask
             return NO_NUMBER, i
@@ -214,21 +296,21 @@ def network_complaint(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
 def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
     """The reason for which nothing balances the network actuator i, and the actuator."""
     u = m.actuator_user
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         q = m.nuser_actuator * chamber
         highest_pressure(m, d, chamber)
         if volume_of(m, d, q) <= 0.0:
             return NO_VOLUME, chamber
-        gauge = d.act[m.actuator_actadr[chamber] + LAST_PRESSURE] - AMBIENT_PRESSURE
-        leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+        gauge = d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure] - AMBIENT_PRESSURE
+        leader = int(u[q + CHAMBER_ROW.first_muscle])
         while leader >= 0:
             k = m.nuser_actuator * leader
             force = law_force(u, k, 0.0, gauge)
             if force != force:
                 return NO_NUMBER, leader
-            leader = int(u[k + MUSCLE_NEXT])
-        chamber = int(u[q + CHAMBER_NEXT])
+            leader = int(u[k + MUSCLE_ROW.next])
+        chamber = int(u[q + CHAMBER_ROW.next])
     return NO_LENGTH, i
 
 

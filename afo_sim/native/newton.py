@@ -4,34 +4,13 @@ from typing import Any
 
 from afo_sim.native.balance import held, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.slots import (
-    ANCHOR_FORCE,
-    ANCHOR_LENGTH,
-    ANCHOR_STIFFNESS,
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_NEXT,
-    MUSCLE_COUNT,
-    MUSCLE_NEXT,
-    MUSCLE_NOMINAL_LENGTH,
-    MUSCLE_STATE,
-    MUSCLE_USERDATA,
-    NETWORK_ANCHORS,
-    NETWORK_FIRST_ANCHOR,
-    NETWORK_FIRST_CHAMBER,
-    NETWORK_STATE,
-)
-from afo_sim.native.state import (
-    ANCHOR_DISPLACEMENT,
-    CABLE_SLOPE,
-    CONTRACTION,
-    LAST_MOVE,
-    OWN_CONTRACTION,
-    TENSION,
-    WORK_BY_PRESSURE,
-    WORK_BY_PULL,
-    WORK_CHANGE,
-    WORK_COEFFICIENT,
-    WORK_STEP,
-    WORK_VOLUME_SLOPE,
+    ANCHOR,
+    ANCHOR_ACT,
+    CHAMBER_ROW,
+    LEADER_ACT,
+    LEADER_DATA,
+    MUSCLE_ROW,
+    NETWORK_ROW,
 )
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.series import anchor_force
@@ -45,22 +24,22 @@ SETTLED_CONTRACTION, SETTLED_PULL = 1e-8, 1e-5  # last step of Newton's method; 
 def guess(m: Any, d: Any, i: int, j: int, rest: bool) -> float:
     """First contractions, into `userdata`, as the last step moved them; the pull on the anchors last [N]."""
     u, act, data = m.actuator_user, d.act, d.userdata
-    state, pull = int(u[j + NETWORK_STATE]), 0.0
-    chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+    state, pull = int(u[j + NETWORK_ROW.state]), 0.0
+    chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
-        leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+        leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
         while leader >= 0:
             k = m.nuser_actuator * leader
-            last = int(u[k + MUSCLE_STATE])
-            moved = 0.0 if rest else act[last + LAST_MOVE]
-            first = within(u, k, act[last + CONTRACTION] + moved)
-            data[int(u[k + MUSCLE_USERDATA]) + OWN_CONTRACTION] = first
-            leader = int(u[k + MUSCLE_NEXT])
-        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
-    if u[j + NETWORK_ANCHORS] > 0.0:
-        a = j + NETWORK_FIRST_ANCHOR
-        z = act[state + ANCHOR_DISPLACEMENT]
-        pull = anchor_force(z, u[a + ANCHOR_STIFFNESS], u[a + ANCHOR_FORCE], u[a + ANCHOR_LENGTH])
+            last = int(u[k + MUSCLE_ROW.state])
+            moved = 0.0 if rest else act[last + LEADER_ACT.last_move]
+            first = within(u, k, act[last + LEADER_ACT.contraction] + moved)
+            data[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = first
+            leader = int(u[k + MUSCLE_ROW.next])
+        chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+    if u[j + NETWORK_ROW.anchors] > 0.0:
+        a = j + NETWORK_ROW.first_anchor
+        z = act[state + ANCHOR_ACT.displacement]
+        pull = anchor_force(z, u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length])
     return pull if pull > 0.0 else 0.0
 
 
@@ -70,7 +49,7 @@ def linearise(
 ) -> tuple[float, float, float]:
     """Newton's step of a chamber's leaders as a line over the change of the pull.
 
-    Writes dκ = WORK_STEP + WORK_BY_PULL dP for every leader, from −D dκ + q dp + w dP = −r and
+    Writes dκ = LEADER_DATA.step + LEADER_DATA.by_pull dP for every leader, from −D dκ + q dp + w dP = −r and
     dp = −B Σ n V' dκ: r is what is left, D and q its slopes by κ and p, w that by the pull.
 
     Units: returns [N].
@@ -78,44 +57,44 @@ def linearise(
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     absolute, by_volume = pressure_of(m, d, chamber, volume_of(m, d, q), rest)
     from_left, from_pressure, from_pull = 0.0, 0.0, 0.0
-    leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+    leader = int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own = int(u[k + MUSCLE_USERDATA])
+        own = int(u[k + MUSCLE_ROW.userdata])
         left, stiffness, by_pressure, theta, tension, slope = lacking(
-            m, d, leader, chamber, data[own + OWN_CONTRACTION], absolute, moved, rest
+            m, d, leader, chamber, data[own + LEADER_DATA.contraction], absolute, moved, rest
         )
-        data[own + TENSION], data[own + CABLE_SLOPE] = tension, slope
-        if held(u, k, data[own + OWN_CONTRACTION], left):
+        data[own + LEADER_DATA.tension], data[own + LEADER_DATA.cable_slope] = tension, slope
+        if held(u, k, data[own + LEADER_DATA.contraction], left):
             left, by_pressure, theta = 0.0, 0.0, 0.0
         if stiffness < SOFTEST:
             stiffness = SOFTEST
-        data[own + WORK_STEP] = left / stiffness
-        data[own + WORK_BY_PRESSURE] = by_pressure / stiffness
-        data[own + WORK_BY_PULL] = theta * slope * moved_by_pull / stiffness
-        data[own + WORK_COEFFICIENT] = theta * slope * u[k + MUSCLE_NOMINAL_LENGTH] / stiffness
-        swell = data[own + WORK_VOLUME_SLOPE]
-        from_left += swell * data[own + WORK_STEP]
-        from_pressure += swell * data[own + WORK_BY_PRESSURE]
-        from_pull += swell * data[own + WORK_BY_PULL]
-        leader = int(u[k + MUSCLE_NEXT])
+        data[own + LEADER_DATA.step] = left / stiffness
+        data[own + LEADER_DATA.by_pressure] = by_pressure / stiffness
+        data[own + LEADER_DATA.by_pull] = theta * slope * moved_by_pull / stiffness
+        data[own + LEADER_DATA.coefficient] = theta * slope * u[k + MUSCLE_ROW.nominal_length] / stiffness
+        swell = data[own + LEADER_DATA.volume_slope]
+        from_left += swell * data[own + LEADER_DATA.step]
+        from_pressure += swell * data[own + LEADER_DATA.by_pressure]
+        from_pull += swell * data[own + LEADER_DATA.by_pull]
+        leader = int(u[k + MUSCLE_ROW.next])
     falls = by_volume / (1.0 + by_volume * from_pressure)
     pull, change, against = 0.0, 0.0, 0.0
-    leader = int(u[q + CHAMBER_FIRST_MUSCLE])
+    leader = int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own, count = int(u[k + MUSCLE_USERDATA]), u[k + MUSCLE_COUNT]
-        data[own + WORK_STEP] -= data[own + WORK_BY_PRESSURE] * falls * from_left
-        data[own + WORK_BY_PULL] -= data[own + WORK_BY_PRESSURE] * falls * from_pull
+        own, count = int(u[k + MUSCLE_ROW.userdata]), u[k + MUSCLE_ROW.parallel]
+        data[own + LEADER_DATA.step] -= data[own + LEADER_DATA.by_pressure] * falls * from_left
+        data[own + LEADER_DATA.by_pull] -= data[own + LEADER_DATA.by_pressure] * falls * from_pull
         # stays soft in series with the chamber's air: for the slope of the tension by the path
-        data[own + WORK_COEFFICIENT] *= (
-            1.0 - data[own + WORK_BY_PRESSURE] * falls * data[own + WORK_VOLUME_SLOPE]
+        data[own + LEADER_DATA.coefficient] *= (
+            1.0 - data[own + LEADER_DATA.by_pressure] * falls * data[own + LEADER_DATA.volume_slope]
         )
-        slope, length = data[own + CABLE_SLOPE], u[k + MUSCLE_NOMINAL_LENGTH]
-        pull += count * data[own + TENSION]
-        change += count * slope * length * data[own + WORK_STEP]
-        against += count * slope * (moved_by_pull - length * data[own + WORK_BY_PULL])
-        leader = int(u[k + MUSCLE_NEXT])
+        slope, length = data[own + LEADER_DATA.cable_slope], u[k + MUSCLE_ROW.nominal_length]
+        pull += count * data[own + LEADER_DATA.tension]
+        change += count * slope * length * data[own + LEADER_DATA.step]
+        against += count * slope * (moved_by_pull - length * data[own + LEADER_DATA.by_pull])
+        leader = int(u[k + MUSCLE_ROW.next])
     return pull, change, against
 
 
@@ -125,13 +104,13 @@ def linearise_all(
 ) -> tuple[float, float, float]:
     """As `linearise`, of all chambers of the network whose row starts at j."""
     pull, change, against = 0.0, 0.0, 0.0
-    chamber = int(m.actuator_user[j + NETWORK_FIRST_CHAMBER])
+    chamber = int(m.actuator_user[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         a, b, c = linearise(m, d, chamber, moved, moved_by_pull, rest)
         pull += a
         change += b
         against += c
-        chamber = int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_NEXT])
+        chamber = int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_ROW.next])
     return pull, change, against
 
 
@@ -150,17 +129,17 @@ def calmed(change: float, last: float) -> float:
 def advance(m: Any, d: Any, chamber: int, step: float, first: bool) -> bool:
     """Move a chamber's leaders by Newton's step, the pull by its own: whether they moved no further."""
     u, data, settled = m.actuator_user, d.userdata, True
-    leader = int(u[m.nuser_actuator * chamber + CHAMBER_FIRST_MUSCLE])
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
-        own = int(u[k + MUSCLE_USERDATA])
-        change = data[own + WORK_STEP] + data[own + WORK_BY_PULL] * step
+        own = int(u[k + MUSCLE_ROW.userdata])
+        change = data[own + LEADER_DATA.step] + data[own + LEADER_DATA.by_pull] * step
         if not first:
-            change = calmed(change, data[own + WORK_CHANGE])
-        data[own + WORK_CHANGE] = change
-        data[own + OWN_CONTRACTION] = within(u, k, data[own + OWN_CONTRACTION] + change)
+            change = calmed(change, data[own + LEADER_DATA.change])
+        data[own + LEADER_DATA.change] = change
+        data[own + LEADER_DATA.contraction] = within(u, k, data[own + LEADER_DATA.contraction] + change)
         settled = settled and abs(change) < SETTLED_CONTRACTION
-        leader = int(u[k + MUSCLE_NEXT])
+        leader = int(u[k + MUSCLE_ROW.next])
     return settled
 
 
@@ -176,11 +155,11 @@ def newton(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, bool
             step = -pull
         pull += step
         settled = abs(step) < SETTLED_PULL
-        chamber = int(u[j + NETWORK_FIRST_CHAMBER])
+        chamber = int(u[j + NETWORK_ROW.first_chamber])
         while chamber >= 0:
             there = advance(m, d, chamber, step, iteration == 0)
             settled = settled and there
-            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_NEXT])
+            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
         if settled:
             return pull, True
     return pull, False

@@ -10,7 +10,7 @@ it; the model has no signature then, and its time is zero.
 from collections.abc import Callable
 from typing import Any
 
-from afo_sim.native.complaints import NO_MARK
+from afo_sim.native.error_codes import NO_MARK
 from afo_sim.native.slots import MARK, N_USER
 from afo_sim.physics.jitable import register_jitable
 

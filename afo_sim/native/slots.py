@@ -1,382 +1,434 @@
-"""Slots of the parameters in `actuator_user`, and the rows that hold them.
+"""Where the callbacks' numbers stand: rows of `actuator_user`, states in `act`, results in `userdata`.
 
-An actuator's row begins with a mark and a kind. Nothing outside this package writes a row; the slots are
-read by name.
+    row        an actuator's parameters, behind a mark and a kind; `ROWS` says which tables a kind's row has
+    act        states, from the actuator's own address on
+    userdata   results of the step, from a place on that the row holds
+
+A table names its numbers in their order, and its places follow from that: `MUSCLE_ROW.damping` is a place in
+a row. To compiled code they are constants. Nothing outside this package writes a row or knows a place.
+
+    actuator   act                                              userdata
+    network    of each leader: contraction, carried force,      of each anchor: force, displacement
+               last move; of each anchor: displacement,
+               damper's force
+    chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure
+    muscle     –                                                of each leader: contraction, tension, rate, …
+    drive      reading, integral, pulse, switches               coils of inlet and outlet
+    valve      armature, opening                                –
+    friction   states of the muscle's friction                  –
+
+A "last" state, and all states of a network, belong to the posture one step back. What belongs to the present
+posture is solved anew in each step and stands in `userdata`.
 """
 
-import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS
 from afo_sim.physics.hill import DAMPER_COEFFICIENTS
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.laws import LAWS
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2831.0  # tells this project's actuators from anybody else's; another number where the slots move
+MARK = 2831.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
 KIND_VOLUME, KIND_STORE, KIND_RESTRICTION = 11.0, 12.0, 13.0
 BANG_BANG, PWM, REGULATOR = 1.0, 2.0, 3.0  # kinds of a drive
 MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
+LAW_PARAMETERS = 4  # of a flow law
 
 
-# Places of the parameters within their actuator's row (after the mark and the kind)
-(
-    MUSCLE_LEADER,
-    MUSCLE_COUNT,
-    MUSCLE_CHAMBER,
-    MUSCLE_NEXT,
-    MUSCLE_STATE,
-    MUSCLE_USERDATA,
-    MUSCLE_LAW,
-    MUSCLE_SERIES_LENGTH,
-    MUSCLE_CABLE_STIFFNESS,
-    MUSCLE_INVERSE_MASS,
-    MUSCLE_NOMINAL_LENGTH,
-    MUSCLE_NOMINAL_RADIUS,
-    MUSCLE_B,
-    MUSCLE_BRAIDS,
-    MUSCLE_LOCK,
-    MUSCLE_DAMPING,
-    MUSCLE_BRAID_STIFFNESS,
-    MUSCLE_RETURN_STIFFNESS,
-    MUSCLE_DEAD_VOLUME,
-    MUSCLE_LOWEST_PRESSURE,
-    MUSCLE_FRICTION,
-    MUSCLE_FRICTION_STATES,
-    MUSCLE_WRAP_FRICTION,
-) = range(2, 25)
-MUSCLE_FRICTION_COEFFICIENTS = MUSCLE_WRAP_FRICTION + 1
-MUSCLE_DAMPER = MUSCLE_FRICTION_COEFFICIENTS + MAX_FRICTION_COEFFICIENTS
-MUSCLE_COEFFICIENTS = MUSCLE_DAMPER + DAMPER_COEFFICIENTS
-(
-    CHAMBER_FIRST_MUSCLE,
-    CHAMBER_NEXT,
-    CHAMBER_INLET,
-    CHAMBER_OUTLET,
-    CHAMBER_TUBE_VOLUME,
-    CHAMBER_WALL_CONDUCTANCE,
-    CHAMBER_USERDATA,
-    AIR_NEXT,
-    AIR_NUMBER,
-    AIR_FIRST_EDGE,
-    AIR_UPSTREAM,
-    AIR_LEADS,
-    AIR_GAS,
-    AIR_HEAT_CAPACITY_RATIO,
-    AIR_FIRST_NODE,
-    AIR_STEEPNESS,
-) = range(2, 18)
-# of a volume, beside the slots of a chamber for what both have; of a store
-VOLUME_START, VOLUME_START_AS = CHAMBER_FIRST_MUSCLE, CHAMBER_NEXT
-VOLUME_POWER, VOLUME_POWER_RATE = CHAMBER_INLET, CHAMBER_OUTLET  # V^−γ and V^(γ − 1)
-STORE_CONTENT, STORE_SHELL = CHAMBER_FIRST_MUSCLE, CHAMBER_NEXT
-STORE_GAS = AIR_STEEPNESS + 1  # R, c_v, b0, b1, c0, c1, whether it liquefies
-NETWORK_FIRST_CHAMBER, NETWORK_STATE, NETWORK_USERDATA, NETWORK_ANCHORS, NETWORK_FIRST_ANCHOR = range(2, 7)
-# places within an anchor's own block of slots
-ANCHOR_STIFFNESS, ANCHOR_FORCE, ANCHOR_LENGTH, ANCHOR_DAMPING = range(4)
-ANCHOR_SLOTS = 4
-(
-    VALVE_CONDUCTANCE,
-    VALVE_CRITICAL_RATIO,
-    VALVE_OPENING_DELAY,
-    VALVE_CLOSING_DELAY,
-    VALVE_BANDWIDTH,
-    VALVE_COIL,
-    VALVE_DEAD_BAND,
-    EDGE_ROW_ORIGIN,
-    EDGE_ROW_END,
-    EDGE_ROW_NEXT,
-    EDGE_ROW_PLACE,
-    EDGE_ROW_LAW,
-    EDGE_ROW_FOLLOWS,
-    EDGE_ROW_STEEPNESS,
-    EDGE_ROW_1,
-    EDGE_ROW_2,
-    EDGE_ROW_3,
-    EDGE_ROW_4,
-    EDGE_ROW_TANK,
-) = range(2, 21)
-(
-    DRIVE_KIND,
-    DRIVE_CHAMBER,
-    DRIVE_USERDATA,
-    DRIVE_DEAD_BAND,
-    DRIVE_RELEASE,
-    DRIVE_PERIOD,
-    DRIVE_LEAST_ON,
-    DRIVE_LEAST_OFF,
-    DRIVE_FULL_AT,
-    DRIVE_INTEGRAL_RATE,
-    DRIVE_DERIVATIVE_TIME,
-    DRIVE_FILTER_TIME,
-) = range(2, 14)
-PASSIVE_SCALE, PASSIVE_OFFSET, PASSIVE_LOAD, PASSIVE_DAMPING = range(2, 6)
-FRICTION_MUSCLE = 2
-SPASTIC_GAIN = 2
-PAD_STIFFNESS, PAD_DAMPING, PAD_FLOOR = range(2, 5)
-N_USER = MUSCLE_COEFFICIENTS + MAX_COEFFICIENTS  # slots per actuator
+def places(table: Any, first: int = 0, **widths: int) -> Any:
+    """The place of each number of a table from `first` on; a field is one number, or as many as its width."""
+    return table(*list(accumulate((widths.get(name, 1) for name in table._fields), initial=first))[:-1])
 
 
-def muscle_row(
-    *,
-    law: str,
-    coefficients: Sequence[float],
-    lowest_pressure: float,
-    braid: Braid,
-    damping: float,
-    braid_stiffness: float,
-    dead_volume: float,
-    series_length: float,
-    leader: int,
-    chamber: int,
-    next_muscle: int = -1,
-    count: int = 1,
-    state: int = 0,
-    userdata: int = 0,
-    return_stiffness: float = 0.0,
-    cable_stiffness: float = RIGID,
-    damper: Sequence[float] = (),
-    friction: int = 0,
-    friction_coefficients: Sequence[float] = (),
-    friction_states: int = -1,
-    wrap_friction: float = 0.0,
-) -> np.ndarray:
-    """`actuator_user` of a muscle, but for MUSCLE_INVERSE_MASS, which the compiled model tells.
+class MuscleRow(NamedTuple):
+    """Of a muscle.
 
-    Units: lowest_pressure [Pa], damping [N·s/Pa], braid_stiffness [N], dead_volume [m³], series_length [m],
-    return_stiffness [N], cable_stiffness [N/m], wrap_friction [-].
+    leader : actuator id of the first of the alike muscles, which has the states of all
+    parallel : how many alike muscles there are
+    chamber, next : actuator ids of its chamber, and of the chamber's next muscle; −1 for none
+    state, userdata : of the leader, in `act` and `userdata`
+    inverse_mass : J M⁻¹ Jᵀ of its path [1/kg], which the compiled model gives
+    friction_states : actuator id of what holds them; −1 for none
+
+    Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
+    braid_stiffness, return_stiffness [N], dead_volume [m³], lowest_pressure [Pa], wrap_friction [-].
     """
-    row = _row(
-        KIND_MUSCLE,
-        leader,
-        count,
-        chamber,
-        next_muscle,
-        state,
-        userdata,
-        LAWS[law].native_id,
-        series_length,
-        cable_stiffness,
-        0.0,
-        braid.nominal_length,
-        braid.nominal_radius,
-        braid.b,
-        float(LAWS[law].braids),
-        braid.lock,
-        damping,
-        braid_stiffness,
-        return_stiffness,
-        dead_volume,
-        lowest_pressure,
-        friction,
-        friction_states,
-        wrap_friction,
-    )
-    first = MUSCLE_FRICTION_COEFFICIENTS
-    row[first : first + len(friction_coefficients)] = friction_coefficients
-    row[MUSCLE_DAMPER : MUSCLE_DAMPER + len(damper)] = damper
-    row[MUSCLE_COEFFICIENTS : MUSCLE_COEFFICIENTS + len(coefficients)] = coefficients
-    return row
+
+    leader: int
+    parallel: int
+    chamber: int
+    next: int
+    state: int
+    userdata: int
+    law: int
+    series_length: int
+    cable_stiffness: int
+    inverse_mass: int
+    nominal_length: int
+    nominal_radius: int
+    b: int
+    braids: int
+    lock: int
+    damping: int
+    braid_stiffness: int
+    return_stiffness: int
+    dead_volume: int
+    lowest_pressure: int
+    friction: int
+    friction_states: int
+    wrap_friction: int
+    friction_coefficients: int
+    damper: int
+    coefficients: int
 
 
-def chamber_row(
-    *,
-    first_muscle: int,
-    inlet: int,
-    outlet: int,
-    tube_volume: float,
-    wall_conductance: float,
-    userdata: int,
-    next_chamber: int = -1,
-    air: "AirSlots | None" = None,
-) -> np.ndarray:
-    """`actuator_user` of a chamber.
+class ChamberRow(NamedTuple):
+    """Of a chamber: actuator ids of its first muscle, of the network's next chamber, of its valves."""
 
-    Units: tube_volume [m³], wall_conductance [W/K].
-    """
-    return _row(
-        KIND_CHAMBER,
-        first_muscle,
-        next_chamber,
-        inlet,
-        outlet,
-        tube_volume,
-        wall_conductance,
-        userdata,
-        *(air or AirSlots()),
-    )
+    first_muscle: int
+    next: int
+    inlet: int
+    outlet: int
 
 
-class AirSlots(NamedTuple):
-    """Slots of a node of the air.
+class VolumeRow(NamedTuple):
+    """Of a rigid volume: its first gauge pressure [Pa], or the chamber whose it is; V^−γ and V^(γ − 1)."""
 
+    start: int
+    start_as: int
+    power: int
+    power_rate: int
+
+
+class StoreRow(NamedTuple):
+    """Of a finite source, whose states are mass [kg] and temperature [K]: full content [kg], shell [J/K]."""
+
+    content: int
+    shell: int
+
+
+class AirRow(NamedTuple):
+    """Of every node of the air, behind its own four numbers.
+
+    volume : of a chamber without its muscles [m³]
+    wall_conductance : [W/K]
     following : actuator id of the next node; −1 for none
-    number : its number in the network
+    number : in the network
     first_edge : actuator id of the first valve or restriction; of the node that leads, else −1
     upstream : number of the node that the supply draws from; 0 for none
     leads : 1 of the node that leads, which is the last one in the order of the actuators; else 0
-    gas_constant : R [J/(kg·K)]
-    heat_capacity_ratio : γ [-]
+    gas_constant, heat_capacity_ratio : R [J/(kg·K)], γ [-]
     first_node : actuator id of the first chamber
     steepness : largest slope of the flows at the node by its pressure, all open [kg/(s·Pa)]; that of a flow
         between two volumes counts twice
+    real_gas : of a store: R, c_v, b0, b1, c0, c1, whether it liquefies
     """
 
-    following: int = -1
-    number: int = 2
-    first_edge: int = -1
-    upstream: int = 0
-    leads: float = 0.0
-    gas_constant: float = GAS_CONSTANT
-    heat_capacity_ratio: float = HEAT_CAPACITY_RATIO
-    first_node: int = 0
-    steepness: float = math.inf
+    volume: int
+    wall_conductance: int
+    userdata: int
+    following: int
+    number: int
+    first_edge: int
+    upstream: int
+    leads: int
+    gas_constant: int
+    heat_capacity_ratio: int
+    first_node: int
+    steepness: int
+    real_gas: int
 
 
-def volume_row(
-    *, volume: float, wall_conductance: float, userdata: int, start: float, start_as: int, air: AirSlots
-) -> np.ndarray:
-    """`actuator_user` of a rigid volume.
+class NetworkRow(NamedTuple):
+    """Of chambers and anchors that are solved together; each anchor has a block of its own."""
 
-    Units: volume, wall_conductance [m³], start, start_as [Pa].
-    """
-    gamma = air.heat_capacity_ratio
-    powers = (volume**-gamma, volume ** (gamma - 1.0))
-    return _row(KIND_VOLUME, start, start_as, *powers, volume, wall_conductance, userdata, *air)
+    first_chamber: int
+    state: int
+    userdata: int
+    anchors: int
+    first_anchor: int
 
 
-def network_row(
-    *, first_chamber: int, state: int, userdata: int, anchors: Sequence[Sequence[float]] = ()
-) -> np.ndarray:
-    """`actuator_user` of a network: chambers and anchors that are solved together.
+class AnchorBlock(NamedTuple):
+    """Of an anchor, in its network's row: [N/m], or a [N] and x0 [m] of a stiffening; [N·s/m]."""
 
-    Units: anchors [N/m].
-    """
-    if len(anchors) > MAX_ANCHORS:
-        raise ValueError(f"a network has {len(anchors)} anchors; there is room for {MAX_ANCHORS}")
-    flat = [number for anchor in anchors for number in anchor]
-    return _row(KIND_NETWORK, first_chamber, state, userdata, len(anchors), *flat)
+    stiffness: int
+    force: int
+    length: int
+    damping: int
 
 
-def store_row(
-    *,
-    volume: float,
-    content: float,
-    shell: float,
-    wall_conductance: float,
-    gas: Sequence[float],
-    userdata: int,
-    air: AirSlots,
-) -> np.ndarray:
-    """`actuator_user` of a finite source, whose states are mass [kg] and temperature [K].
+class ValveRow(NamedTuple):
+    """Of a valve: C [m³/(s·Pa)], b [-], dead times [s], [Hz], one more than its coil's place, or 0; [-]."""
 
-    Units: volume, content [m³], shell, wall_conductance [J/K].
-    """
-    none = (0.0,) * (CHAMBER_TUBE_VOLUME - CHAMBER_INLET)
-    return _row(KIND_STORE, content, shell, *none, volume, wall_conductance, userdata, *air, *gas)
+    conductance: int
+    critical_ratio: int
+    opening_delay: int
+    closing_delay: int
+    bandwidth: int
+    coil: int
+    dead_band: int
 
 
-def valve_row(
-    *,
-    conductance: float,
-    critical_ratio: float,
-    opening_delay: float,
-    closing_delay: float,
-    bandwidth: float = 0.0,
-    coil: int = -1,
-    dead_band: float = 0.0,
-    edge: "EdgeSlots | None" = None,
-) -> np.ndarray:
-    """`actuator_user` of a valve: C [m³/(s·Pa)], b [-], dead times [s].
-
-    Units: bandwidth [Hz], dead_band [-].
-    """
-    return _row(
-        KIND_VALVE,
-        conductance,
-        critical_ratio,
-        opening_delay,
-        closing_delay,
-        bandwidth,
-        coil + 1.0,
-        dead_band,
-        *(edge or EdgeSlots()),
-    )
-
-
-class EdgeSlots(NamedTuple):
-    """Slots of a valve or restriction between two nodes of the air.
+class EdgeRow(NamedTuple):
+    """Of every valve or restriction between two nodes of the air, behind a valve's own numbers.
 
     origin, end : numbers of the nodes
     following : actuator id of the next one; −1 for none
     place : of its flow in `userdata`
-    law : of its flow
+    law, parameters : of its flow
     follows : actuator id of the valve whose other way it is, and one more; 0 for none
     steepness : largest slope of the flow by a pressure difference [kg/(s·Pa)]
-    first, second, third, fourth : parameters of the law
     tank : actuator id of a compressor's tank
     """
 
-    origin: int = 0
-    end: int = 0
-    following: int = -1
-    place: int = 0
-    law: int = 0
-    follows: int = 0
-    steepness: float = 0.0
-    first: float = 0.0
-    second: float = 0.0
-    third: float = 0.0
-    fourth: float = 0.0
-    tank: int = -1
+    origin: int
+    end: int
+    following: int
+    place: int
+    law: int
+    follows: int
+    steepness: int
+    parameters: int
+    tank: int
 
 
-def restriction_row(*, conductance: float, critical_ratio: float, edge: EdgeSlots) -> np.ndarray:
-    """`actuator_user` of a restriction without a coil: C [m³/(s·Pa)], b [-]."""
-    none = (0.0,) * (EDGE_ROW_ORIGIN - VALVE_OPENING_DELAY)
-    return _row(KIND_RESTRICTION, conductance, critical_ratio, *none, *edge)
+class DriveRow(NamedTuple):
+    """Of a pressure drive: its kind, its chamber's actuator id, its place in `userdata`; [Pa], [s], [1/s]."""
+
+    kind: int
+    chamber: int
+    userdata: int
+    dead_band: int
+    release: int
+    period: int
+    least_on: int
+    least_off: int
+    full_at: int
+    integral_rate: int
+    derivative_time: int
+    filter_time: int
 
 
-def drive_row(
-    *,
-    kind: float,
-    chamber: int,
-    userdata: int,
-    dead_band: float,
-    release: float,
-    period: float,
-    least_on: float,
-    least_off: float,
-    full_at: float,
-    integral_rate: float,
-    derivative_time: float,
-    filter_time: float,
-) -> np.ndarray:
-    """`actuator_user` of a pressure drive.
+class PassiveRow(NamedTuple):
+    """Of the passive ankle: [-], [-], [N·m], [N·m·s/rad]."""
 
-    Units: others [Pa].
+    scale: int
+    offset: int
+    load: int
+    damping: int
+
+
+class FrictionRow(NamedTuple):
+    """Of what holds the states of a muscle's friction: the muscle's actuator id."""
+
+    muscle: int
+
+
+class SpasticRow(NamedTuple):
+    """Of the plantarflexors' stretch reflex [N·m·s/rad]."""
+
+    gain: int
+
+
+class PadRow(NamedTuple):
+    """Of a pad under the sole: [N/m], [N·s/m], actuator id whose input is the floor's height [m]."""
+
+    stiffness: int
+    damping: int
+    floor: int
+
+
+FIRST = 2  # place in a row behind the mark and the kind
+MUSCLE_ROW: MuscleRow = places(
+    MuscleRow, FIRST, friction_coefficients=MAX_FRICTION_COEFFICIENTS, damper=DAMPER_COEFFICIENTS
+)
+CHAMBER_ROW: ChamberRow = places(ChamberRow, FIRST)
+VOLUME_ROW: VolumeRow = places(VolumeRow, FIRST)
+STORE_ROW: StoreRow = places(StoreRow, FIRST)
+AIR_ROW: AirRow = places(AirRow, FIRST + len(CHAMBER_ROW))
+NETWORK_ROW: NetworkRow = places(NetworkRow, FIRST)
+ANCHOR: AnchorBlock = places(AnchorBlock)
+VALVE_ROW: ValveRow = places(ValveRow, FIRST)
+EDGE_ROW: EdgeRow = places(EdgeRow, FIRST + len(VALVE_ROW), parameters=LAW_PARAMETERS)
+DRIVE_ROW: DriveRow = places(DriveRow, FIRST)
+PASSIVE_ROW: PassiveRow = places(PassiveRow, FIRST)
+FRICTION_ROW: FrictionRow = places(FrictionRow, FIRST)
+SPASTIC_ROW: SpasticRow = places(SpasticRow, FIRST)
+PAD_ROW: PadRow = places(PadRow, FIRST)
+N_USER = MUSCLE_ROW.coefficients + MAX_COEFFICIENTS  # numbers of a row
+ROWS: dict[float, tuple[Any, ...]] = {
+    KIND_MUSCLE: (MUSCLE_ROW,),
+    KIND_CHAMBER: (CHAMBER_ROW, AIR_ROW),
+    KIND_VOLUME: (VOLUME_ROW, AIR_ROW),
+    KIND_STORE: (STORE_ROW, AIR_ROW),
+    KIND_NETWORK: (NETWORK_ROW,),
+    KIND_VALVE: (VALVE_ROW, EDGE_ROW),
+    KIND_RESTRICTION: (VALVE_ROW, EDGE_ROW),
+    KIND_DRIVE: (DRIVE_ROW,),
+    KIND_PASSIVE: (PASSIVE_ROW,),
+    KIND_FRICTION: (FRICTION_ROW,),
+    KIND_SPASTIC: (SPASTIC_ROW,),
+    KIND_PAD: (PAD_ROW,),
+    KIND_MOTOR: (),
+}
+# what other rooms read of a muscle
+MUSCLE_CHAMBER, MUSCLE_NOMINAL_LENGTH = MUSCLE_ROW.chamber, MUSCLE_ROW.nominal_length
+MUSCLE_SERIES_LENGTH = MUSCLE_ROW.series_length
+
+
+class ChamberAct(NamedTuple):
+    """States of a chamber; of a volume the first two."""
+
+    mass: int
+    sigma: int
+    last_volume: int
+    last_pressure: int
+
+
+class StoreAct(NamedTuple):
+    """States of a finite source."""
+
+    mass: int
+    temperature: int
+
+
+class ValveAct(NamedTuple):
+    """States of a valve."""
+
+    armature: int
+    opening: int
+
+
+class CompressorAct(NamedTuple):
+    """States of a compressor; the second is there because MuJoCo asks for two."""
+
+    running: int
+    unused: int
+
+
+class LeaderAct(NamedTuple):
+    """States of a muscle, in those of its network."""
+
+    contraction: int
+    carried: int
+    last_move: int
+
+
+class AnchorAct(NamedTuple):
+    """States of an anchor, in those of its network."""
+
+    displacement: int
+    loss: int
+
+
+class DriveAct(NamedTuple):
+    """States of a drive.
+
+    given : the side of two-point switching, or the signed width of the present pulse [s]
+    clock : time since that began [s]
+    stage : 0 before the first step, 1 off, 2 on
     """
-    return _row(
-        KIND_DRIVE,
-        kind,
-        chamber,
-        userdata,
-        dead_band,
-        release,
-        period,
-        least_on,
-        least_off,
-        full_at,
-        integral_rate,
-        derivative_time,
-        filter_time,
+
+    reading: int
+    integral: int
+    given: int
+    clock: int
+    stage: int
+    inlet_last: int
+    outlet_last: int
+    inlet_switches: int
+    outlet_switches: int
+
+
+class ChamberData(NamedTuple):
+    """Results of a chamber."""
+
+    inlet_flow: int
+    outlet_flow: int
+    volume: int
+    pressure: int
+
+
+class LeaderData(NamedTuple):
+    """Results of a muscle, and what its network's solution works with."""
+
+    contraction: int
+    tension: int
+    rate: int
+    cable_slope: int
+    volume_slope: int
+    step: int
+    by_pressure: int
+    by_pull: int
+    coefficient: int
+    change: int
+
+
+class AnchorData(NamedTuple):
+    """Results of an anchor."""
+
+    pull: int
+    displacement: int
+
+
+class DriveData(NamedTuple):
+    """Results of a drive: coils of its valves."""
+
+    inlet_coil: int
+    outlet_coil: int
+
+
+class VolumeData(NamedTuple):
+    """Results of a volume or store."""
+
+    pressure: int
+
+
+CHAMBER_ACT: ChamberAct = places(ChamberAct)
+STORE_ACT: StoreAct = places(StoreAct)
+VALVE_ACT: ValveAct = places(ValveAct)
+COMPRESSOR_ACT: CompressorAct = places(CompressorAct)
+LEADER_ACT: LeaderAct = places(LeaderAct)
+ANCHOR_ACT: AnchorAct = places(AnchorAct)
+DRIVE_ACT: DriveAct = places(DriveAct)
+CHAMBER_DATA: ChamberData = places(ChamberData)
+LEADER_DATA: LeaderData = places(LeaderData)
+ANCHOR_DATA: AnchorData = places(AnchorData)
+DRIVE_DATA: DriveData = places(DriveData)
+VOLUME_DATA: VolumeData = places(VolumeData)
+EDGE_DATA = 1  # results of a restriction: its flow
+
+
+def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
+    """`actuator_user` of an actuator, its numbers by the names of its kind's tables; others are 0."""
+    found, tables = np.zeros(N_USER), ROWS[kind]
+    found[:FIRST] = MARK, kind
+    for name, value in values.items():
+        place = next(getattr(table, name) for table in tables if name in table._fields)
+        found[place : place + np.size(value)] = value
+    return found
+
+
+def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
+    """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
+    return row(
+        KIND_MUSCLE,
+        law=LAWS[law].native_id,
+        braids=float(LAWS[law].braids),
+        nominal_length=braid.nominal_length,
+        nominal_radius=braid.nominal_radius,
+        b=braid.b,
+        lock=braid.lock,
+        **values,
     )
 
 
@@ -385,33 +437,22 @@ def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: floa
 
     Units: scale, offset [-], load [N·m], damping [N·m·s/rad].
     """
-    return _row(KIND_PASSIVE, scale, offset, load, damping)
-
-
-def friction_row(*, muscle: int) -> np.ndarray:
-    """`actuator_user` of what holds the states of a muscle's friction."""
-    return _row(KIND_FRICTION, muscle)
+    return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
 
 
 def motor_row() -> np.ndarray:
     """`actuator_user` of MuJoCo's own motor, which needs no callback."""
-    return _row(KIND_MOTOR)
+    return row(KIND_MOTOR)
 
 
 def spastic_row(*, gain: float) -> np.ndarray:
     """`actuator_user` of the plantarflexors' stretch reflex; gain [N·m·s/rad]."""
-    return _row(KIND_SPASTIC, gain)
+    return row(KIND_SPASTIC, gain=gain)
 
 
 def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
     """`actuator_user` of a pad under the sole.
 
-    Units: stiffness, damping [N/m], floor [m].
+    Units: stiffness [N/m], damping [N·s/m], floor: actuator id.
     """
-    return _row(KIND_PAD, stiffness, damping, floor)
-
-
-def _row(kind: float, *values: float) -> np.ndarray:
-    row = np.zeros(N_USER)
-    row[: 2 + len(values)] = MARK, kind, *values
-    return row
+    return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)

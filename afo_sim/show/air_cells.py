@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from afo_sim.description.air.network import AMBIENT
+from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.model.air_scheme import OUTLETS, AirEdge, AirScheme
 
 Place = tuple[int, int]  # column, row, from the left and from above

@@ -5,7 +5,7 @@ import pathlib
 import textwrap
 from typing import Any
 
-from afo_sim.description.air.network import AMBIENT
+from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.model.air_scheme import AirScheme, AirWay, air_scheme, conductance
 from afo_sim.model.design import Source, gauge, scenario_of
 from afo_sim.show.air_layout import FONT, LINE, NARROW, Layout, Placed, layout

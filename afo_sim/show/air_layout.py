@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.description.air.network import AMBIENT
+from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.model.air_scheme import AirEdge, AirScheme, conductance
 from afo_sim.show.air_cells import Cell, cells
 from afo_sim.show.air_routes import Routes, Vertex, route

@@ -9,7 +9,7 @@ import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from afo_sim.description.air.network import AMBIENT
+from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.show.air_cells import Cell, Place
 
 Vertex = tuple[int, int]  # indices of a track or a middle, from the left and from above

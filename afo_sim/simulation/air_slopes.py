@@ -14,12 +14,11 @@ from typing import Protocol
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.physics.pneumatics import LAMINAR_RATIO
+from afo_sim.physics.pneumatics import iso_6358_slope
 
 GIVING = 0.3  # where no two strides tell it yet [-]
 MOST_GIVING = 0.6  # more would be a chamber that hardly resists [-]
 TOLD = 5e-4  # change of ln p from which on two strides tell it [-]
-NO_FLOW = 1e-9  # of the pressure ratio, from 1, at which a flow's relative slope ends
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def _rates(rows: AirRows, giving: np.ndarray) -> np.ndarray:
         (-rows.outlet, np.full_like(p, AMBIENT_PRESSURE), rows.outlet_ratio),
     ):
         enters = inward >= 0.0
-        down = _by_downstream(np.where(enters, p / other, other / p), critical)
+        down = iso_6358_slope(np.where(enters, p / other, other / p), critical)
         by_p = inward * np.where(enters, down, 1.0 - down)
         by_t = np.where(enters, 0.0, -0.5 * inward)
         carried = gamma * GAS_CONSTANT * np.where(enters, AMBIENT_TEMPERATURE, temperature)
@@ -120,11 +119,3 @@ def _rates(rows: AirRows, giving: np.ndarray) -> np.ndarray:
     by_sigma = enthalpy_by_p * of_p + enthalpy_by_t * of_t + enthalpy * ((gamma - 1.0) * of_v - 1.0)
     found[..., 1, 1] = by_sigma / energy
     return found
-
-
-def _by_downstream(ratio: np.ndarray, critical: np.ndarray) -> np.ndarray:
-    """d ln ṁ/d ln p of the downstream side, of ISO 6358's flow at pressure ratios (c, n)."""
-    r = np.minimum(ratio, 1.0 - NO_FLOW)
-    x = (r - critical) / (1.0 - critical)
-    curved = -x * r / ((1.0 - critical) * np.maximum(1.0 - x * x, NO_FLOW))
-    return np.where(r <= critical, 0.0, np.where(r <= LAMINAR_RATIO, curved, -r / (1.0 - r)))

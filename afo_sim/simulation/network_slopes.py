@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_TEMPERATURE, STANDARD_DENSITY
-from afo_sim.physics.air_path import ONE_WAY, QUICK_EXHAUST, REGULATED, RELIEF
-from afo_sim.physics.pneumatics import LAMINAR_RATIO
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.model.build import Built
+from afo_sim.physics.flow_edge import edge_flows
+from afo_sim.simulation.stepping import Rows
 
 NOTHING = 1e-3  # of a node's air, that flows in over a stride: less tells nothing of what brings it back [-]
 NUDGE = 1e-6  # of ln p, by which flows are differentiated [-]
@@ -159,50 +160,52 @@ def _warm_of(node: int, warm: np.ndarray) -> np.ndarray | float:
 
 def _flow(each: WayRows, warm: np.ndarray, by: int | None = None) -> np.ndarray:
     """Mass flow in each row (n,); `by` 0 or 1: its slope by ln p at the origin or the end."""
-    p = list(each.pressures)
+    p, way = list(each.pressures), each.way
+    law = (way.law, way.conductance, way.critical_ratio, way.parameters)
     t1, t2 = _warm_of(each.origin, warm), _warm_of(each.end, warm)
     if by is None:
-        return _law(each.way, p[0], t1, p[1], t2, p[2], each.opening)
+        return edge_flows(*law, p[0], t1, p[1], t2, p[2], each.opening)
     sides = []
     for sign in (1.0, -1.0):
         q = p.copy()
         q[by] = p[by] * np.exp(sign * NUDGE)
-        sides.append(_law(each.way, q[0], t1, q[1], t2, q[2], each.opening))
+        sides.append(edge_flows(*law, q[0], t1, q[1], t2, q[2], each.opening))
     return (sides[0] - sides[1]) / (2.0 * NUDGE)
 
 
-def _law(
-    way: native.Way,
-    p1: np.ndarray,
-    t1: np.ndarray | float,
-    p2: np.ndarray,
-    t2: np.ndarray | float,
-    pilot: np.ndarray,
-    opening: np.ndarray,
-) -> np.ndarray:
-    """Mass flow from side 1 to side 2 by the law of a way, as `native.air.flow_through` has it."""
-    a, b, c, d = way.parameters
-    if way.law == QUICK_EXHAUST:
-        opening = np.clip((p1 - pilot - b) / c, 0.0, 1.0)
-    flow = opening * way.conductance * _both_ways(p1, t1, p2, t2, way.critical_ratio)
-    if way.law == ONE_WAY:
-        free = np.clip((p1 - p2 - c) / d, 0.0, 1.0) * a
-        flow = flow + free * np.maximum(_both_ways(p1, t1, p2, t2, b), 0.0)
-    if way.law == REGULATED:
-        flow = np.maximum(np.minimum(b * (a - p2), flow), 0.0)
-    if way.law == RELIEF:
-        flow = np.maximum(np.minimum(b * (p1 - a), flow), 0.0)
-    return flow
+def network_rows(built: Built, nodes: list[int], rows: Rows, inputs: np.ndarray, step: float) -> NetworkRows:
+    """The air of nodes in some rows of a stride.
 
-
-def _both_ways(
-    p1: np.ndarray, t1: np.ndarray | float, p2: np.ndarray, t2: np.ndarray | float, critical: float
-) -> np.ndarray:
-    """Mass flow of ISO 6358 by the conductance, either way."""
-    forth = p1 >= p2
-    up, temperature = np.where(forth, p1, p2), np.where(forth, t1, t2)
-    ratio = np.where(forth, p2, p1) / up
-    x = (np.clip(ratio, critical, LAMINAR_RATIO) - critical) / (1.0 - critical)
-    shape = np.sqrt(1.0 - x * x) * np.minimum((1.0 - ratio) / (1.0 - LAMINAR_RATIO), 1.0)
-    found: np.ndarray = np.where(forth, 1.0, -1.0) * STANDARD_DENSITY * up * shape
-    return found * np.sqrt(AMBIENT_TEMPERATURE / temperature)
+    Units: rows (n, …), inputs (n, nu), step [s].
+    """
+    model, index = built.model, built.index
+    act, userdata = rows["act"], rows["userdata"]
+    chambers = [native.read_air(model, act, userdata, c) for c in index.chambers.values()]
+    volumes = list(index.volumes.values())
+    given = {native.TO_AMBIENT: np.full(len(act), AMBIENT_PRESSURE)}
+    for store in index.stores.values():
+        given[store] = native.read_volume(model, userdata, store)
+    supply = inputs[:, next(iter(index.chambers.values()))] + AMBIENT_PRESSURE
+    pressures = [air.absolute_pressure for air in chambers]
+    pressures += [native.read_volume(model, userdata, volume) for volume in volumes]
+    known = given | dict(zip(nodes, pressures, strict=True))
+    numbers = {node: k for k, node in enumerate(nodes)}
+    numbers = {node: k for k, node in enumerate(nodes)}
+    ways = []
+    for way in native.ways_of(model):
+        known[native.TO_SUPPLY] = np.minimum(supply, known.get(way.upstream, supply))
+        opening = native.read_opening(model, act, way.actuator) if way.valve else np.ones(len(act))
+        ends = (known[way.origin], known[way.end], known.get(way.pilot, supply))
+        origin, end = numbers.get(way.origin, -1), numbers.get(way.end, -1)
+        ways.append(WayRows(way, origin, end, ends, opening))
+    return NetworkRows(
+        mass=np.stack([native.read_held(model, act, node)[..., 0] for node in nodes]),
+        pressure=np.stack(pressures),
+        volume=np.stack(
+            [a.volume for a in chambers] + [np.full(len(act), native.room_of(model, v)) for v in volumes]
+        ),
+        wall=np.array([native.wall_of(model, node) for node in nodes]),
+        ways=tuple(ways),
+        gas=native.gas_of(model, nodes[0]),
+        step=step,
+    )

@@ -16,6 +16,8 @@ from air.reference import AMBIENT, GAMMA, GAS, Edge, Fixed, Volume
 
 from afo_sim import native
 from afo_sim.native import slots, state
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
 
 XML = """<mujoco><option timestep="{}" integrator="implicitfast"><flag autoreset="disable"/></option>
 <worldbody><body><joint name="slide" type="slide"/><geom size=".01" mass="1"/></body></worldbody></mujoco>"""
@@ -103,10 +105,10 @@ class NativeNetwork:
         return ISOTHERMAL if node.isothermal else node.wall
 
     @staticmethod
-    def _restriction(name: str, edge: Edge) -> native.CircuitRestriction:
+    def _restriction(name: str, edge: Edge) -> FlowEdge:
         if edge.cracking is None:
-            return native.CircuitRestriction(name, edge.origin, edge.end, edge.conductance, edge.critical)
-        return native.check_valve(
+            return FlowEdge(name, edge.origin, edge.end, edge.conductance, edge.critical)
+        return flow_edge.check_valve(
             name, edge.origin, edge.end, edge.conductance, edge.critical, cracking=edge.cracking
         )
 
@@ -124,8 +126,8 @@ class NativeNetwork:
                 native.write_air(self.model, data.act, actuator, air)
             else:
                 at = self.model.actuator_actadr[actuator]
-                data.act[at + state.AIR_MASS] = air.mass
-                data.act[at + state.SIGMA] = air.absolute_pressure * air.volume**GAMMA
+                data.act[at + slots.CHAMBER_ACT.mass] = air.mass
+                data.act[at + slots.CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**GAMMA
         for key, actuator in self.ids.valves.items():
             opened = 1.0 if key in self.open else 0.0
             native.write_valve(self.model, data.act, actuator, opened, opened)
@@ -144,7 +146,10 @@ class NativeNetwork:
         with native.installed():
             data = self.start()
             for k in range(n + 1):
-                mass[k], sigma[k] = data.act[at + state.AIR_MASS], data.act[at + state.SIGMA]
+                mass[k], sigma[k] = (
+                    data.act[at + slots.CHAMBER_ACT.mass],
+                    data.act[at + slots.CHAMBER_ACT.sigma],
+                )
                 if k == n:
                     break
                 if switch is not None:
@@ -160,4 +165,4 @@ class NativeNetwork:
     def _place(self, k: int) -> int:
         """Where the flow of an edge stands in `userdata`."""
         known = self.ids.valves | self.ids.restrictions
-        return int(self.model.actuator_user[known[self.keys[k]], slots.EDGE_ROW_PLACE])
+        return int(self.model.actuator_user[known[self.keys[k]], slots.EDGE_ROW.place])

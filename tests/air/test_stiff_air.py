@@ -8,7 +8,7 @@ import pytest
 import afo_sim as afo
 from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description.reader import load
-from afo_sim.model.circuit import circuit_of
+from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.model.stability import AIR_ACCURATE, check_air, check_volumes
 
 DELAYS = {"critical_ratio": "0.3", "opening_delay": "4 ms", "closing_delay": "4 ms"}

@@ -3,14 +3,16 @@
 import pathlib
 import re
 import tomllib
+from typing import get_args
 
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.description.air import room
+from afo_sim.description.air import air_parts, network_checks
 from afo_sim.description.reader import load
 from afo_sim.model.air_checks import check_air_path, durations
 from afo_sim.native import air_block
+from afo_sim.show import air_symbols
 
 C, R, V = "orthosis.chamber.dorsiflexor.", "orthosis.restriction.", "orthosis.volume."
 WIDE = {"conductance": "0.5 dm^3/(s*bar)", "critical_ratio": "0.3"}
@@ -190,13 +192,13 @@ REFUSED = {
     "a timer's own key": ({f"{R}period": VALVE | {"upstream": "dorsiflexor"}}, f"{R}period", "for its own"),
     "no coil": (fed() | {"timer.feed.open": [["0 s", "1 s"]]}, "timer.feed", "has no coil.*'orifice'"),
     "too many volumes": (
-        {f"{V}v{k}.volume": "1 ml" for k in range(room.MOST_NODES)}
-        | {f"{R}r{k}": between("orifice", "dorsiflexor", f"v{k}") for k in range(room.MOST_NODES)},
+        {f"{V}v{k}.volume": "1 ml" for k in range(network_checks.MOST_NODES)}
+        | {f"{R}r{k}": between("orifice", "dorsiflexor", f"v{k}") for k in range(network_checks.MOST_NODES)},
         "orthosis.volume",
         "too many for one network.*up to 32",
     ),
     "too many restrictions": (
-        {f"{R}r{k}": LEAK | {"upstream": "dorsiflexor"} for k in range(room.MOST_RESTRICTIONS)},
+        {f"{R}r{k}": LEAK | {"upstream": "dorsiflexor"} for k in range(network_checks.MOST_RESTRICTIONS)},
         "orthosis.restriction",
         "too many for one network.*up to 64",
     ),
@@ -306,8 +308,8 @@ def test_examples_of_the_page_are_read_and_have_nothing_unusual() -> None:
 
 
 def test_room_is_that_of_compiled_code() -> None:
-    assert room.MOST_NODES == air_block.MOST_NODES - air_block.FIRST_NODE
-    assert room.MOST_RESTRICTIONS == air_block.MOST_EDGES
+    assert network_checks.MOST_NODES == air_block.MOST_NODES - air_block.FIRST_NODE
+    assert network_checks.MOST_RESTRICTIONS == air_block.MOST_EDGES
 
 
 def test_durations_of_repeating_intervals() -> None:
@@ -315,3 +317,8 @@ def test_durations_of_repeating_intervals() -> None:
     assert durations(((0.9, 0.1),), 1.0) == pytest.approx([0.2])
     assert durations(((0.0, 0.1), (0.95, 1.0), (0.5, 0.51)), 1.0) == pytest.approx([0.01, 0.15])
     assert durations(((0.0, 1.0),), 1.0) == []
+
+
+def test_every_kind_of_part_has_one_entry_and_a_symbol() -> None:
+    assert set(get_args(air_parts.Kind)) == air_parts.PARTS.keys()
+    assert {part.symbol or kind for kind, part in air_parts.PARTS.items()} <= air_symbols.SYMBOLS.keys()

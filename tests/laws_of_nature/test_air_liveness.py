@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import afo_sim
+from afo_sim.description.air.air_parts import PARTS, QuickExhaust, Restriction, Volume
 from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.network import MAY_HAVE, NEEDED, Restriction, Volume
-from afo_sim.description.air.quick_exhaust import QuickExhaust
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
@@ -101,7 +100,7 @@ CHANGED: dict[str, Any] = {
     "exhaust_conductance": "0.2 dm^3/(s*bar)",
     "cracking_pressure": "0.4 bar",
 }
-FIELDS = [(kind, key) for kind in NEEDED for key in (*NEEDED[kind], *MAY_HAVE.get(kind, ()))]
+FIELDS = [(kind, key) for kind, part in PARTS.items() for key in part.own]
 
 
 def run(sets: dict[str, Any]) -> afo_sim.Recording:

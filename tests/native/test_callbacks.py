@@ -14,12 +14,12 @@ from afo_sim.common.errors import CallbackError
 from afo_sim.description.muscle import LawSet
 from afo_sim.description.reader import load
 from afo_sim.model.build import build
-from afo_sim.native import slots, state, struct_layout
+from afo_sim.native import slots, struct_layout
 from afo_sim.physics.static_force import muscle_static_force
 
 NETWORK, MUSCLE, CHAMBER = 0, 1, 2  # actuators of the hanging mass; then inlet and outlet
 ANCHOR = native.CircuitAnchor("top", stiffness=4e4)
-AIR = state.LEADER_STATES + state.ANCHOR_STATES  # first place of the chamber's states in `act`
+AIR = len(slots.LEADER_ACT) + len(slots.ANCHOR_ACT)  # first place of the chamber's states in `act`
 
 
 def test_layout_is_compared_field_by_field() -> None:
@@ -108,20 +108,23 @@ def spoiled(
     ("spoil", "message"),
     [
         (
-            lambda m, d: m.actuator_user.__setitem__((MUSCLE, slots.MUSCLE_COEFFICIENTS), np.nan),
+            lambda m, d: m.actuator_user.__setitem__((MUSCLE, slots.MUSCLE_ROW.coefficients), np.nan),
             "force is not a number in actuator 1",
         ),
         (
-            lambda m, d: d.act.__setitem__(AIR + state.SIGMA, -1.0),
+            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.sigma, -1.0),
             "absolute pressure is not positive in actuator 2",
         ),
         (
-            lambda m, d: d.act.__setitem__(AIR + state.SIGMA, np.nan),
+            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.sigma, np.nan),
             "absolute pressure is not positive in actuator 2",
         ),
-        (lambda m, d: d.act.__setitem__(AIR + state.AIR_MASS, 0.0), "air mass is not positive in actuator 2"),
         (
-            lambda m, d: d.act.__setitem__(AIR + state.LAST_VOLUME, np.nan),
+            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.mass, 0.0),
+            "air mass is not positive in actuator 2",
+        ),
+        (
+            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.last_volume, np.nan),
             "volume is not positive in actuator 2",
         ),
         (
@@ -130,7 +133,7 @@ def spoiled(
         ),
         (lambda m, d: d.ctrl.__setitem__(NETWORK, np.nan), "force is not a number in actuator 0"),
         (
-            lambda m, d: m.actuator_user.__setitem__((CHAMBER, slots.CHAMBER_TUBE_VOLUME), -1.0),
+            lambda m, d: m.actuator_user.__setitem__((CHAMBER, slots.AIR_ROW.volume), -1.0),
             "volume is not positive in actuator 2",
         ),
         (
@@ -162,26 +165,26 @@ def test_no_input_that_is_not_a_number_stays_silent(number: int) -> None:
 
 
 USED = [  # slots of a taut muscle at 3 bar
-    slots.MUSCLE_LAW,
-    slots.MUSCLE_SERIES_LENGTH,
-    slots.MUSCLE_CABLE_STIFFNESS,
-    slots.MUSCLE_INVERSE_MASS,
-    slots.MUSCLE_NOMINAL_LENGTH,
-    slots.MUSCLE_NOMINAL_RADIUS,
-    slots.MUSCLE_B,
-    slots.MUSCLE_LOCK,
-    slots.MUSCLE_DAMPING,
-    slots.MUSCLE_DEAD_VOLUME,
-    slots.MUSCLE_LOWEST_PRESSURE,
-    slots.MUSCLE_FRICTION,
-    slots.MUSCLE_DAMPER,
-    *range(slots.MUSCLE_COEFFICIENTS, slots.MUSCLE_COEFFICIENTS + 5),
+    slots.MUSCLE_ROW.law,
+    slots.MUSCLE_ROW.series_length,
+    slots.MUSCLE_ROW.cable_stiffness,
+    slots.MUSCLE_ROW.inverse_mass,
+    slots.MUSCLE_ROW.nominal_length,
+    slots.MUSCLE_ROW.nominal_radius,
+    slots.MUSCLE_ROW.b,
+    slots.MUSCLE_ROW.lock,
+    slots.MUSCLE_ROW.damping,
+    slots.MUSCLE_ROW.dead_volume,
+    slots.MUSCLE_ROW.lowest_pressure,
+    slots.MUSCLE_ROW.friction,
+    slots.MUSCLE_ROW.damper,
+    *range(slots.MUSCLE_ROW.coefficients, slots.MUSCLE_ROW.coefficients + 5),
 ]
 
 
 @pytest.mark.parametrize("slot", USED)
 def test_no_parameter_that_is_not_a_number_stays_silent(slot: int) -> None:
-    lowest = slot == slots.MUSCLE_LOWEST_PRESSURE
+    lowest = slot == slots.MUSCLE_ROW.lowest_pressure
 
     def spoil(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         model.actuator_user[MUSCLE, slot] = np.nan
@@ -273,5 +276,5 @@ def test_parameters_reach_the_model_exactly() -> None:
     built = build(load("scenario", "seated", {"supply.pressure": "3 bar"}))
     row = built.model.actuator_user[built.index.muscles["dorsiflexor_2"]]
     muscle = built.scenario.orthosis.muscle["dorsiflexor"].type
-    assert row[slots.MUSCLE_B] == 1.0 / np.sin(muscle.braid_angle) ** 2
-    assert row[slots.MUSCLE_NOMINAL_LENGTH] == muscle.total_length - muscle.end_length
+    assert row[slots.MUSCLE_ROW.b] == 1.0 / np.sin(muscle.braid_angle) ** 2
+    assert row[slots.MUSCLE_ROW.nominal_length] == muscle.total_length - muscle.end_length

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from afo_sim import native
 from afo_sim.common.errors import CallbackError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.native import slots, state
+from afo_sim.native import slots
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
@@ -72,11 +72,11 @@ def test_names_are_all_places_once() -> None:
     )
     rows = model.actuator_user
     act = np.zeros(model.na)
-    of_muscle = int(rows[muscle, slots.MUSCLE_STATE])
-    act[of_muscle + state.CONTRACTION], act[of_muscle + state.CARRIED] = 1.0, 2.0
-    act[of_muscle + state.LAST_MOVE] = 12.0
-    of_anchor = int(rows[network, slots.NETWORK_STATE])
-    act[of_anchor + state.ANCHOR_DISPLACEMENT], act[of_anchor + state.ANCHOR_LOSS] = 3.0, 4.0
+    of_muscle = int(rows[muscle, slots.MUSCLE_ROW.state])
+    act[of_muscle + slots.LEADER_ACT.contraction], act[of_muscle + slots.LEADER_ACT.carried] = 1.0, 2.0
+    act[of_muscle + slots.LEADER_ACT.last_move] = 12.0
+    of_anchor = int(rows[network, slots.NETWORK_ROW.state])
+    act[of_anchor + slots.ANCHOR_ACT.displacement], act[of_anchor + slots.ANCHOR_ACT.loss] = 3.0, 4.0
     native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
     native.write_valve(model, act, inlet, 8.0, 9.0)
     native.write_valve(model, act, outlet, 10.0, 11.0)
@@ -90,7 +90,7 @@ def test_names_are_all_places_once() -> None:
     places = [*own, *flows, air.absolute_pressure, *yielding]
     assert len({float(place[0]) for place in places}) == len(places) == 9
     assert flows.volume.tolist() == air.volume.tolist()
-    assert model.nuserdata == state.CHAMBER_DATA + state.LEADER_DATA + state.ANCHOR_DATA
+    assert model.nuserdata == len(slots.CHAMBER_DATA) + len(slots.LEADER_DATA) + len(slots.ANCHOR_DATA)
 
 
 def test_chambers_are_filled_with_the_gas_that_fits() -> None:

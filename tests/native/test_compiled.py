@@ -14,7 +14,7 @@ from test_walls import ROOMS
 
 from afo_sim.common import machine_code, sources, user_cache
 from afo_sim.native import compiled
-from afo_sim.native.complaints import COMPLAINTS, MJU_ERROR
+from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR
 
 PACKAGE = pathlib.Path(compiled.__file__).parents[1]
 # How many functions numba compiled, and every force of a run, to the bit; then a complaint.

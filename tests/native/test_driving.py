@@ -18,8 +18,8 @@ from afo_sim.common.units import (
     STANDARD_DENSITY,
 )
 from afo_sim.description.control.drive import Drive
-from afo_sim.model.circuit import drive_of
-from afo_sim.native import slots, state
+from afo_sim.model.pneumatic_circuit import drive_of
+from afo_sim.native import slots
 
 STEP = 1e-3
 SUPPLY = 6e5
@@ -313,8 +313,8 @@ def test_a_target_that_is_no_number_is_refused(mode: native.Mode) -> None:
 
 def test_places_are_a_drive_s_own() -> None:
     model = rigid(drive("pwm"))
-    assert model.nuserdata == state.CHAMBER_DATA + state.LEADER_DATA + state.DRIVE_DATA
+    assert model.nuserdata == len(slots.CHAMBER_DATA) + len(slots.LEADER_DATA) + len(slots.DRIVE_DATA)
     inlet, outlet = (model.actuator(f"valve_air_{side}").id for side in native.SIDES)
-    places = {int(model.actuator_user[v, slots.VALVE_COIL]) - 1 for v in (inlet, outlet)}
+    places = {int(model.actuator_user[v, slots.VALVE_ROW.coil]) - 1 for v in (inlet, outlet)}
     assert places == {model.nuserdata - 2, model.nuserdata - 1}
     assert native.is_driven(model, inlet) and not native.is_driven(rigid(None), 3)

@@ -12,7 +12,7 @@ import afo_sim
 from afo_sim import native
 from afo_sim.native.guides import turned
 from afo_sim.native.install import _flat, _FlatData
-from afo_sim.native.slots import MUSCLE_WRAP_FRICTION
+from afo_sim.native.slots import MUSCLE_ROW
 from afo_sim.physics.capstan import CREEP
 from afo_sim.physics.laws import LAWS
 
@@ -200,7 +200,7 @@ def test_without_friction_nothing_is_asked_of_the_guides() -> None:
     with native.installed():
         model = rig(0.0)
         rows = driven(model, 0.1, -0.1, 0.1)
-    assert model.actuator_user[model.actuator("m0").id, MUSCLE_WRAP_FRICTION] == 0.0
+    assert model.actuator_user[model.actuator("m0").id, MUSCLE_ROW.wrap_friction] == 0.0
     assert np.array_equal(rows["felt"], rows["tension"])
 
 

@@ -10,7 +10,8 @@ from ankle_rig import STIFFENING, Ankle, pulses
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.native import balance, bracket, slots, state
+from afo_sim.native import balance, slots
+from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
 from afo_sim.physics.friction import FRICTIONS
@@ -153,9 +154,9 @@ def at_random(rig: Ankle, seed: int) -> tuple[object, mujoco.MjData]:
     data.qpos[0] += random.uniform(-0.05, 0.05)
     mujoco.mj_fwdPosition(model, data)
     for name in rig.names:
-        at = int(model.actuator_user[model.actuator(f"{name}_0").id, slots.MUSCLE_STATE])
-        data.act[at + state.CONTRACTION] += random.normal(0.0, 5e-3)
-        data.act[at + state.CARRIED] += random.normal(0.0, 5.0)
+        at = int(model.actuator_user[model.actuator(f"{name}_0").id, slots.MUSCLE_ROW.state])
+        data.act[at + slots.LEADER_ACT.contraction] += random.normal(0.0, 5e-3)
+        data.act[at + slots.LEADER_ACT.carried] += random.normal(0.0, 5.0)
     return _flat(model), data
 
 
@@ -163,10 +164,15 @@ def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
     """Of the leaders, as solved."""
     rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
     leaders = [
-        i for i in range(len(rows)) if rows[i, 1] == slots.KIND_MUSCLE and rows[i, slots.MUSCLE_LEADER] == i
+        i
+        for i in range(len(rows))
+        if rows[i, 1] == slots.KIND_MUSCLE and rows[i, slots.MUSCLE_ROW.leader] == i
     ]
     return np.array(
-        [data.userdata[int(rows[i, slots.MUSCLE_USERDATA]) + state.OWN_CONTRACTION] for i in leaders]
+        [
+            data.userdata[int(rows[i, slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.contraction]
+            for i in leaders
+        ]
     )
 
 
@@ -177,16 +183,16 @@ def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
 def test_bisection_finds_what_newton_finds(
     rig: Ankle, seed: int, rest: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bracket, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
+    monkeypatch.setattr(solving, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
     model, data = at_random(rig, seed)
     first = newtons_method.guess(model, data, 0, 0, rest)
     pull, settled = newtons_method.newton(model, data, 0, first, rest)
     assert settled
     newton = contractions(model, data)
     # chamber by chamber, and where Newton's method fails there, too
-    for solve in (bracket.newton_chamber, lambda *_: False):
-        monkeypatch.setattr(bracket, "newton_chamber", solve)
-        assert bracket.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
+    for solve in (solving.newton_chamber, lambda *_: False):
+        monkeypatch.setattr(solving, "newton_chamber", solve)
+        assert solving.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
         assert contractions(model, data) == pytest.approx(newton, abs=1e-8)
 
 
@@ -202,9 +208,9 @@ def test_newton_from_absurd_guesses_is_right_or_says_so(rig: Ankle) -> None:
         lengths = contractions(model, data)
         rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
         places = [
-            int(row[slots.MUSCLE_USERDATA]) + state.OWN_CONTRACTION
+            int(row[slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.contraction
             for i, row in enumerate(rows)
-            if row[1] == slots.KIND_MUSCLE and row[slots.MUSCLE_LEADER] == i
+            if row[1] == slots.KIND_MUSCLE and row[slots.MUSCLE_ROW.leader] == i
         ]
         for start, pull in itertools.product((-0.07, 0.0, 0.4, 0.9), (0.0, 50.0, 1e6)):
             data.userdata[places] = start
@@ -224,7 +230,7 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
         chamber = next(
             i for i in range(99) if model.actuator_user[model.nuser_actuator * i + 1] == slots.KIND_CHAMBER
         )  # type: ignore[attr-defined]
-        leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_FIRST_MUSCLE])  # type: ignore[attr-defined]
+        leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_ROW.first_muscle])  # type: ignore[attr-defined]
         grid = np.linspace(-0.075, 0.5, 400)
         for absolute, moved, rest in itertools.product((3e4, 1e5, 1.5e5, 5e5), (0.0, 0.01), (False, True)):
             left = [balance.lacking(model, data, leader, chamber, x, absolute, moved, rest)[0] for x in grid]
@@ -234,36 +240,36 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
 @pytest.mark.slow
 @every_rig
 def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bracket, "HALVINGS", 30)
+    monkeypatch.setattr(solving, "HALVINGS", 30)
     model, data = at_random(rig, 4)
     row = model.actuator_user  # type: ignore[attr-defined]
     size = model.nuser_actuator  # type: ignore[attr-defined]
     left = []
     for pull in (0.0, 1.0, 10.0, 50.0, 100.0, 300.0):
         moved, _ = balance.shift(model, data, 0, pull, False)
-        pulled, chamber = 0.0, int(row[slots.NETWORK_FIRST_CHAMBER])
+        pulled, chamber = 0.0, int(row[slots.NETWORK_ROW.first_chamber])
         while chamber >= 0:
-            pulled += bracket.pull_at(model, data, chamber, moved, False)
-            chamber = int(row[size * chamber + slots.CHAMBER_NEXT])
+            pulled += solving.pull_at(model, data, chamber, moved, False)
+            chamber = int(row[size * chamber + slots.CHAMBER_ROW.next])
         left.append(pull - pulled)
     assert np.all(np.diff(left) > 0.0)
 
 
 def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
     """There more pressure makes a narrower muscle: the damper grows with it, and the bracket must hold it."""
-    monkeypatch.setattr(bracket, "HALVINGS", 36)
+    monkeypatch.setattr(solving, "HALVINGS", 36)
     rig = Ankle(damping=5e-3, timestep=2e-3)
     model, data = at_random(rig, 1)
     user, size = model.actuator_user, model.nuser_actuator  # type: ignore[attr-defined]
-    chamber = int(user[slots.NETWORK_FIRST_CHAMBER])
-    leader = int(user[size * chamber + slots.CHAMBER_FIRST_MUSCLE])
-    data.act[int(user[size * leader + slots.MUSCLE_STATE]) + state.CARRIED] = 2e3
+    chamber = int(user[slots.NETWORK_ROW.first_chamber])
+    leader = int(user[size * chamber + slots.CHAMBER_ROW.first_muscle])
+    data.act[int(user[size * leader + slots.MUSCLE_ROW.state]) + slots.LEADER_ACT.carried] = 2e3
     pull, settled = newtons_method.newton(
         model, data, 0, newtons_method.guess(model, data, 0, 0, False), False
     )
     assert settled
     newton = contractions(model, data)
-    bracket.bisect(model, data, 0, False)
+    solving.bisect(model, data, 0, False)
     assert contractions(model, data) == pytest.approx(newton, abs=1e-9)
     assert math.isfinite(pull)
 
@@ -275,7 +281,7 @@ def test_a_muscle_that_nothing_holds_spoils_no_other(mode: native.Mode) -> None:
     model = rig.model()
     muscles = [model.actuator(f"{name}_0").id for name in rig.names]
     for muscle in muscles:  # the law's bladder
-        first = slots.MUSCLE_COEFFICIENTS
+        first = slots.MUSCLE_ROW.coefficients
         model.actuator_user[muscle, first + 3 : first + 5] = 0.0
     with native.installed(mode):
         data = rig.started(model, [3e5, 0.0], 0.2)

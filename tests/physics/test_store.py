@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from afo_sim.metrics.bottle import COMPRESSIBILITY, air_given
 from afo_sim.physics.content import gas_density, gas_mass, mass_given
-from afo_sim.physics.feeding import compressor_flow, compressor_runs, regulator_flow, relief_flow
+from afo_sim.physics.flow_edge import compressor_flow, compressor_runs, regulator_flow, relief_flow
 from afo_sim.physics.gas import AIR, CO2, Gas
 from afo_sim.physics.store import (
     gas_pressure,

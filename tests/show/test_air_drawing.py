@@ -16,7 +16,7 @@ from PIL import Image
 
 import afo_sim as afo
 from afo_sim.common.errors import InputError
-from afo_sim.description.air.network import AMBIENT
+from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.model.air_scheme import AirEdge, AirNode, AirScheme, conductance
 from afo_sim.show import air_symbols, style
 from afo_sim.show.air_drawing import page, page_size, scheme_of, ways

@@ -140,7 +140,7 @@ def test_failed_run_keeps_its_rows_and_says_why(mode: str) -> None:
 def test_law_that_is_not_a_number_is_a_failure_of_a_named_muscle(mode: str) -> None:
     built = build(load("scenario", "seated", {"duration": "1 s", "callback": mode}))
     muscle = built.index.muscles["plantarflexor_1"]  # alike muscles are solved as their first
-    built.model.actuator_user[muscle, slots.MUSCLE_COEFFICIENTS] = np.nan
+    built.model.actuator_user[muscle, slots.MUSCLE_ROW.coefficients] = np.nan
     run = make_recording(built, simulate(built, schedule.controls(built)))
     assert "the force is not a number in 'plantarflexor_1'" in run.status
     assert len(run["time"]) == 0

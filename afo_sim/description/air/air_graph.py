@@ -4,10 +4,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, AirPart, Restriction, Volume
 from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction, Volume
-
-ALWAYS_OPEN = ("tube", "orifice", "throttle")  # both ways, whatever is switched
 
 
 class HasAir(Protocol):
@@ -26,31 +24,45 @@ class Way:
     """A way that air can take from one node to another.
 
     key : what it belongs to, such as "restriction.feed"
-    kind : of the restriction; "inlet", "outlet" of a chamber; "relief", "exhaust" of what has one
+    origin, end : nodes
+    part : kind of the restriction whose own way it is; None of a chamber's valves, and of branches to the
+        ambient air
     """
 
     key: str
-    kind: str
     origin: str
     end: str
+    part: AirPart | None = None
+
+    @property
+    def feeds(self) -> bool:
+        """Whether it brings air on without a coil."""
+        return self.part is not None and self.part.feeds
+
+    @property
+    def always_open(self) -> bool:
+        """Whether air comes through both ways, whatever is switched."""
+        return self.part is not None and self.part.always_open
+
+    @property
+    def blows_off(self) -> bool:
+        """Whether air that it lets out all the time is worth a warning."""
+        return self.part is not None and self.part.blows_off
 
 
 def ways(orthosis: HasAir) -> Iterator[Way]:
     """All ways; both of a restriction that lets air through both. A chamber's valves lead its own way."""
     for name, chamber in orthosis.chamber.items():
-        yield Way(f"chamber.{name}", "inlet", chamber.feed, name)
-        yield Way(f"chamber.{name}", "outlet", name, chamber.exhaust)
+        yield Way(f"chamber.{name}", chamber.feed, name)
+        yield Way(f"chamber.{name}", name, chamber.exhaust)
         if chamber.quick_exhaust is not None:
-            yield Way(f"chamber.{name}", "exhaust", name, AMBIENT)
+            yield Way(f"chamber.{name}", name, AMBIENT)
     for name, each in orthosis.restriction.items():
-        key = f"restriction.{name}"
-        yield Way(key, each.kind, each.upstream, each.downstream)
-        if each.kind in (*ALWAYS_OPEN, "valve", "silencer", "leak"):
-            yield Way(key, each.kind, each.downstream, each.upstream)
-        elif each.kind == "quick_exhaust":
-            yield Way(key, "exhaust", each.downstream, AMBIENT)
-        elif each.regulator is not None and (each.regulator.relief is not None or each.regulator.bleed):
-            yield Way(key, "relief", each.downstream, AMBIENT)
+        key, (own, *branches) = f"restriction.{name}", each.edges(name)
+        yield Way(key, own.origin, own.end, each.part)
+        if each.part.both_ways:
+            yield Way(key, own.end, own.origin, each.part)
+        yield from (Way(key, branch.origin, branch.end) for branch in branches)
 
 
 def reached(begun: Iterable[str], ways: Iterable[Way], *, back: bool = False) -> dict[str, list[Way]]:
@@ -86,7 +98,7 @@ def highest_pressures(orthosis: HasAir, supply: float) -> dict[str, float]:
         for way in ways(orthosis):
             pressure = known.get(way.origin, 0.0)
             setting = settings.get(way.key)
-            if way.kind == "regulator" and setting is not None:
+            if setting is not None:
                 pressure = min(pressure, setting)
             if way.end not in (SUPPLY, AMBIENT) and pressure > known.get(way.end, 0.0):
                 known[way.end], changed = pressure, True

@@ -6,8 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import model_validator
 
-from afo_sim.description.air.network import AMBIENT, SUPPLY, TubeLength
-from afo_sim.description.air.quick_exhaust import QuickExhaust
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, QuickExhaust, TubeLength
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.quantity import Described, Quantity, refusal

@@ -1,20 +1,74 @@
-"""Whether an air path hangs together: its nodes are there, and air comes into each and out of it."""
+"""Whether an air path holds together: its nodes are there, air comes into each and out of it, and it is not
+too large for compiled code.
+"""
 
 from collections.abc import Iterator
 
 from afo_sim.common.errors import nearest_name
-from afo_sim.description.air.air_graph import ALWAYS_OPEN, HasAir, Way, reached, ways
-from afo_sim.description.air.network import AMBIENT, SUPPLY, Restriction
-from afo_sim.description.air.room import check_room
+from afo_sim.description.air.air_graph import HasAir, Way, reached, ways
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, Restriction
 from afo_sim.description.quantity import amount, refusal
+
+MOST_NODES = 32  # of one network, beside the ambient air and the supply
+MOST_RESTRICTIONS = 64  # of one network, valves included
+
+
+def check_room(
+    orthosis: HasAir,
+    extra_nodes: int = 0,
+    extra_restrictions: int = 0,
+    *,
+    shared: bool = False,
+    under: str = "",
+) -> None:
+    """Refuse a network that is larger than compiled code has room for."""
+    group = {node: {node} for node in (*orthosis.chamber, *orthosis.volume)}
+    parts = list(_parts(orthosis))
+    for origin, end, _ in parts:
+        _merge(group, origin, end)
+    if shared:
+        fed = [b if a == SUPPLY else a for a, b, _ in parts if SUPPLY in (a, b)]
+        for node in fed[1:]:
+            _merge(group, fed[0], node)
+    for members in {id(each): each for each in group.values()}.values():
+        tubes = [name for name in members if name in orthosis.chamber and orthosis.chamber[name].tube]
+        ports = [name for name in tubes if orthosis.chamber[name].quick_exhaust]
+        nodes = len(members) + len(tubes) + len(ports) + extra_nodes
+        restrictions = sum(count for a, b, count in parts if {a, b} & members) + extra_restrictions
+        kind = "volume" if len(orthosis.volume) > len(orthosis.chamber) else "chamber"
+        if nodes > MOST_NODES:
+            problem = (
+                f"make {nodes} volumes that hang together (a tube has two ends), too many for one network"
+            )
+            raise refusal(problem, f"up to {MOST_NODES}", f"{under}{kind}")
+        if restrictions > MOST_RESTRICTIONS:
+            problem = (
+                f"make {restrictions} valves and restrictions that hang together, too many for one network"
+            )
+            raise refusal(problem, f"up to {MOST_RESTRICTIONS}", f"{under}restriction")
+
+
+def _merge(group: dict[str, set[str]], a: str, b: str) -> None:
+    if a in group and b in group and group[a] is not group[b]:
+        merged = group[a] | group[b]
+        group |= dict.fromkeys(merged, merged)
+
+
+def _parts(orthosis: HasAir) -> Iterator[tuple[str, str, int]]:
+    """(node, node, number of restrictions) of all that air flows through."""
+    for name, chamber in orthosis.chamber.items():
+        own = (chamber.tube is not None) + 2 * (chamber.quick_exhaust is not None)
+        yield chamber.feed, name, 1 + own
+        yield name, chamber.exhaust, 1
+    for each in orthosis.restriction.values():
+        yield each.upstream, each.downstream, len(each.edges(""))
+
 
 TAKEN = {  # names of nodes and restrictions that a supply has of its own
     "node": ("source", "regulator"),
     "restriction": ("compressor", "regulator", "regulator_relief", "regulator_bleed"),
 }
 TABLE_KEYS = ("period", "restart", "provenance")  # of a timer, beside its chambers
-PARTS = {"quick_exhaust": ("exhaust",), "regulator": ("relief", "bleed")}
-ONE_WAY = ("check_valve", "quick_exhaust", "regulator")
 
 
 def check_network(orthosis: HasAir) -> None:
@@ -74,7 +128,7 @@ def _check_names_of_restrictions(orthosis: HasAir) -> None:
     taken |= {
         f"{name}_{part}": f"a part of restriction {name!r}"
         for name, each in orthosis.restriction.items()
-        for part in PARTS.get(each.kind, ())
+        for part in each.part.branches
     }
     for name, each in orthosis.restriction.items():
         key = f"restriction.{name}"
@@ -114,9 +168,9 @@ def _check_ends(orthosis: HasAir) -> None:
         if ends == {SUPPLY, AMBIENT} and each.kind != "leak":
             problem = "leads from the supply straight to the ambient air: it would blow off all the time"
             raise refusal(problem, 'a volume between, or the kind "leak"', key)
-        if each.kind in ONE_WAY and each.downstream == SUPPLY:
+        if not each.part.both_ways and each.downstream == SUPPLY:
             raise refusal("is the supply, which takes no air back", "another node", f"{key}.downstream")
-        if each.kind in ("regulator", "quick_exhaust") and each.upstream == AMBIENT:
+        if not (each.part.both_ways or each.part.to_ambient) and each.upstream == AMBIENT:
             raise refusal("is the ambient air, which fills nothing", "another node", f"{key}.upstream")
 
 
@@ -161,7 +215,7 @@ def _against(name: str, orthosis: HasAir, into: dict[str, list[Way]]) -> str:
         (
             key
             for key, each in orthosis.restriction.items()
-            if each.kind in ONE_WAY and each.upstream == name and each.downstream in into
+            if not each.part.both_ways and each.upstream == name and each.downstream in into
         ),
         "",
     )
@@ -190,14 +244,15 @@ def _check_regulators(orthosis: HasAir, found: list[Way]) -> None:
 
 def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None:
     """Its own air must not come before it again, nor what is before it behind it."""
-    others = [way for way in found if way.key != key and way.kind in (*ALWAYS_OPEN, "check_valve")]
+    lasting = [way for way in found if way.key != key and way.feeds and way.blows_off]
+    others = [way for way in lasting if way.part is not regulator.part]
     around = reached([regulator.upstream], others).get(regulator.downstream)
     if around:
         problem = (
             f"is by-passed: air comes from {regulator.upstream!r} to what it holds through {_told(around)}"
         )
         raise refusal(problem, "a valve between, or no such way", key)
-    others += [way for way in found if way.key != key and way.kind == "regulator"]
+    others += [way for way in lasting if way.part is regulator.part]
     back = reached([regulator.downstream], others).get(regulator.upstream)
     if back:
         problem = f"is fed from what it feeds, through {_told(back)}"
@@ -210,7 +265,7 @@ def _told(through: list[Way]) -> str:
 
 def _check_settings(regulators: dict[str, Restriction], found: list[Way]) -> None:
     """Regulators that hold the same air must hold it at the same pressure."""
-    open_ways = [way for way in found if way.kind in ALWAYS_OPEN]
+    open_ways = [way for way in found if way.always_open]
     holds: dict[str, str] = {}
     for name, each in regulators.items():
         for node in reached([each.downstream], open_ways):

@@ -8,7 +8,7 @@ from pydantic import model_validator
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.description.quantity import Described, Quantity, amount, refusal
 from afo_sim.physics.content import gas_mass, mass_given, mass_given_at
-from afo_sim.physics.feeding import compressor_flow
+from afo_sim.physics.flow_edge import compressor_flow
 from afo_sim.physics.gas import CO2, GASES, Gas
 from afo_sim.physics.store import saturation
 

@@ -1,11 +1,11 @@
-"""Whether an orthosis' air path fits its supply, its pressure drives and what switches its valves."""
+"""What a supply and a timer need of an orthosis: air to take, size of the network, valves to switch."""
 
-from collections.abc import Collection, Iterator
-from typing import Any
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any, Protocol
 
 from afo_sim.description.air.air_graph import HasAir, highest_pressures, ways
-from afo_sim.description.air.network import AMBIENT, SUPPLY
-from afo_sim.description.air.room import check_room
+from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
+from afo_sim.description.air.network_checks import check_room
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.quantity import amount, refusal
 
@@ -89,3 +89,36 @@ def _impossible(kind: str, described: Any) -> Iterator[tuple[str, str, str, str]
 
 def _never_shut(name: str) -> str:
     return f"the 3/2 valve of chamber {name!r} vents while its coil has no current"
+
+
+class Switched(Protocol):
+    """An orthosis, as far as its valves go."""
+
+    @property
+    def chamber(self) -> Mapping[str, Any]: ...
+    @property
+    def restriction(self) -> Mapping[str, Any]: ...
+
+
+def check_switched(orthosis: Switched, named: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+    """Refuse times of a valve that is not there."""
+    for key, tables in named:
+        if key == "start":
+            continue
+        for name, times in tables.items():
+            each = orthosis.restriction.get(name)
+            if each is not None and each.valve is None:
+                coils = [other for other, one in orthosis.restriction.items() if one.valve is not None]
+                allowed = ", ".join([*orthosis.chamber, *coils])
+                problem = f"has no coil: the kind of this restriction is {each.kind!r}"
+                raise refusal(problem, allowed, f"{key}.{name}")
+            sides = [side for side in ("inlet", "outlet") if getattr(times, side)]
+            if name in orthosis.restriction and sides:
+                problem = "is of a chamber; a valve between other nodes has one way"
+                raise refusal(problem, "open", f"{key}.{name}.{sides[0]}")
+            if name not in orthosis.chamber:
+                continue
+            if times.open:
+                raise refusal("is of a valve between other nodes", "inlet, outlet", f"{key}.{name}.open")
+            if times.outlet and orthosis.chamber[name].three_way:
+                raise refusal(NO_COIL, "inlet alone, or an outlet valve", f"{key}.{name}.outlet")

@@ -18,7 +18,7 @@ from afo_sim.description.reader import load
 from afo_sim.legs.finding import Found
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.build import Built, build
-from afo_sim.model.circuit import circuit_of, endless
+from afo_sim.model.pneumatic_circuit import circuit_of, endless
 from afo_sim.model.stability import check_air, check_friction, check_longest
 from afo_sim.native.circuit import circuit_data
 from afo_sim.rl.bridge.driven import INTEGRATOR, Driven, wrong_integrator

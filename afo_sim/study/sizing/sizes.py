@@ -9,7 +9,7 @@ from typing import Any, get_args
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
-from afo_sim.description.air.network import TubeLength
+from afo_sim.description.air.air_parts import TubeLength
 from afo_sim.description.air.supply import Pressure
 from afo_sim.description.quantity import Quantity
 from afo_sim.description.reader import load

@@ -1,0 +1,314 @@
+"""What lies between the supply and the muscles beside the chambers: rigid volumes, and parts that air flows
+through, whose kinds have one entry each in `PARTS`."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.tube import Tube
+from afo_sim.description.air.valve import Valve
+from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge
+
+AMBIENT, SUPPLY = flow_edge.AMBIENT, flow_edge.SUPPLY  # nodes whose pressures are given
+
+Gauge = Annotated[float, Quantity("Pa", at_least=0.0, at_most=5e6)]
+TubeLength = Annotated[float, Quantity("m", above=0.0, at_most=100.0)]
+Conductance = Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
+Ratio = Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
+Kind = Literal[
+    "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve", "regulator"
+]
+USUAL_RATIO = 0.3  # of a leak, whose shape nobody knows
+
+
+class Volume(Described):
+    """A rigid volume of air: a reservoir, a manifold."""
+
+    volume: Annotated[float, Quantity("m^3", above=0.0, at_most=1.0)]
+    """Air volume."""
+    wall_conductance: Annotated[float, Quantity("W/K", at_least=0.0, at_most=1e4)] = 0.0
+    """Heat conductance from the air inside to the air outside; 0 is adiabatic."""
+    start_pressure: Gauge | None = None
+    """Gauge pressure before the first step; what the supply's air brings it to without a valve by default,
+    behind a regulator or a check valve less than the supply's, else none."""
+
+
+class QuickExhaust(Described):
+    """A quick exhaust between a chamber's tube and its muscles."""
+
+    conductance: Conductance
+    """Sonic conductance C (ISO 6358) from the tube to the muscles."""
+    critical_ratio: Ratio
+    """Critical pressure ratio b (ISO 6358), of both ways."""
+    exhaust_conductance: Conductance
+    """Sonic conductance from the muscles to the ambient air."""
+    cracking_pressure: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e5)] = 0.0
+    """Pressure difference between tube and muscles that opens either way."""
+
+
+class Restriction(Described):
+    """What air flows through between two nodes: "supply", "ambient", a volume or a chamber."""
+
+    kind: Kind
+    """Tube, orifice, throttle (with a check valve beside it that is free downstream), check valve, quick
+    exhaust (its muscle downstream), silencer, leak, valve, or pressure regulator."""
+    upstream: str
+    """Node on one side: "supply", "ambient", a volume or a chamber."""
+    downstream: str = AMBIENT
+    """Node on the other side; the ambient air by default."""
+    tube: Tube | None = None
+    """Of a tube: a shipped name, or the path of a tube's TOML file or folder."""
+    length: TubeLength | None = None
+    """Of a tube: its length. Half of its air counts at each end."""
+    valve: Valve | None = None
+    """Of a valve: a shipped name, or the path of a valve's TOML file or folder; timer or phases open it."""
+    regulator: Regulator | None = None
+    """Of a regulator: a shipped name, or the path of a regulator's TOML file or folder."""
+    pressure: Gauge | None = None
+    """Of a regulator: gauge pressure that it is set to."""
+    conductance: Conductance | None = None
+    """Sonic conductance C (ISO 6358); of a quick exhaust towards its muscle, of a throttle both ways."""
+    critical_ratio: Ratio | None = None
+    """Critical pressure ratio b (ISO 6358)."""
+    check_conductance: Conductance | None = None
+    """Of a throttle: sonic conductance of the check valve beside it."""
+    exhaust_conductance: Conductance | None = None
+    """Of a quick exhaust: sonic conductance from its muscle to the ambient air."""
+    cracking_pressure: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e5)] | None = None
+    """Of a check valve, a throttle's too: pressure difference that opens it; none by default."""
+
+    @property
+    def part(self) -> "AirPart":
+        """Its kind."""
+        return PARTS[self.kind]
+
+    def edges(self, name: str) -> tuple[FlowEdge, ...]:
+        """What it is made of, under a name of its own: the way from upstream to downstream, then others."""
+        return tuple(self.part.edges(name, self))
+
+    @property
+    def ratio(self) -> float:
+        """Critical pressure ratio [-]; of a leak that tells none 0.3."""
+        return USUAL_RATIO if self.critical_ratio is None else self.critical_ratio
+
+    @model_validator(mode="after")
+    def _has_what_its_kind_has(self) -> Self:
+        a_kind = f"an {self.kind}" if self.kind[0] in "aeiou" else f"a {self.kind}"
+        part = self.part
+        for name in sorted({name for each in PARTS.values() for name in each.own} - {*part.own}):
+            if getattr(self, name) is not None:
+                raise refusal(f"is no key of {a_kind}", f"{', '.join(part.own)}, upstream, downstream", name)
+        for name in part.needs:
+            if getattr(self, name) is None:
+                raise refusal(f"is missing; {a_kind} needs it", ", ".join(part.needs), name)
+        if self.upstream == self.downstream:
+            raise refusal("leads back to where it comes from", "another node", "downstream")
+        if self.downstream == AMBIENT and not part.to_ambient:
+            problem = f"of a {self.kind} is the ambient air"
+            raise refusal(problem, "a volume or a chamber", "downstream")
+        return self
+
+
+@dataclass(frozen=True)
+class AirPart:
+    """A kind of restriction.
+
+    needs, may_have : fields that it needs, and may have besides; it has no others
+    edges : what it is made of
+    lines : what a drawing says of it beside C and b
+    symbol : of a drawing; that of its own kind by default
+    feeds : whether it brings air on without a coil
+    both_ways : whether it lets air through both ways
+    to_ambient : whether it may lead to the ambient air
+    blows_off : whether air that it lets out all the time is worth a warning
+    branches : names of its edges after the first, behind its own
+    """
+
+    needs: tuple[str, ...]
+    edges: Callable[[str, Restriction], Iterator[FlowEdge]]
+    may_have: tuple[str, ...] = ()
+    lines: Callable[[Restriction], tuple[str, ...]] | None = None
+    symbol: str = ""
+    feeds: bool = True
+    both_ways: bool = True
+    to_ambient: bool = True
+    blows_off: bool = True
+    branches: tuple[str, ...] = ()
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Fields that restrictions of this kind alone have."""
+        return (*self.needs, *self.may_have)
+
+    @property
+    def always_open(self) -> bool:
+        """Whether air comes through both ways, whatever is switched."""
+        return self.feeds and self.both_ways
+
+
+def tube_edge(name: str, origin: str, end: str, tube: Tube, length: float) -> FlowEdge:
+    """A length of a tube [m]."""
+    return FlowEdge(name, origin, end, tube.conductance(length), tube.critical_ratio(length))
+
+
+def quick_exhaust_edges(
+    name: str, origin: str, end: str, quick: QuickExhaust | Restriction
+) -> Iterator[FlowEdge]:
+    """From origin to end as a check valve; from end to the ambient air while the origin has less pressure."""
+    c, vent, cracking = quick.conductance, quick.exhaust_conductance, quick.cracking_pressure or 0.0
+    assert c is not None and vent is not None
+    ratio = quick.critical_ratio or 0.0
+    yield flow_edge.check_valve(name, origin, end, c, ratio, cracking=cracking)
+    yield flow_edge.quick_exhaust(f"{name}_exhaust", end, origin, vent, ratio, cracking=cracking)
+
+
+def regulator_edges(
+    name: str, regulator: Regulator, pressure: float, before: str, behind: str
+) -> Iterator[FlowEdge]:
+    """A regulator's seat, its relief and its bleed, set to a gauge pressure [Pa]."""
+    ratio = regulator.critical_ratio
+    yield flow_edge.regulator(
+        name, before, behind, regulator.conductance, ratio, setting=pressure, per_droop=regulator.gain
+    )
+    if regulator.relief is not None:
+        yield flow_edge.relief(
+            f"{name}_relief",
+            behind,
+            regulator.opens_to_ambient,
+            ratio,
+            limit=pressure + regulator.relief,
+            per_excess=regulator.gain,
+        )
+    if regulator.bleed_flow > 0.0:  # choked at the set pressure
+        bleed = regulator.bleed_flow / (STANDARD_DENSITY * (pressure + AMBIENT_PRESSURE))
+        yield FlowEdge(f"{name}_bleed", behind, AMBIENT, bleed, ratio)
+
+
+def _plain(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    yield FlowEdge(name, each.upstream, each.downstream, each.conductance or 0.0, each.ratio)
+
+
+def _tube(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    assert each.tube is not None and each.length is not None
+    yield tube_edge(name, each.upstream, each.downstream, each.tube, each.length)
+
+
+def _valve(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    assert each.valve is not None
+    row = each.valve.row
+    c, b = row["conductance"], row["critical_ratio"]
+    yield FlowEdge(name, each.upstream, each.downstream, c, b, valve=row)
+
+
+def _throttle(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    assert each.check_conductance is not None
+    yield flow_edge.check_valve(
+        name,
+        each.upstream,
+        each.downstream,
+        each.check_conductance,
+        each.ratio,
+        cracking=each.cracking_pressure or 0.0,
+        throttle=each.conductance or 0.0,
+        throttle_ratio=each.ratio,
+    )
+
+
+def _check_valve(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    c, cracking = each.conductance or 0.0, each.cracking_pressure or 0.0
+    yield flow_edge.check_valve(name, each.upstream, each.downstream, c, each.ratio, cracking=cracking)
+
+
+def _quick_exhaust(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    yield from quick_exhaust_edges(name, each.upstream, each.downstream, each)
+
+
+def _regulator(name: str, each: Restriction) -> Iterator[FlowEdge]:
+    assert each.regulator is not None and each.pressure is not None
+    yield from regulator_edges(name, each.regulator, each.pressure, each.upstream, each.downstream)
+
+
+def bar(pressure: float) -> str:
+    """A pressure [Pa] in bar, as drawings say it."""
+    return f"{1e-5 * pressure:.3g} bar"
+
+
+def tube_lines(tube: Tube, length: float) -> tuple[str, ...]:
+    """What a drawing says of a length [m] of a tube."""
+    return (f"{length:.3g} m, {1e6 * tube.volume(length):.3g} ml",)
+
+
+def opening_lines(part: QuickExhaust | Restriction) -> tuple[str, ...]:
+    """What a drawing says of a pressure that opens a part."""
+    return (f"opens {bar(part.cracking_pressure)}",) if part.cracking_pressure else ()
+
+
+def regulator_lines(regulator: Regulator, pressure: float) -> tuple[str, ...]:
+    """What a drawing says of a regulator that is set to a gauge pressure [Pa]."""
+    droop = f"{1e-5 * regulator.droop:.2g} bar at {6e4 * regulator.rated_flow:.3g} l/min"
+    relief = () if regulator.relief is None else (f"relief +{bar(regulator.relief)}",)
+    return (f"set {bar(pressure)}", f"droops {droop}", *relief)
+
+
+def _tube_lines(each: Restriction) -> tuple[str, ...]:
+    assert each.tube is not None and each.length is not None
+    return (f"tube {each.tube.name}".strip(), *tube_lines(each.tube, each.length))
+
+
+def _valve_lines(each: Restriction) -> tuple[str, ...]:
+    assert each.valve is not None
+    return (f"valve {each.valve.name}".strip(),)
+
+
+def _throttle_lines(each: Restriction) -> tuple[str, ...]:
+    return ("throttle, check", f"check C {1e8 * (each.check_conductance or 0.0):.3g}", *opening_lines(each))
+
+
+def _regulator_lines(each: Restriction) -> tuple[str, ...]:
+    assert each.regulator is not None and each.pressure is not None
+    named = f"regulator {each.regulator.name}".strip()
+    return (named, *regulator_lines(each.regulator, each.pressure))
+
+
+FLOW = ("conductance", "critical_ratio")
+PARTS: dict[str, AirPart] = {
+    "tube": AirPart(("tube", "length"), _tube, lines=_tube_lines, to_ambient=False),
+    "orifice": AirPart(FLOW, _plain),
+    "throttle": AirPart(
+        (*FLOW, "check_conductance"), _throttle, may_have=("cracking_pressure",), lines=_throttle_lines
+    ),
+    "check_valve": AirPart(
+        FLOW,
+        _check_valve,
+        may_have=("cracking_pressure",),
+        lines=lambda each: ("check valve", *opening_lines(each)),
+        both_ways=False,
+    ),
+    "quick_exhaust": AirPart(
+        (*FLOW, "exhaust_conductance"),
+        _quick_exhaust,
+        may_have=("cracking_pressure",),
+        lines=lambda each: ("quick exhaust", *opening_lines(each)),
+        both_ways=False,
+        to_ambient=False,
+        blows_off=False,
+        branches=("exhaust",),
+    ),
+    "silencer": AirPart(FLOW, _plain, feeds=False),
+    "leak": AirPart(("conductance",), _plain, may_have=("critical_ratio",), feeds=False, blows_off=False),
+    "valve": AirPart(("valve",), _valve, lines=_valve_lines, feeds=False, blows_off=False),
+    "regulator": AirPart(
+        ("regulator", "pressure"),
+        _regulator,
+        lines=_regulator_lines,
+        both_ways=False,
+        to_ambient=False,
+        branches=("relief", "bleed"),
+    ),
+}

@@ -1,0 +1,205 @@
+"""Nodes and edges of the air of a compiled model, read from its rows: networks, ways, ends, contents."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
+from afo_sim.native.slots import (
+    AIR_ROW,
+    COMPRESSOR_ACT,
+    EDGE_ROW,
+    KIND_CHAMBER,
+    KIND_STORE,
+    KIND_VALVE,
+    KIND_VOLUME,
+    MARK,
+    STORE_ACT,
+    STORE_ROW,
+    VALVE_ROW,
+)
+from afo_sim.native.state import Air, read_air, read_volume, room_of
+from afo_sim.physics.flow_edge import COMPRESSOR, PILOTED
+
+
+def leaders(model: mujoco.MjModel) -> list[int]:
+    """Actuators of the nodes that lead a network."""
+    rows = model.actuator_user
+    nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
+    return [int(i) for i in np.flatnonzero(nodes & (rows[:, AIR_ROW.leads] > 0.0))]
+
+
+def nodes_of(model: mujoco.MjModel, leader: int) -> list[int]:
+    """Actuators of a network's nodes, in the order of their numbers from 2 on."""
+    return list(_chain(model, leader, AIR_ROW.first_node, AIR_ROW.following))
+
+
+def edges_of(model: mujoco.MjModel, leader: int) -> list[int]:
+    """Actuators of a network's valves and restrictions."""
+    return list(_chain(model, leader, AIR_ROW.first_edge, EDGE_ROW.following))
+
+
+def _chain(model: mujoco.MjModel, leader: int, first: int, following: int) -> Iterator[int]:
+    """Actuators that hang together by a slot, which begins in another slot of the leader."""
+    rows = model.actuator_user
+    actuator = int(rows[leader, first])
+    while actuator >= 0:
+        yield actuator
+        actuator = int(rows[actuator, following])
+
+
+TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
+
+
+class Way(NamedTuple):
+    """A valve or restriction.
+
+    actuator : its own
+    origin, end : actuators of the nodes, or TO_AMBIENT, TO_SUPPLY
+    valve : whether a coil opens it
+    law, conductance, critical_ratio, parameters : as of `FlowEdge`
+    pilot : actuator of the node that keeps a quick exhaust shut, or NOWHERE
+    upstream : actuator of what the supply draws from, or NOWHERE
+    """
+
+    actuator: int
+    origin: int
+    end: int
+    valve: bool
+    law: int
+    conductance: float
+    critical_ratio: float
+    parameters: tuple[float, float, float, float]
+    pilot: int = NOWHERE
+    upstream: int = NOWHERE
+
+
+def ways_of(model: mujoco.MjModel) -> list[Way]:
+    """All valves and restrictions of a model."""
+    rows = model.actuator_user
+    found = []
+    for leader in leaders(model):
+        nodes = {AMBIENT: TO_AMBIENT, SUPPLY: TO_SUPPLY}
+        nodes |= dict(enumerate(nodes_of(model, leader), FIRST_NODE))
+        number = int(rows[leader, AIR_ROW.upstream])
+        upstream = nodes[number] if number else NOWHERE
+        for edge in edges_of(model, leader):
+            row = rows[edge]
+            law, first = int(row[EDGE_ROW.law]), float(row[EDGE_ROW.parameters])
+            found.append(
+                Way(
+                    edge,
+                    nodes[int(row[EDGE_ROW.origin])],
+                    nodes[int(row[EDGE_ROW.end])],
+                    bool(row[1] == KIND_VALVE),
+                    law,
+                    float(row[VALVE_ROW.conductance]),
+                    float(row[VALVE_ROW.critical_ratio]),
+                    (first, *map(float, row[EDGE_ROW.parameters + 1 : EDGE_ROW.parameters + 4])),  # type: ignore[arg-type]
+                    nodes[int(first)] if law in PILOTED else NOWHERE,
+                    upstream,
+                )
+            )
+    return found
+
+
+def wall_of(model: mujoco.MjModel, node: int) -> float:
+    """Heat conductance to the wall of the actuator of a chamber or volume [W/K]."""
+    return float(model.actuator_user[node, AIR_ROW.wall_conductance])
+
+
+def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
+    """Share of its first content that is left in a store's actuator [-], from `act` (na,)."""
+    left = act[model.actuator_actadr[store] + STORE_ACT.mass] / model.actuator_user[store, STORE_ROW.content]
+    return float(left)
+
+
+def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
+    """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
+    at = model.actuator_actadr[store]
+    act[at + STORE_ACT.mass] = model.actuator_user[store, STORE_ROW.content]
+    act[at + STORE_ACT.temperature] = AMBIENT_TEMPERATURE
+
+
+def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
+    """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
+    content: np.ndarray = act[..., model.actuator_actadr[store] + STORE_ACT.mass]
+    return content
+
+
+def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: float) -> None:
+    """Set what is in the actuator of a store [kg] in `act` (na,), gas and liquid at ambient temperature."""
+    at = model.actuator_actadr[store]
+    act[at + STORE_ACT.mass], act[at + STORE_ACT.temperature] = content, AMBIENT_TEMPERATURE
+
+
+def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
+    """Valves and restrictions at a node's actuator, each with the sign of a flow into it."""
+    rows = model.actuator_user
+    number = rows[node, AIR_ROW.number]
+    found = []
+    leader = next((k for k in leaders(model) if node in nodes_of(model, k)), None)
+    for edge in () if leader is None else edges_of(model, leader):
+        ends = ((EDGE_ROW.origin, -1.0), (EDGE_ROW.end, 1.0))
+        found += [(edge, sign) for slot, sign in ends if rows[edge, slot] == number]
+    return found
+
+
+class AirEnd(NamedTuple):
+    """A valve or restriction at the supply or the ambient air.
+
+    edge : its actuator
+    sign : of its flow out of the supply, or into the ambient air
+    node : actuator of the node on its other side; −1 where that is one of the two as well
+    """
+
+    edge: int
+    sign: float
+    node: int
+
+
+def ends_at_supply(model: mujoco.MjModel) -> list[AirEnd]:
+    """What draws on a supply's set pressure, in all networks of a model."""
+    return _ends(model, SUPPLY, 1.0)
+
+
+def ends_at_ambient(model: mujoco.MjModel) -> list[AirEnd]:
+    """What vents into the ambient air; a compressor, which takes from it, is not among it."""
+    return [end for end in _ends(model, AMBIENT, -1.0) if not is_compressor(model, end.edge)]
+
+
+def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
+    """Whether the actuator of a restriction is a compressor."""
+    return bool(model.actuator_user[edge, EDGE_ROW.law] == COMPRESSOR)
+
+
+def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.ndarray:
+    """Whether the compressor of an actuator runs, 1 or 0, from `act` (…, na)."""
+    running: np.ndarray = act[..., model.actuator_actadr[compressor] + COMPRESSOR_ACT.running]
+    return running
+
+
+def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node: int) -> Air:
+    """What is in the actuator of a chamber, a volume or a store, from `act` (…, na) and `userdata`."""
+    if model.actuator_user[node, 1] == KIND_CHAMBER:
+        return read_air(model, act, userdata, node)
+    mass = act[..., model.actuator_actadr[node]]  # the first state of each
+    volume = np.full_like(mass, room_of(model, node))
+    return Air(mass, volume, read_volume(model, userdata, node))
+
+
+def _ends(model: mujoco.MjModel, number: int, outward: float) -> list[AirEnd]:
+    rows = model.actuator_user
+    found = []
+    for leader in leaders(model):
+        members = dict(enumerate(nodes_of(model, leader), FIRST_NODE))
+        for edge in edges_of(model, leader):
+            a, b = int(rows[edge, EDGE_ROW.origin]), int(rows[edge, EDGE_ROW.end])
+            if a == number:
+                found.append(AirEnd(edge, outward, members.get(b, -1)))
+            elif b == number:
+                found.append(AirEnd(edge, -outward, members.get(a, -1)))
+    return found

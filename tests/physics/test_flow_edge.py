@@ -1,0 +1,46 @@
+"""The two forms of the flow laws agree: the kernel of compiled code, and that for arrays."""
+
+import numpy as np
+import pytest
+
+from afo_sim.physics import flow_edge
+from afo_sim.physics.flow_edge import FlowEdge, edge_flow, edge_flows
+
+C, B = 1.2e-9, 0.35
+EDGES = [
+    FlowEdge("orifice", "a", "b", C, B),
+    flow_edge.check_valve("check_valve", "a", "b", C, B, cracking=2e4),
+    flow_edge.check_valve("throttle", "a", "b", C, B, cracking=0.0, throttle=0.4 * C, throttle_ratio=0.2),
+    flow_edge.quick_exhaust("quick_exhaust", "a", "pilot", C, B, cracking=3e4),
+    flow_edge.regulator("regulator", "a", "b", C, B, setting=2e5, per_droop=1e-9),
+    flow_edge.relief("relief", "a", C, B, limit=2e5, per_excess=1e-9),
+]
+
+
+@pytest.mark.parametrize("edge", EDGES, ids=lambda edge: edge.name)
+def test_arrays_flow_as_the_kernel_does(edge: FlowEdge) -> None:
+    p1, p2, pilot = np.random.default_rng(1).uniform(1e5, 6e5, (3, 400))
+    p2[:100] = p1[:100] * np.linspace(0.97, 1.03, 100)
+    t1, t2 = np.linspace(250.0, 330.0, 400), np.linspace(320.0, 260.0, 400)
+    numbers = (*edge.parameters, 0.0, 0.0, 0.0, 0.0)[:4]
+    law = (edge.law, edge.conductance, edge.critical_ratio, numbers)
+    found = edge_flows(*law, p1, t1, p2, t2, pilot, np.ones(400))
+    one_by_one = [
+        edge_flow(edge.law, *state, 1.0, edge.conductance, edge.critical_ratio, (*numbers, third), 0, 4, 1)
+        for *state, third in zip(p1, t1, p2, t2, pilot, strict=True)
+    ]
+    assert found == pytest.approx(one_by_one, rel=1e-12, abs=1e-15)
+    assert np.any(found != 0.0)
+
+
+@pytest.mark.parametrize("edge", EDGES, ids=lambda edge: edge.name)
+def test_what_is_told_of_an_open_edge_is_what_flows(edge: FlowEdge) -> None:
+    """Choked flow each way is that of its sonic conductance, where nothing else holds it."""
+    numbers = (*edge.parameters, 0.0, 0.0, 0.0, 0.0)[:4]
+    high, low, t = 12e5, 1e5, 293.15
+    for p1, p2, conductance in ((high, low, edge.forth), (low, high, edge.back)):
+        state, own = (p1, t, p2, t), (edge.conductance, edge.critical_ratio)
+        flow = edge_flow(edge.law, *state, 1.0, *own, (*numbers, low), 0, 4, 1)
+        if edge.law not in (flow_edge.REGULATED, flow_edge.RELIEF) or conductance == 0.0:
+            expected = conductance * flow_edge.STANDARD_DENSITY * high
+            assert abs(flow) == pytest.approx(expected if p1 > p2 or edge.back else 0.0)
