@@ -2,7 +2,7 @@
 
 import sys
 
-from afo_sim.cli import last_resort
+from afo_sim.cli import error_handler
 from afo_sim.cli.apps import app, gait_app
 
 # each hangs its commands on the app, in the order in which --help shows them
@@ -33,4 +33,4 @@ __all__ = ["app", "gait_app", "main"]
 
 def main() -> None:
     """Run a command; errors end in one message and an exit code, which `afo-sim --help` lists."""
-    sys.exit(last_resort.run(app))
+    sys.exit(error_handler.run(app))

@@ -2,7 +2,7 @@
 
 import typer
 
-from afo_sim.cli.last_resort import Commands, print_version
+from afo_sim.cli.error_handler import Commands, print_version
 
 EPILOGUE = """Exit codes:
 

@@ -39,7 +39,7 @@ def check(
 ) -> None:
     """Doctor for your own files: says what is wrong, or what was understood."""
     with progress("checking"):
-        from afo_sim.doctor import check_file
+        from afo_sim.cli.doctor.kinds import check_file
 
         findings = check_file(file)
     print_table(str(file), ["", "found"], [list(row) for row in findings])

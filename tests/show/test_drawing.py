@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim as afo
+from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.errors import InputError
-from afo_sim.doctor import check_file
 from afo_sim.model.design import Design, design
 from afo_sim.model.path_facts import path_facts
 from afo_sim.model.path_words import rows

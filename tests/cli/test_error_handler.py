@@ -12,8 +12,9 @@ import pytest
 import typer
 from command import call
 
-from afo_sim import cli, doctor
-from afo_sim.cli import last_resort
+from afo_sim import cli
+from afo_sim.cli import error_handler
+from afo_sim.cli.doctor import kinds
 from afo_sim.common.errors import InputError
 
 
@@ -70,7 +71,7 @@ def test_errors_are_one_message_and_a_code(
     def fails(path: pathlib.Path) -> None:
         raise error
 
-    monkeypatch.setattr(doctor, "check_file", fails)
+    monkeypatch.setattr(kinds, "check_file", fails)
     monkeypatch.chdir(tmp_path)
     code, printed, complaint = call(capsys, "check", "x.toml")
     assert code == expected
@@ -93,8 +94,8 @@ def test_a_bug_leaves_a_file_to_send(
     here, temporary = tmp_path / "here", tmp_path / "temporary"
     here.mkdir()
     temporary.mkdir()
-    monkeypatch.setattr(doctor, "check_file", fails)
-    monkeypatch.setattr(last_resort.tempfile, "gettempdir", lambda: str(temporary))
+    monkeypatch.setattr(kinds, "check_file", fails)
+    monkeypatch.setattr(error_handler.tempfile, "gettempdir", lambda: str(temporary))
     monkeypatch.chdir(here)
     if not writable:
         here.rmdir()  # root may write where others may not, but nobody can where nothing is
@@ -139,29 +140,29 @@ def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     command = typer.main.get_command(cli.app).commands["optimise"]
     error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
     error.others = (InputError("is no number", field="threads", value="x"),)
-    found = last_resort.with_options(error, command)
+    found = error_handler.with_options(error, command)
     assert str(found).splitlines() == [
         "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE`",
         "--threads = 'x': is no number",
     ]
     of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)
-    assert str(last_resort.with_options(of_a_file, command)) == str(of_a_file)
+    assert str(error_handler.with_options(of_a_file, command)) == str(of_a_file)
     keyed = InputError("is no quantity", field="noise.angle", value="1")
     fit_run = typer.main.get_command(cli.app).commands["fit-run"]
-    assert last_resort.with_options(keyed, fit_run).field == "--noise angle"
+    assert error_handler.with_options(keyed, fit_run).field == "--noise angle"
 
 
 SLOW = """
 import pathlib, sys, time
 from afo_sim import cli
-from afo_sim import doctor
+from afo_sim.cli.doctor import kinds
 from afo_sim.common.writing import together
 def works(path):
     with together(pathlib.Path("out")) as scratch:
         (scratch / "half").write_text("half")
         print("writing", flush=True)
         time.sleep(60)
-doctor.check_file = works
+kinds.check_file = works
 sys.argv = ["afo-sim", "check", "x.toml"]
 cli.main()
 """
