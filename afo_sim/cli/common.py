@@ -1,6 +1,8 @@
-"""Parts that the commands share: options, progress, tables, quantities from text."""
+"""What the commands share: the applications they register with, options, progress, tables, quantities."""
 
+import functools
 import gc
+import inspect
 import shutil
 import tomllib
 from collections.abc import Callable, Iterator
@@ -9,7 +11,47 @@ from typing import Annotated, Any
 
 import typer
 
-from afo_sim.common.errors import InputError
+from afo_sim.cli.error_handler import Commands, print_version
+from afo_sim.common.errors import InputError, unknown
+
+EPILOGUE = """Exit codes:
+
+\b
+0    done
+1    a check, a published number or a replayed case differs; what is asked of a size does not suffice
+2    wrong input, or the system refuses: disk, permission, memory
+3    unstable, or its controller failed; its rows up to there are written
+70   a fault of this program; a file to send is written
+130  stopped by Ctrl-C
+143  stopped by SIGTERM
+"""
+SETTINGS = {"help_option_names": ["-h", "--help"]}
+
+app = typer.Typer(
+    name="afo-sim",
+    cls=Commands,
+    help="Simulate ankle-foot orthoses with pneumatic artificial muscles.",
+    epilog=EPILOGUE,
+    context_settings=SETTINGS,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+gait_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(gait_app, name="gait", help="Bring your own walking data, and look at it.")
+leg_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; take one elsewhere.")
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=print_version, is_eager=True, help="print the version, and stop"
+    ),
+) -> None:
+    pass
+
 
 Sets = Annotated[
     list[str] | None,
@@ -24,6 +66,23 @@ MOST_WORKERS = 4096
 MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
+
+
+def one_group(body: Callable[[Any], None]) -> Callable[..., None]:
+    """A command whose options are the fields of the dataclass that its body takes."""
+    (parameter,) = inspect.signature(body, eval_str=True).parameters.values()
+
+    @functools.wraps(body)
+    def command(**given: Any) -> None:
+        body(parameter.annotation(**given))
+
+    command.__dict__["__signature__"] = inspect.signature(parameter.annotation)
+    return command
+
+
+def picked(options: Any, *names: str) -> dict[str, Any]:
+    """Some of a command's options by their names."""
+    return {name: getattr(options, name) for name in names}
 
 
 def read_sets(
@@ -89,10 +148,18 @@ def check_counts(threads: int, workers: int) -> None:
             raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_WORKERS}")
 
 
-def check_changed(choice: str, choices: tuple[str, ...], dry_run: bool) -> None:
+def check_side(side: str | None) -> None:
+    """Refuse a side that no leg has."""
+    if side is not None and side not in ("right", "left"):
+        raise unknown(side, ("right", "left"), field="--side")
+
+
+def check_changed(choice: str, dry_run: bool) -> None:
     """Refuse a way to deal with changes that there is not, or that a dry run would not stop at saying."""
-    if choice not in choices:
-        raise InputError("is no choice", field="--if-changed", value=choice, allowed=", ".join(choices))
+    if choice not in (choices := ("refuse", "restart", "continue")):
+        raise InputError(
+            "is not a valid choice", field="--if-changed", value=choice, allowed=", ".join(choices)
+        )
     if dry_run and choice != "refuse":
         problem = "would change the folder, which --dry-run does not"
         raise InputError(problem, field="--if-changed", value=choice, allowed="one of the two")

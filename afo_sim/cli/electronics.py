@@ -1,17 +1,14 @@
 """Command that exports the electronics: electronics."""
 
-import json
 import pathlib
 from typing import Annotated, Any
 
 import typer
 
-from afo_sim.cli.apps import app
-from afo_sim.cli.common import Scenario, Sets, print_table, progress, quantity, read_sets, short_lived
-from afo_sim.cli.overwriting import OTHER, check_folder
+from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quantity, read_sets, short_lived
+from afo_sim.cli.overwriting import check_same
 from afo_sim.common.errors import InputError
 
-KIND = "export for a board"
 FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
 
 
@@ -50,9 +47,12 @@ def electronics_command(
 
         description = load("scenario", scenario, values or None)
         folder = out or pathlib.Path("runs") / f"{description.name}-electronics"
-        resolved = json.loads(json.dumps(description.resolved()))
+        resolved = description.resolved()
         board = board_of(description)
-        _check(folder, resolved, force=force)
+        problem = "holds the export of another scenario"
+        check_same(
+            folder, "export for a board", "electronics.json", {"scenario": resolved}, problem, force=force
+        )
         check_writable(folder)
         found = commanded(description, report)
         texts = {
@@ -76,25 +76,6 @@ def electronics_command(
     print(f"written to {folder}: {', '.join(texts)}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
-
-
-def _check(folder: pathlib.Path, scenario: dict[str, Any], *, force: bool) -> None:
-    """Refuse a folder that holds the export of another description."""
-    from afo_sim.common.writing import settle
-
-    check_folder(folder, KIND)
-    settle(folder)
-    if force or not (folder / "electronics.json").is_file():
-        return
-    try:
-        before = json.loads((folder / "electronics.json").read_text(encoding="utf-8"))["scenario"]
-    except (OSError, ValueError, KeyError, TypeError):
-        before = None
-    if before != scenario:
-        allowed = f"--force, which replaces it, or {OTHER}"
-        raise InputError(
-            "holds the export of another scenario", field="out", value=str(folder), allowed=allowed
-        )
 
 
 def _compare(scenario: str, values: dict[str, Any], file: pathlib.Path, within: float) -> None:

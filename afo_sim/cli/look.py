@@ -1,15 +1,16 @@
-"""Commands on finished runs: view, figure, video, check-run."""
+"""Commands on finished runs and designs: view, figure, report, video, check-run, draw, export."""
 
 import pathlib
 import sys
 import tempfile
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
 
-from afo_sim.cli.apps import app
-from afo_sim.cli.common import Rate, hertz_of, progress, quantity
-from afo_sim.common.errors import InputError
+from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
+from afo_sim.cli.overwriting import KNOWN_BY
+from afo_sim.common.errors import InputError, unknown
 
 
 @app.command()
@@ -24,14 +25,14 @@ def view(
 ) -> None:
     """Open a run, or several side by side, in the Rerun viewer (on this machine only)."""
     if colour not in ("force", "pressure"):
-        raise InputError("is no choice", field="--colour", value=colour, allowed="force, pressure")
+        raise InputError("is not a valid choice", field="--colour", value=colour, allowed="force, pressure")
     if at is not None and picture is None:
         raise InputError("goes with --screenshot", field="--at", value=at)
     moment = None if at is None else quantity("--at", at, "s")
     hertz = None if rate is None else hertz_of(rate)
     if picture is not None and picture.suffix.lower() != ".png":
         raise InputError(
-            "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
+            "is not a PNG file", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
         from afo_sim.common.writing import check_writable, replacing
@@ -124,7 +125,7 @@ def video_command(
     """A film of a run through MuJoCo's own renderer (needs an OpenGL backend and ffmpeg)."""
     hertz = hertz_of(rate)
     if out.suffix.lower() != ".mp4":
-        raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
+        raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.show.video import write_video
@@ -157,3 +158,149 @@ def check_run_command(
     print(f"{len(results) - failed} passed, {failed} failed")
     if failed:
         sys.exit(1)
+
+
+_Paths = list[pathlib.Path]
+_Report = Callable[[int, int, str], None]
+
+
+@app.command()
+def draw(
+    orthosis: Annotated[
+        str, typer.Argument(help="a shipped orthosis or scenario, or the TOML file or folder of one")
+    ],
+    leg: Annotated[
+        str | None, typer.Option(help="a shipped leg, or its TOML file; the scenario's own by default")
+    ] = None,
+    pressure: Annotated[
+        str | None, typer.Option(help='of the muscles, for example "4 bar"; the supply\'s by default')
+    ] = None,
+    out: Annotated[
+        list[pathlib.Path] | None,
+        typer.Option(
+            help="file to write, png, pdf, svg or, of a design, rrd, again for more; NAME-design.pdf or "
+            "NAME-air.pdf by default"
+        ),
+    ] = None,
+    view: Annotated[
+        str, typer.Option(help='"design", or "air": a schematic of the air path, from source to muscles')
+    ] = "design",
+    force: Annotated[bool, typer.Option("--force", help="replace files that are there")] = False,
+) -> None:
+    """The design picture: the orthosis to scale with dimensions, and what its muscles do over the angle.
+
+    With --view air a schematic of its air path, with the narrowest part on the way to each muscle.
+    """
+    full = None if pressure is None else quantity("--pressure", pressure, "Pa")
+    if full is not None and not 0.0 < full <= 2e6:
+        raise InputError(
+            "is out of range", field="--pressure", value=pressure, allowed="above 0 bar, to 20 bar"
+        )
+    paths = list(out or [])
+    with progress("reading") as report:
+        from afo_sim.show.drawing import AIR, VIEWS
+
+        if view not in VIEWS:
+            raise unknown(view, VIEWS, field="--view", problem="is not a valid view")
+        draw_view = _draw_air if view == AIR else _draw_design
+        paths, told = draw_view(orthosis, leg, full, paths, force, report)
+    for line in told:
+        print(line)
+    for path in paths:
+        print(f"written to {path}")
+
+
+def _draw_design(
+    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
+) -> tuple[_Paths, list[str]]:
+    """The files that are written, and what is to be told."""
+    from afo_sim.model.design import design
+    from afo_sim.show.drawing import check_files, write_drawing
+
+    check_files(paths, force=force)
+    found = design(orthosis, leg=leg, pressure=full)
+    if not paths:
+        paths = [pathlib.Path(f"{found.built.scenario.orthosis.name or 'orthosis'}-design.pdf")]
+        check_files(paths, force=force)
+    for done, path in enumerate(paths):
+        report(done, len(paths), "drawing")
+        write_drawing(found, path)
+    return paths, [f"warning: {warning}" for warning in found.warnings]
+
+
+def _draw_air(
+    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
+) -> tuple[_Paths, list[str]]:
+    """The files that are written, and each chamber's ways."""
+    from afo_sim.show.air_drawing import scheme_of, ways, write_air
+    from afo_sim.show.drawing import AIR, check_files, refuse_leg
+
+    refuse_leg(leg, "--leg")
+    check_files(paths, force=force, view=AIR)
+    scheme = scheme_of(orthosis, full)
+    if not paths:
+        paths = [pathlib.Path(f"{scheme.name}-air.pdf")]
+        check_files(paths, force=force, view=AIR)
+    for done, path in enumerate(paths):
+        report(done, len(paths), "drawing")
+        write_air(scheme, path)
+    return paths, ways(scheme)
+
+
+STUDIES = {
+    "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
+    "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
+}
+
+
+@app.command("export")
+def export_command(
+    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder, or its recording.parquet")],
+    to: Annotated[str | None, typer.Option(help="sto|mot|csv|mat|mjb; that of --out by default")] = None,
+    out: Annotated[
+        pathlib.Path | None, typer.Option(help="file to write; recording.FORMAT beside the run by default")
+    ] = None,
+    rate: Annotated[str | None, typer.Option(help='rows a second, "200 Hz"; all by default')] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="replace files that are there")] = False,
+) -> None:
+    """A run for OpenSim (sto, mot), spreadsheets (csv), MATLAB and Octave (mat), or MuJoCo (mjb)."""
+    hertz = None if rate is None else hertz_of(rate)
+    if to is None and out is None:
+        raise InputError("is needed", field="--to", allowed="sto, mot, csv, mat, mjb")
+    with progress("reading the run") as report:
+        from afo_sim.export.exported import export, format_of
+        from afo_sim.simulation.recording import read_recording
+
+        if out is None:
+            beside = folder if folder.is_dir() else folder.parent
+            out = beside / f"recording.{format_of(to or '').name}"
+        _check_is_run(folder)
+        exported = export(
+            read_recording(folder),
+            out,
+            to,
+            rate=hertz,
+            columns=column or (),
+            force=force,
+            report=lambda done, total: report(done, total, "writing"),
+        )
+    for note in exported.notes:
+        print(f"note: {note}", file=sys.stderr)
+    for file in exported.files:
+        print(f"written to {file}")
+    print(f"open it with {exported.opens}")
+    if exported.minds:
+        print(f"mind: {exported.minds}")
+
+
+def _check_is_run(folder: pathlib.Path) -> None:
+    """Refuse the folder of a study with the way to a run of it."""
+    for file, kind in KNOWN_BY.items():
+        if kind in STUDIES and (folder / file).is_file():
+            raise InputError(f"holds a {kind} ({file})", file=folder, allowed=STUDIES[kind])

@@ -58,7 +58,7 @@ def suffix_of(path: pathlib.Path, view: str = DESIGN) -> str:
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in VIEWS[view]:
         allowed = ", ".join(f".{each}" for each in VIEWS[view])
-        raise InputError("is no format of a drawing", file=path, allowed=f"a name that ends in {allowed}")
+        raise InputError("is not a format of a drawing", file=path, allowed=f"a name that ends in {allowed}")
     return suffix
 
 
@@ -161,7 +161,7 @@ def draw(
     """
     path = None if out is None else pathlib.Path(out)
     if view not in VIEWS:
-        raise unknown(view, VIEWS, field="view", problem="is no view")
+        raise unknown(view, VIEWS, field="view", problem="is not a valid view")
     if path is not None:
         check_files([path], force=True, view=view)
     if view == AIR:

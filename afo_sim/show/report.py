@@ -55,7 +55,7 @@ def write_report(
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
     if target.suffix.lower() not in SUFFIXES or target.is_dir():
-        raise InputError("is no HTML file", field="out", value=str(target), allowed="a name ending in .html")
+        raise InputError("is not an HTML file", field="out", value=str(target), allowed="a name ending in .html")
     runs = read_runs(folders)
     check_writable(target.parent)
     write_text(target, page(runs))

@@ -37,7 +37,7 @@ def target(out: pathlib.Path, kind: str) -> Target:
     if suffix in TABLES and kind != "all":
         return Target(out.parent, out.stem, (suffix,))
     if suffix and not out.is_dir():
-        problem, allowed = ("is no table", "a name ending in .csv or .parquet, or a folder")
+        problem, allowed = ("is not a table", "a name ending in .csv or .parquet, or a folder")
         if suffix in TABLES:
             problem, allowed = "is one table", "a folder"
         raise InputError(problem, field="out", value=str(out), allowed=allowed)

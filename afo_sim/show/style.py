@@ -97,7 +97,7 @@ def format_of(path: pathlib.Path) -> str:
     """The format that a figure's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise InputError("is no format of a figure", file=path, allowed=", ".join(FORMATS))
+        raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
     return suffix
 
 

@@ -46,7 +46,7 @@ def write_video(
     rows = _rows(recording, rate)
     for field, pixels in (("width", width), ("height", height)):
         if pixels < 2 or pixels % 2:
-            raise InputError("is no size of a picture", field=field, value=pixels, allowed="even, at least 2")
+            raise InputError("is not a valid size of a picture", field=field, value=pixels, allowed="even, at least 2")
     program = _ffmpeg()
     with (
         Painter(recording, width, height) as painter,
@@ -65,7 +65,7 @@ def _rows(recording: Recording, rate: float) -> np.ndarray:
     if not len(time):
         raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
     if not 0.0 < rate <= 1000.0:
-        raise InputError("is no frame rate", field="rate", value=rate, allowed="above 0 to 1000")
+        raise InputError("is not a valid frame rate", field="rate", value=rate, allowed="above 0 to 1000")
     count = int((time[-1] - time[0]) * rate + 1e-6) + 1
     return np.minimum(np.searchsorted(time, time[0] + np.arange(count) / rate - 1e-9), len(time) - 1)
 

@@ -161,7 +161,7 @@ REFUSED = {
     "axis": (("--mass", "72 kg", "--forward", "north"), "--forward = 'north': is no choice"),
     "no model": (("--model", "scaled.mot"), "scaled.mot"),
     "no map": (("--map", "roles.toml"), "roles.toml"),
-    "not a CSV": (("--mass", "72 kg", "--out", "walk.txt"), "--out = 'walk.txt': is no CSV"),
+    "not a CSV": (("--mass", "72 kg", "--out", "walk.txt"), "--out = 'walk.txt': is not a CSV file"),
 }
 
 

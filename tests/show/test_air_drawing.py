@@ -363,5 +363,5 @@ def test_wrong_input_is_told_and_nothing_is_written(
     monkeypatch.chdir(tmp_path)
     code, _, said = call(capsys, "draw", *arguments)
     assert (code, list(tmp_path.iterdir())) == (2, []) and says in said
-    with pytest.raises(InputError, match="is no view"):
+    with pytest.raises(InputError, match="is not a valid view"):
         afo.draw("s1", view="water")  # type: ignore[call-overload]
