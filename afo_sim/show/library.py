@@ -65,7 +65,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     recording = _recording(run)
     kinds = figures_of(recording)
     if kind not in kinds:
-        problem = "is not a figure that this run can show" if kind in FIGURES else "is not a valid figure"
+        problem = "is nothing that this run can show" if kind in FIGURES else "is not a valid figure"
         raise unknown(kind, kinds, field="kind", problem=problem)
     picture = Picture(recording, kind)
     if out is not None:
@@ -101,7 +101,7 @@ def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.P
 
     if not isinstance(out, str | os.PathLike):
         raise InputError(
-            "is not a file name", field="out", value=out, allowed="a path; several runs in a list or dict"
+            "is no name of a file", field="out", value=out, allowed="a path; several runs in a list or dict"
         )
     with _folders(runs) as folders:
         return write_report(folders, pathlib.Path(out))
@@ -165,7 +165,7 @@ def _recording(run: object) -> Recording:
     if isinstance(run, str | os.PathLike):
         return read_recording(run)
     if not isinstance(run, Recording):
-        raise InputError("is not a run", value=run, allowed="a Recording, or the folder of one")
+        raise InputError("is no run", value=run, allowed="a Recording, or the folder of one")
     return run
 
 
