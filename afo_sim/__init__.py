@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from afo_sim.model.refit import refit as refit
     from afo_sim.rl.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.show.drawing import draw as draw
-    from afo_sim.show.library import figure as figure
-    from afo_sim.show.library import report as report
-    from afo_sim.show.library import view as view
+    from afo_sim.show.run_pictures import figure as figure
+    from afo_sim.show.run_pictures import report as report
+    from afo_sim.show.run_pictures import view as view
     from afo_sim.simulation.both import Both as Both
     from afo_sim.simulation.both import both as both
     from afo_sim.simulation.checks import expect as expect
@@ -91,9 +91,9 @@ _PUBLIC = {
     "size": "study.sizing.sizes",
     "validate": "lab.validation.table",
     "dm_control_physics": "rl.bridge.library",
-    "view": "show.library",
-    "report": "show.library",
-    "figure": "show.library",
+    "view": "show.run_pictures",
+    "report": "show.run_pictures",
+    "figure": "show.run_pictures",
     "draw": "show.drawing",
     "expect": "simulation.checks",
     "AfoSimError": "common.errors",
@@ -126,7 +126,7 @@ class _Show:
         importlib.import_module("afo_sim.show.rerun").open_recordings(paths)
 
     def html(self, recording: Any) -> str:
-        return str(importlib.import_module("afo_sim.show.notebook").html(recording))
+        return str(importlib.import_module("afo_sim.show.run_pictures").html(recording))
 
     def both(self, legs: Any, path: Any) -> None:
         importlib.import_module("afo_sim.show.both_figure").draw_both(legs, path)

@@ -12,7 +12,7 @@ import tempfile
 import small_png
 from PIL import Image
 
-from afo_sim.show import sweep as show
+from afo_sim.show import sweep_figures as show
 from afo_sim.study import design, runner, sweep_file
 from afo_sim.study.pool import processors
 from afo_sim.study.results import read

@@ -54,7 +54,7 @@ def bode_command(
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
-        from afo_sim.show.bode_figure import draw_bode
+        from afo_sim.show.size_figure import draw_bode
         from afo_sim.study.frequency_response import FREQUENCIES, bode, excited
 
         description = load("scenario", scenario, values or None)

@@ -125,7 +125,7 @@ def watching(live: bool) -> Iterator[Any]:
     if not live:
         yield None
         return
-    from afo_sim.show.rerun.live import live_viewer
+    from afo_sim.show.rerun.viewer import live_viewer
 
     with live_viewer() as watch:
         yield watch

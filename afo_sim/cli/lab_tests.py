@@ -135,7 +135,7 @@ def fit_run_command(
         from afo_sim.common.writing import check_writable, together
         from afo_sim.lab.fitting import run_scenario
         from afo_sim.lab.fitting.run_fit import fit_run
-        from afo_sim.show.log_figure import write_log_figure
+        from afo_sim.show.fit_figure import write_log_figure
 
         check_folder(out, "fit to a log")
         check_writable(out)

@@ -39,7 +39,8 @@ def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) ->
 
 def _print_verdict(recording: Any) -> None:
     """The answers, what to change first, and bands."""
-    from afo_sim.show import bands, effects, verdict
+    from afo_sim.show import bands, effects
+    from afo_sim.show import verdict_texts as verdict
 
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name

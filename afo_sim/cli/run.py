@@ -96,7 +96,7 @@ def compare(
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.show.compare import write
+        from afo_sim.show.compared_figures import write
         from afo_sim.simulation import compare as comparing
 
         folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
@@ -150,7 +150,7 @@ def torque_map_command(
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
-        from afo_sim.show.torque_map import draw
+        from afo_sim.show.torque_map_figure import draw
 
         built = build(load("scenario", scenario, values))
         if not built.index.chambers:
@@ -328,7 +328,7 @@ def _print_peak(legs: Any) -> None:
 
 def _print_worse(legs: Any, worse: Any) -> None:
     """One question of the verdict: the worse leg's answer; where they are alike but for numbers, both."""
-    from afo_sim.show.verdict import INDENT, badge, limit
+    from afo_sim.show.verdict_texts import INDENT, badge, limit
 
     answers = worse.answers
     if "both" in answers:

@@ -135,7 +135,7 @@ def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -
 def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
     """Print what a sweep's cases say, and write its figures."""
     with progress("reading"):
-        from afo_sim.show.sweep import FIGURES, write_figures
+        from afo_sim.show.sweep_figures import FIGURES, write_figures
         from afo_sim.show.sweep_tables import tables
         from afo_sim.study.findings import findings
         from afo_sim.study.results import read

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show.line import mean_and_spread
 from afo_sim.show.run_view import SET_PRESSURE, Over, RunView
 from afo_sim.show.style import BLUE, COLOURS, GREY, LINE_STYLES, ORANGE, plain
+from afo_sim.show.unknown_band import mean_and_spread
 
 THIN = 0.75  # of the lines of volumes beside chambers
 VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour

@@ -16,7 +16,7 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab.trial.importing import Imported
 from afo_sim.gait_lab.trial.verdict import taken_words
-from afo_sim.show import stride_panels, trial_panels
+from afo_sim.show import gait_panels
 from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 
 POSES = 11  # of the leg in a stride: every 10 %
@@ -59,14 +59,14 @@ def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
         _leg(axes["leg"], cycle, FOOT, alone)
     else:
         trial, leg, strides = figure.subfigures(3, 1, height_ratios=[3.5, 2.3, 5.1])
-        foot = stride_panels.foot_ends(imported, FOOT)
-        trial_panels.draw_trial(trial, imported)
+        foot = gait_panels.foot_ends(imported, FOOT)
+        gait_panels.draw_trial(trial, imported)
         points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])
-        stride_panels.draw_points(points, imported)
+        gait_panels.draw_points(points, imported)
         _leg(motion, cycle, foot, alone)
         axes = strides.subplot_mosaic([*rows[:2], ["force", "foot"]], height_ratios=[1.0, 1.0, 1.15])
-        stride_panels.draw_strides(strides, axes, imported)
-        stride_panels.draw_foot(axes["foot"], imported, foot)
+        gait_panels.draw_strides(strides, axes, imported)
+        gait_panels.draw_foot(axes["foot"], imported, foot)
     _angles(axes, cycle, alone)
     _moment(axes["moment"], cycle, imported)
     _force(axes["force"], cycle)

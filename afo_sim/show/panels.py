@@ -9,8 +9,6 @@ import numpy as np
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.air_panels import set_pressure, volumes
-from afo_sim.show.line import marked as marked
-from afo_sim.show.line import mean_and_spread as mean_and_spread
 from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
 from afo_sim.show.style import (
     GREY,
@@ -23,6 +21,8 @@ from afo_sim.show.style import (
     ZERO,
     plain,
 )
+from afo_sim.show.unknown_band import marked as marked
+from afo_sim.show.unknown_band import mean_and_spread as mean_and_spread
 from afo_sim.show.unknown_band import unknown_band
 
 HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked

@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.show import air_panels, muscle_panels, panels, walk_panels
-from afo_sim.show.contrast import ink
 from afo_sim.show.run_view import Over, RunView
-from afo_sim.show.style import STYLE, plain
+from afo_sim.show.style import STYLE, ink, plain
 
 WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
 KEY = (0.36, 0.13)  # of a legend's sample [inch]

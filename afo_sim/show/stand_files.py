@@ -69,7 +69,7 @@ def write_stand_files(tests: Stand, place: Target, *, rrd: bool = True) -> list[
             draw_trials(trials, compared, new.path(suffix))
         write_summary(trials, compared, new.path(".json"))
         if ".rrd" in suffixes:
-            from afo_sim.show.rerun.stand import write_stand
+            from afo_sim.show.rerun.stand_recording import write_stand
 
             write_stand(trials, new.path(".rrd"))
     return [place.path(suffix) for suffix in suffixes]

@@ -1,7 +1,8 @@
-"""The look of every picture: colours, resolution, fonts; user-given text made safe; files written whole."""
+"""Pages of drawings as files: their formats, and PNGs of few colours."""
 
 import functools
 import pathlib
+import tempfile
 import textwrap
 from collections.abc import Callable
 from typing import Any
@@ -115,3 +116,60 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
         fill(figure)
         with replacing(path) as temporary:
             figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+
+
+TEXT, MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
+STEP = 0.97  # by which a colour is darkened at a time
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of an sRGB colour, 0 of black to 1 of white [-].
+
+    Source: WCAG 2.2, "relative luminance".
+    """
+    from matplotlib.colors import to_rgb
+
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in to_rgb(colour)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def ratio(one: str, other: str = "white") -> float:
+    """Contrast ratio of two sRGB colours, (brighter + 0.05)/(darker + 0.05), 1 to 21 [-]."""
+    brighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
+    return (brighter + 0.05) / (darker + 0.05)
+
+
+def ink(colour: str) -> str:
+    """A line's colour, darkened as far as words in it on white need it."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    shade = colour
+    while ratio(shade) < TEXT:
+        shade = to_hex([STEP * part for part in to_rgb(shade)])
+    return shade
+
+
+SHADES = 96  # colours of a PNG
+
+
+def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """Draw a page and write it, whole or not at all; a PNG in few colours.
+
+    Units: size [inch].
+    """
+    if path.suffix.lower() == ".png":
+        _write_png(path, size, fill)
+    else:
+        write_figure(path, size, fill)
+
+
+def _write_png(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """A page of few colours, a third as large as one of all."""
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as scratch, replacing(path) as temporary:
+        whole = pathlib.Path(scratch) / "page.png"
+        write_figure(whole, size, fill)
+        with Image.open(whole) as picture:
+            few = picture.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
+        few.save(temporary, format="PNG", optimize=True, dpi=(RESOLUTION, RESOLUTION))

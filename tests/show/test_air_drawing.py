@@ -19,10 +19,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.air.network import AMBIENT
 from afo_sim.model.air_scheme import AirEdge, AirNode, AirScheme, conductance
 from afo_sim.show import air_symbols, style
-from afo_sim.show.air_drawing import page, page_size, scheme_of, ways
-from afo_sim.show.air_layout import NARROW, Layout, label, layout
+from afo_sim.show.air_drawing import NARROW, Layout, label, layout, page, page_size, scheme_of, ways
 from afo_sim.show.air_routes import ports
-from afo_sim.show.contrast import ink
+from afo_sim.show.style import ink
 
 S1 = pathlib.Path(__file__).parents[2] / "models/orthoses/s1"
 SMALLEST = 5.5  # letters [points]

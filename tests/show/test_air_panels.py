@@ -12,7 +12,7 @@ from afo_sim.physics.gas import AIR, CO2
 from afo_sim.show import air_panels, panels, run_figure
 from afo_sim.show.report import page, read_runs
 from afo_sim.show.rerun.curves import curves, plots_of
-from afo_sim.show.rerun.source import from_recording
+from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 

@@ -19,10 +19,8 @@ from afo_sim.model.design import Design, design
 from afo_sim.model.path_facts import path_facts
 from afo_sim.model.path_words import rows
 from afo_sim.show import style
-from afo_sim.show.drawing import PAGE, SIDE, page
-from afo_sim.show.drawing_leg import Pose, lever, parts
-from afo_sim.show.drawing_table import table
-from afo_sim.show.drawing_views import scale_of, stacked
+from afo_sim.show.drawing import PAGE, SIDE, page, table
+from afo_sim.show.drawing_views import Pose, lever, parts, scale_of, stacked
 
 ROOT = pathlib.Path(__file__).parents[2]
 SMALLEST = 5.5  # letters [points]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.show import panels
-from afo_sim.show.electronics_panel import electronics, told
+from afo_sim.show.run_figure import electronics, told
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 

@@ -9,7 +9,7 @@ from rerun_files import read
 
 import afo_sim
 from afo_sim.show.mountings import Mountings
-from afo_sim.show.rerun.guided import guided_lines
+from afo_sim.show.rerun.scene import guided_lines
 from afo_sim.simulation.recording import Recording
 
 

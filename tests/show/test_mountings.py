@@ -12,7 +12,7 @@ from afo_sim.description.reader import load
 from afo_sim.model.mounting import muscle_names
 from afo_sim.show.mountings import Mountings
 from afo_sim.show.rerun import write_rrd
-from afo_sim.show.rerun.muscle import POINTS, bow
+from afo_sim.show.rerun.muscle_shapes import POINTS, bow
 from afo_sim.simulation.recording import Recording
 
 

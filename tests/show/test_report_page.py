@@ -12,9 +12,8 @@ import pytest
 from colour_vision import contrast
 
 import afo_sim
-from afo_sim.show.report import page, read_runs
+from afo_sim.show.report import headed, page, read_runs
 from afo_sim.show.report_figures import WIDTH
-from afo_sim.show.report_words import headed
 from afo_sim.show.style import STYLE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -4,9 +4,8 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.metrics.strides import SOLVED, stance, stance_force
-from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.colours import of_muscle
-from afo_sim.show.rerun.source import Columns, Source
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 
 KNOTS = 50  # rows from one remembered pair of time and strides to the next
 SHUT = [55, 58, 64]

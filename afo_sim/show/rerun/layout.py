@@ -7,7 +7,7 @@ from typing import Any
 import rerun.blueprint as rrb
 from rerun.encodings import AbsoluteTimeRange
 
-from afo_sim.show.rerun.clock import STRIDES, TIMELINE
+from afo_sim.show.rerun.run_rows import STRIDES, TIMELINE
 
 Row = tuple[Any, float]  # a view; its share of a column, or its height as a negative number [pixel]
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]

@@ -1,8 +1,13 @@
 """The Rerun file of one run, or of several on one timeline."""
 
+import errno
 import pathlib
 import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -13,11 +18,39 @@ import afo_sim.show.rerun.events as events
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.texts as texts
 import afo_sim.show.rerun.walk_scene as walk_scene
-from afo_sim.show.rerun.clock import GAIT
 from afo_sim.show.rerun.layout import Contents, blueprint
-from afo_sim.show.rerun.saving import saving
-from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recording, require_rows
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation.recording import Recording
+
+END = b"RRF2FOOT"  # stands in the last bytes of a complete file
+SCARCE = 1 << 20  # free bytes below which a disk counts as full
+
+
+@contextmanager
+def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> Iterator[None]:
+    """Write what is logged in the block to a file.
+
+    Rerun writes in a thread of its own: a full disk stops that thread, and the end of the file is missing.
+    """
+    try:
+        stream.save(path, default_blueprint=blueprint)
+        yield
+        stream.flush()
+        stream.disconnect()
+    except RuntimeError as error:
+        if "writer thread" not in str(error):
+            raise
+    if not _complete(path):
+        full = shutil.disk_usage(path.parent).free < SCARCE
+        code = errno.ENOSPC if full else errno.EIO
+        raise OSError(code, "Rerun could not write it to its end", str(path))
+
+
+def _complete(path: pathlib.Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - 64, 0))
+        return END in file.read()
+
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate

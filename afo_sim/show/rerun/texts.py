@@ -8,9 +8,10 @@ import rerun as rr
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description.words import reference, worn
 from afo_sim.metrics.words import GROUPS, unit, words
-from afo_sim.show import bands, effects, verdict
+from afo_sim.show import bands, effects
+from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import readable
-from afo_sim.show.rerun.source import Source
+from afo_sim.show.rerun.run_rows import Source
 
 Sources = list[tuple[str, Source]]  # runs by their names
 

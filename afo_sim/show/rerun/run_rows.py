@@ -1,11 +1,13 @@
-"""A run to look at, read in blocks: from memory, or from its Parquet file."""
+"""Timelines: every row is logged in seconds and, in walking, in strides."""
 
 import functools
 import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import rerun as rr
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
@@ -125,3 +127,33 @@ def require_time(folders: Sequence[pathlib.Path], moment: float) -> None:
         raise InputError(
             "is outside the run", field="at", value=f"{moment:g} s", allowed=f"0 s to {last:g} s"
         )
+
+
+TIMELINE = "sim_time"
+STRIDES = "strides"  # 1 s on it is one stride: runs of different cadence line up, stride for stride
+GAIT = ("gait/stride", "gait/phase")
+ANGLE = "ankle_angle_deg"  # timeline of a design: whole degrees
+SWEPT = "ankle/swept"  # its column
+
+
+def stamps(time: np.ndarray) -> np.ndarray:
+    """Times [s] on a timeline's grid of nanoseconds."""
+    return np.round(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
+
+
+def strides(rows: Columns) -> np.ndarray:
+    """Strides since the first heel strike of rows of walking [-] (n,)."""
+    return rows["gait/stride"] + rows["gait/phase"]
+
+
+def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -> None:
+    """Log columns at the times of some rows.
+
+    Units: rows [s] (n,).
+    """
+    times = [rr.TimeColumn(TIMELINE, duration=stamps(rows["time"]))]
+    if GAIT[0] in rows:
+        times.append(rr.TimeColumn(STRIDES, duration=stamps(strides(rows))))
+    if SWEPT in rows:
+        times.append(rr.TimeColumn(ANGLE, sequence=np.round(rows[SWEPT]).astype(np.int64)))
+    stream.send_columns(entity, times, columns)

@@ -10,8 +10,7 @@ import rerun as rr
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.mounting import chamber_of
-from afo_sim.show.rerun.clock import send
-from afo_sim.show.rerun.source import Columns
+from afo_sim.show.rerun.run_rows import Columns, send
 
 FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
 PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]

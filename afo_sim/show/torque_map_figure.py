@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.model.torque_map import NEEDS, TorqueMap
-from afo_sim.show.contrast import ink
 from afo_sim.show.panels import marked
-from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, plain, write_figure
+from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, ink, plain, write_figure
 
 PANEL = (4.4, 3.4)  # [inch]
 

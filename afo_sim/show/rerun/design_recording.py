@@ -16,11 +16,9 @@ from afo_sim.model.path_facts import PathFacts
 from afo_sim.model.path_words import pressure, rows
 from afo_sim.show.mountings import Mountings
 from afo_sim.show.rerun import colours, scene
-from afo_sim.show.rerun.clock import ANGLE, SWEPT, send
 from afo_sim.show.rerun.layout import CAMERA
-from afo_sim.show.rerun.recording_file import APPLICATION
-from afo_sim.show.rerun.saving import saving
-from afo_sim.show.rerun.source import Columns
+from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
 
 SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
 PLOTS = {

@@ -11,10 +11,9 @@ import rerun.blueprint as rrb
 from afo_sim.lab.bench.measures import AXES
 from afo_sim.lab.bench.table import set_point_text
 from afo_sim.lab.bench.trial import Trial
-from afo_sim.show.rerun.clock import TIMELINE, send
-from afo_sim.show.rerun.muscle import PULLING, SLACK, tube_radius
-from afo_sim.show.rerun.recording_file import APPLICATION
-from afo_sim.show.rerun.saving import saving
+from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
+from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.run_rows import TIMELINE, send
 from afo_sim.show.stand_figure import SHOWN, colour
 
 SPACING = 0.09  # between muscles [m]
