@@ -54,7 +54,7 @@ def bode_command(
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
-        from afo_sim.show.size_figure import draw_bode
+        from afo_sim.show.analysis_figures import draw_bode
         from afo_sim.study.frequency_response import FREQUENCIES, bode, excited
 
         description = load("scenario", scenario, values or None)
@@ -179,7 +179,7 @@ def size_command(sizing: Sizing) -> None:
             check_writable(sizing.out)
         found = asked.run(sizing.threads, report)
         if sizing.out is not None:
-            from afo_sim.show.size_figure import draw_size
+            from afo_sim.show.analysis_figures import draw_size
 
             found.save(sizing.out, draw=draw_size)
     if found.asked is None:

@@ -8,22 +8,69 @@ import numpy as np
 
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
-from afo_sim.show.air_panels import set_pressure, volumes
-from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
+from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
 from afo_sim.show.style import (
+    BLUE,
+    COLOURS,
     GREY,
     LINE_STYLES,
     MOMENT_STYLES,
     MOMENTS,
+    MOUNTINGS,
     NORM,
+    ORANGE,
     SOLE,
     STANCE,
     ZERO,
     plain,
 )
-from afo_sim.show.unknown_band import marked as marked
-from afo_sim.show.unknown_band import mean_and_spread as mean_and_spread
-from afo_sim.show.unknown_band import unknown_band
+
+MARKER_EVERY = 0.13  # of the axis' diagonal, from marker to marker
+
+
+def mean_and_spread(
+    axis: Any,
+    values: np.ndarray,
+    colour: str,
+    label: str | None,
+    x: np.ndarray,
+    style: Any = "-",
+    marker: str | None = None,
+) -> None:
+    """Mean of the strides as a line, lowest to highest as a band; one row is a line.
+
+    Units: x (n,).
+    """
+    if len(values) > 1:
+        low, high = values.min(axis=0), values.max(axis=0)
+        axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
+    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, zorder=3, **marked(x, marker))
+
+
+def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
+    """Markers of a line at every MARKER_EVERY of the axis' width; a dot for a single row."""
+    if len(x) == 1:
+        return {"marker": "."}
+    return {"marker": marker, "markevery": MARKER_EVERY, "ms": 3.2} if marker else {}
+
+
+UNKNOWN = "uncertainty"
+UNKNOWN_LABEL = "5–95 % of what is not known"
+UNKNOWN_DASHES = (0, (1.5, 1.5))
+
+
+def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colour: str | None = None) -> None:
+    """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn."""
+    study = run.recording.studies.get(UNKNOWN) or {}
+    curves = study.get("curves", {}).get(column)
+    if curves is None:
+        return
+    low, _, high = (np.interp(PHASE, study["phase"], scale * np.array(quantile)) for quantile in curves)
+    paint = run.colour if colour is None else colour
+    axis.fill_between(PERCENT, low, high, color=paint, alpha=0.1, lw=0.0, zorder=1.5, label=UNKNOWN_LABEL)
+    for edge in (low, high):
+        axis.plot(PERCENT, edge, color=paint, lw=0.7, ls=UNKNOWN_DASHES, zorder=1.6)
+
 
 HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked
 NORM_LABEL = "norm: published means"
@@ -246,3 +293,141 @@ def legend(figure: Any, axes: Iterable[Any]) -> None:
     found = keys(axes)
     if found:
         figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=3)
+
+
+# The air before and behind the chambers: volumes, flow of the supply, the source.
+THIN = 0.75  # of the lines of volumes beside chambers
+VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
+FLOWS = {  # of an orthosis' air: name, colour, style
+    "supply/mass_flow": ("from the supply", BLUE, "-"),
+    "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
+}
+ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
+PER_MINUTE = 6e4  # l/min in a m³/s
+ICE = 273.15  # [K]
+QUANTITIES = ("pressure", "mass", "temperature")  # of a source
+
+
+def volumes(axis: Any, run: RunView, over: Over) -> None:
+    """Pressure in each volume of a run's air path, in thin lines."""
+    free = COLOURS[len(run.colours) :] or COLOURS
+    looks = itertools.cycle(zip(free, itertools.cycle(LINE_STYLES[1:]), strict=False))
+    for name, label in run.volumes.items():
+        chamber = next((each for each in run.chambers if label.startswith(f"{each}, ")), None)
+        colour, style = (run.colours[chamber], VALVE_END) if chamber else next(looks)
+        x, values = run.curves(f"volume/{name}/pressure", over)
+        look = {"color": colour, "ls": style, "lw": THIN, "label": plain(label), "zorder": 4}
+        axis.plot(x, 1e-5 * values.mean(axis=0), **look)
+
+
+def set_pressure(axis: Any, run: RunView, over: Over) -> None:
+    """The pressure that a run's supply is set to, where the supply does not hold it."""
+    if SET_PRESSURE not in run.recording.columns:
+        return
+    wanted, had = (run.recording[name] for name in (SET_PRESSURE, "supply/pressure"))
+    if np.abs(wanted - had).max(initial=0.0) > ALIKE * np.abs(wanted).max(initial=0.0):
+        x, values = run.curves(SET_PRESSURE, over)
+        axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=THIN, ls=":", label="supply, set")
+
+
+def has_flow(run: RunView) -> bool:
+    """Whether a run has an air path, and tells the flow into it and out of it."""
+    return run.has_network and tells_flow(run)
+
+
+def tells_flow(run: RunView) -> bool:
+    """Whether a run tells the flow from its supply or to the ambient air."""
+    return any(name in run.recording.columns for name in FLOWS)
+
+
+def air_flow(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Flow from the supply and to the ambient air, as free air (ANR)."""
+    run = runs[0]
+    litres = PER_MINUTE / run.gas.free_density
+    for name, (label, colour, style) in FLOWS.items():
+        if name in run.recording.columns:
+            x, values = run.curves(name, over)
+            mean_and_spread(axis, litres * values, colour, label, x, style)
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
+    axis.set_ylabel("air flow\n[l/min ANR]")
+
+
+def source(axis: Any, run: RunView, quantity: str) -> None:
+    """Pressure, mass or temperature of what is in a run's bottle, cartridge or tank, over time."""
+    time, values = run.curves(f"{run.source}/{quantity}", "time")
+    scaled, label = {
+        "pressure": (1e-5 * values, "gauge pressure\n[bar]"),
+        "mass": (1e3 * values, "content\n[g]"),
+        "temperature": (values - ICE, "temperature\n[°C]"),
+    }[quantity]
+    mean_and_spread(axis, scaled, run.colour, run.name, time, run.style)
+    axis.ticklabel_format(axis="y", useOffset=False)
+    axis.set_ylabel(label)
+
+
+# Muscles and what they depend on: own contraction beside the path's, cuff and plate.
+PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
+SLACK = ":"  # line style of a muscle that pulls on nothing
+NAMES = {"shank": "cuff", "foot": "plate"}  # of the anchors
+
+
+def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path.
+
+    A path's contraction is that of a muscle on rigid cable, cuff and plate. Where a muscle is shorter, they
+    give; where it is longer, its cable hangs slack. A group is drawn once where its muscles coincide.
+    """
+    run = runs[0]
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    for group in run.groups:
+        colour = run.colours[group]
+        for label, muscle, _ in group_curves(run, group, "contraction", "path_length"):
+            x, own = run.curves(f"muscle/{muscle}/contraction", over)
+            _, force = run.curves(f"muscle/{muscle}/force", over)
+            look = {"color": colour, "zorder": 3, **marked(x, run.markers[group])}
+            _own(axis, x, 100.0 * own, force.max(axis=0) <= 0.0, label, look)
+            path = run.path_contraction(group, muscle, over)
+            axis.plot(x, 100.0 * path.mean(axis=0), color=colour, **PATH)
+    axis.plot([], [], color="0.4", ls=SLACK, label="slack")
+    axis.plot([], [], color="0.4", lw=PATH["lw"], label="of its path")
+    axis.set_ylabel("contraction\n[%]")
+    if over == "time":
+        shade_stance(axis, run)
+
+
+def _own(
+    axis: Any, x: np.ndarray, values: np.ndarray, slack: np.ndarray, label: str, look: dict[str, Any]
+) -> None:
+    """A muscle's curves, with a dotted mean where it is slack in every one of them."""
+    if len(values) > 1:
+        low, high = values.min(axis=0), values.max(axis=0)
+        axis.fill_between(x, low, high, color=look["color"], alpha=0.25, lw=0.0, zorder=2)
+    mean = values.mean(axis=0)
+    if slack.all() or len(x) == 1:
+        axis.plot(x, mean, ls=SLACK, label=label, **look)
+        return
+    reach = slack.copy()  # up to the first taut row, so that no gap is seen
+    reach[1:] |= slack[:-1]
+    reach[:-1] |= slack[1:]
+    axis.plot(x, np.where(slack, np.nan, mean), label=label, **look)
+    axis.plot(x, np.where(reach, mean, np.nan), color=look["color"], ls=SLACK, zorder=3)
+
+
+def displacements(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """How far the cuff and the plate of a run give along the pull of the muscles."""
+    _mountings(axis, runs[0], over, "displacement", 1e3)
+    axis.set_ylabel("mounting gives\n[mm]")
+
+
+def pulls(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Pull of all muscles of a run on its cuff and on its plate."""
+    _mountings(axis, runs[0], over, "force", 1.0)
+    axis.set_ylabel("pull on the\nmounting [N]")
+
+
+def _mountings(axis: Any, run: RunView, over: Over, quantity: str, factor: float) -> None:
+    for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
+        x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
+        mean_and_spread(axis, factor * values, MOUNTINGS[anchor], NAMES[anchor], x, style)
+    if over == "time":
+        shade_stance(axis, run)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show import air_panels, muscle_panels, panels, walk_panels
+from afo_sim.show import panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import STYLE, ink, plain
 
@@ -140,7 +140,7 @@ def draw_clearance(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
-    flowing = any(air_panels.has_flow(run) for run in runs)
+    flowing = any(panels.has_flow(run) for run in runs)
     for figure, run in zip(figures, runs, strict=True):
         heights = [2.2, 1.2, 1.0] if flowing else [2.2, 1.0]
         pressure, *between, lanes = figure.subplots(len(heights), 1, height_ratios=heights, sharex=True)
@@ -159,23 +159,23 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
     panels.share_scale([figure.axes[0] for figure in figures])
     if flowing:
         drawn = zip(figures, runs, strict=True)
-        panels.share_scale([figure.axes[1] for figure, run in drawn if air_panels.tells_flow(run)])
+        panels.share_scale([figure.axes[1] for figure, run in drawn if panels.tells_flow(run)])
 
 
 def _flow(axis: Any, run: RunView, over: Over) -> None:
     """The air's flow; nothing of a recording that does not tell it."""
-    if air_panels.tells_flow(run):
-        air_panels.air_flow(axis, [run], over)
+    if panels.tells_flow(run):
+        panels.air_flow(axis, [run], over)
     else:
         axis.set_axis_off()
 
 
 def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """What is in the bottle, cartridge or tank of each run, over time."""
-    for figure, quantity in zip(figures, air_panels.QUANTITIES, strict=True):
+    for figure, quantity in zip(figures, panels.QUANTITIES, strict=True):
         axis = figure.subplots()
         for run in runs:
-            air_panels.source(axis, run, quantity)
+            panels.source(axis, run, quantity)
         axis.set_xlabel("time [s]")
         axis.margins(y=0.1)
 
@@ -197,9 +197,9 @@ def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "
 
 def muscle_rows(runs: Sequence[RunView]) -> list[MusclePanel]:
     """The panels of muscles that any of some runs has."""
-    rows: list[MusclePanel] = [muscle_panels.contractions, panels.forces]
+    rows: list[MusclePanel] = [panels.contractions, panels.forces]
     if any(run.anchors for run in runs):
-        rows += [muscle_panels.displacements, muscle_panels.pulls]
+        rows += [panels.displacements, panels.pulls]
     return rows
 
 
@@ -318,7 +318,7 @@ def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
 
 def _pressures(name: str, runs: Sequence[RunView], over: Over) -> Drawing:
     """Pressures and valves, with the air's flow where any run has an air path."""
-    flowing = any(air_panels.has_flow(run) for run in runs)
+    flowing = any(panels.has_flow(run) for run in runs)
     caption = (PRESSURES[0], PRESSURES[1] + (FLOW if flowing else ""))
     height = 4.2 if flowing else 3.1
     return _figure(name, len(runs), height, partial(draw_pressures, over=over), runs, caption)

@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
 from afo_sim.control.controller import TOLD
-from afo_sim.show import air_panels, muscle_panels, panels
+from afo_sim.show import panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import (
@@ -81,8 +81,8 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     rows: list[Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
     if run.groups:
-        rows += [panels.pressures, *flows(run), panels.valves, panels.forces, muscle_panels.contractions]
-    rows += [muscle_panels.displacements] if run.anchors else []
+        rows += [panels.pressures, *flows(run), panels.valves, panels.forces, panels.contractions]
+    rows += [panels.displacements] if run.anchors else []
     rows += [electronics] if told(recording) else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
@@ -116,8 +116,8 @@ def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
     Parameters and errors as in `draw_run`.
     """
     run = alone(recording)
-    rows: list[Panel] = [muscle_panels.contractions, panels.forces]
-    rows += [muscle_panels.displacements, muscle_panels.pulls] if run.anchors else []
+    rows: list[Panel] = [panels.contractions, panels.forces]
+    rows += [panels.displacements, panels.pulls] if run.anchors else []
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), (7.1, 0.8 + 1.6 * len(rows)), run, path)
 
 
@@ -129,11 +129,11 @@ def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
 
 def flows(run: RunView) -> list[Panel]:
     """The panel of the air's flow, where a run has an air path."""
-    return [_air_flow] if air_panels.has_flow(run) else []
+    return [_air_flow] if panels.has_flow(run) else []
 
 
 def _air_flow(axis: Any, runs: list[RunView]) -> None:
-    air_panels.air_flow(axis, runs)
+    panels.air_flow(axis, runs)
     panels.shade_stance(axis, runs[0])
 
 

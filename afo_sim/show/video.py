@@ -21,7 +21,7 @@ from afo_sim.description.reader import load
 from afo_sim.description.words import body_mass
 from afo_sim.metrics.strides import loaded
 from afo_sim.model.mounting import muscle_names
-from afo_sim.show.mountings import Carriage, Mountings
+from afo_sim.show.moving_parts import Carriage, Mountings
 from afo_sim.simulation.recording import Recording
 
 LOOK_AT, DISTANCE, AZIMUTH, ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]

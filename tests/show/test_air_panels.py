@@ -9,7 +9,7 @@ from figures import lines, panel
 
 import afo_sim
 from afo_sim.physics.gas import AIR, CO2
-from afo_sim.show import air_panels, panels, run_figure
+from afo_sim.show import panels, run_figure
 from afo_sim.show.report import page, read_runs
 from afo_sim.show.rerun.curves import curves, plots_of
 from afo_sim.show.rerun.run_rows import from_recording
@@ -93,8 +93,8 @@ def test_the_report_has_the_source_of_runs_with_one(
     assert "Source of air" in both and "litres of free air" in both
     alone_page = page(read_runs([plain]))
     assert "Source of air" not in alone_page and "air flow" not in alone_page
-    for quantity in air_panels.QUANTITIES:
-        drawn = panel(lambda axis, runs, q=quantity: air_panels.source(axis, runs[0], q), waist)
+    for quantity in panels.QUANTITIES:
+        drawn = panel(lambda axis, runs, q=quantity: panels.source(axis, runs[0], q), waist)
         values = drawn.lines[0].get_ydata()
         assert len(values) == len(waist["time"]) and np.isfinite(values).all()
     kelvin = waist["store/source/temperature"]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.show import panels, run_figure, video
-from afo_sim.show.mountings import Carriage
+from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 

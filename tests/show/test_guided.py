@@ -8,7 +8,7 @@ import pytest
 from rerun_files import read
 
 import afo_sim
-from afo_sim.show.mountings import Mountings
+from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun.scene import guided_lines
 from afo_sim.simulation.recording import Recording
 

@@ -10,7 +10,7 @@ from yielding import STIFFNESS, rigid_run, yielding_run
 
 from afo_sim.description.reader import load
 from afo_sim.model.mounting import muscle_names
-from afo_sim.show.mountings import Mountings
+from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import write_rrd
 from afo_sim.show.rerun.muscle_shapes import POINTS, bow
 from afo_sim.simulation.recording import Recording

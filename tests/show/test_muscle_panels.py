@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from yielding import STIFFNESS, rigid_run, yielding_run
 
 from afo_sim.description.reader import load
-from afo_sim.show import muscle_panels, report_figures, run_figure
+from afo_sim.show import panels, report_figures, run_figure
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.simulation.recording import Recording
 
@@ -22,7 +22,7 @@ def yielding() -> Recording:
 def test_a_muscle_is_shorter_than_its_path_asks_by_what_its_mountings_give(yielding: Recording) -> None:
     """Where it is taut: L0 (own − path) = z_cuff + z_plate + T/k."""
     group = load("scenario", yielding.scenario).orthosis.muscle["dorsiflexor"]
-    axis = panel(muscle_panels.contractions, yielding)
+    axis = panel(panels.contractions, yielding)
     own, slack, path = (line.get_ydata() / 100.0 for line in axis.lines[1:4])
     force = yielding["muscle/dorsiflexor_1/force"]
     assert np.array_equal(np.isfinite(own), force > 0.0)
@@ -36,7 +36,7 @@ def test_a_muscle_is_shorter_than_its_path_asks_by_what_its_mountings_give(yield
 
 
 def test_slack_is_dotted_and_taut_is_not(yielding: Recording) -> None:
-    axis = panel(muscle_panels.contractions, yielding)
+    axis = panel(panels.contractions, yielding)
     labels = {line.get_label(): line for line in axis.lines}
     assert labels["dorsiflexor 1–3"].get_linestyle() == "-"
     assert labels["plantarflexor 1–2"].get_linestyle() == labels["slack"].get_linestyle() == ":"
@@ -46,8 +46,8 @@ def test_slack_is_dotted_and_taut_is_not(yielding: Recording) -> None:
 def test_mountings_are_drawn_under_the_pull_of_all_muscles(yielding: Recording) -> None:
     """Each gives by the sum of all tensions over its stiffness."""
     total = 3.0 * yielding["muscle/dorsiflexor_1/force"] + 2.0 * yielding["muscle/plantarflexor_1/force"]
-    gives = lines(panel(muscle_panels.displacements, yielding))
-    pull = lines(panel(muscle_panels.pulls, yielding))
+    gives = lines(panel(panels.displacements, yielding))
+    pull = lines(panel(panels.pulls, yielding))
     assert list(gives) == list(pull) == ["cuff", "plate"]
     for name, stiffness in zip(("cuff", "plate"), STIFFNESS.values(), strict=True):
         assert pull[name] == pytest.approx(total, abs=1e-9)

@@ -19,7 +19,7 @@ from afo_sim.metrics.strides import loaded, stance_force
 from afo_sim.model.foot import TOE_POINTS, foot_of
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk import phase_at
-from afo_sim.show.mountings import Carriage
+from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 from afo_sim.show.rerun.scene import Stage, log_body, replay
