@@ -75,8 +75,14 @@ def run(
         )
         recording.save(folder, rrd=rrd, rate=hertz)
     print_run(recording, folder, numbers=numbers)
-    if not recording.ok:
-        print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
+    _stop({} if recording.ok else {"": recording.status})
+
+
+def _stop(failed: dict[str, str]) -> None:
+    """Say why runs ended before their end, and stop with their exit code."""
+    for name, status in failed.items():
+        print(f"afo-sim: {name}{status.removeprefix('failed: ')}", file=sys.stderr)
+    if failed:
         sys.exit(3)
 
 
@@ -111,11 +117,7 @@ def compare(
         for warning in recording.warnings:
             print(f"warning: {name}: {warning}")
     print(f"written to {folder}" + (f"; look at it with: afo-sim view {folder}/recording.rrd" if rrd else ""))
-    failed = {name: recording.status for name, recording in runs.items() if not recording.ok}
-    for name, status in failed.items():
-        print(f"afo-sim: {name}: {status.removeprefix('failed: ')}", file=sys.stderr)
-    if failed:
-        sys.exit(3)
+    _stop({f"{name}: ": recording.status for name, recording in runs.items() if not recording.ok})
 
 
 @app.command("torque-map")
@@ -262,9 +264,7 @@ def both_command(
         found = legs.both(*pair, apart=shift, progress=report)
         found.save(folder, rrd=rrd, rate=hertz)
     print_both(found, folder, numbers=numbers)
-    if not found.ok:
-        print(f"afo-sim: {found.status}", file=sys.stderr)
-        sys.exit(3)
+    _stop({} if found.ok else {"": found.status})
 
 
 def _check_folder(folder: pathlib.Path, pair: list[dict[str, Any]], apart: float, *, force: bool) -> None:
