@@ -49,7 +49,7 @@ def bode_command(
 ) -> None:
     """Frequency response: pressure and angle over a reference, a pressure or the valves, at an amplitude."""
     values = read_sets(sets)
-    hertz = None if frequencies is None else read_frequencies(frequencies)
+    hertz = None if frequencies is None else _read_frequencies(frequencies)
     short_lived()
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
@@ -80,11 +80,11 @@ def bode_command(
             report=report,
         )
         found.save(folder, draw=draw_bode)
-    print_bode(found)
+    _print_bode(found)
     print(f"written to {folder}: bode.png, bode.csv, bode.json")
 
 
-def read_frequencies(text: str) -> list[float]:
+def _read_frequencies(text: str) -> list[float]:
     """Frequencies given on the command line [Hz]: numbers between commas, "Hz" behind the last or each."""
     found = []
     for part in text.split(","):
@@ -96,7 +96,7 @@ def read_frequencies(text: str) -> list[float]:
     return found
 
 
-def print_bode(found: Any) -> None:
+def _print_bode(found: Any) -> None:
     """Print every curve of a FrequencyResponse as a table, with its bandwidth."""
     for name, curve in found.curves.items():
         unit = f" [{curve.gain_unit}]" if curve.gain_unit else ""
@@ -129,7 +129,7 @@ def words_of(found: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Sizing:
+class _Sizing:
     """Options of `size`: what is sized, by which limits."""
 
     kind: Annotated[str, typer.Argument(help="pressure, valve, tube, supply or muscle")]
@@ -162,7 +162,7 @@ class Sizing:
 
 @app.command("size")
 @one_group
-def size_command(sizing: Sizing) -> None:
+def size_command(sizing: _Sizing) -> None:
     """Smallest valve, tube, supply or muscle, or least pressure, that meets limits; does 3 bar suffice?"""
     values = read_sets(sizing.sets)
     check_counts(sizing.threads, 0)

@@ -14,7 +14,7 @@ import typer
 from afo_sim.cli.error_handler import Commands, print_version
 from afo_sim.common.errors import InputError, unknown
 
-EPILOGUE = """Exit codes:
+_EPILOGUE = """Exit codes:
 
 \b
 0    done
@@ -25,14 +25,14 @@ EPILOGUE = """Exit codes:
 130  stopped by Ctrl-C
 143  stopped by SIGTERM
 """
-SETTINGS = {"help_option_names": ["-h", "--help"]}
+_SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
     name="afo-sim",
     cls=Commands,
     help="Simulate ankle-foot orthoses with pneumatic artificial muscles.",
-    epilog=EPILOGUE,
-    context_settings=SETTINGS,
+    epilog=_EPILOGUE,
+    context_settings=_SETTINGS,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -62,9 +62,9 @@ Threads = Annotated[int, typer.Option(help="threads; all of this machine's by de
 Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
 Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
 Plain = Annotated[bool, typer.Option("--plain", help="walk to the settled stride instead of solving for it")]
-MOST_WORKERS = 4096
-MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
-MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
+_MOST_WORKERS = 4096
+_MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
+_MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
 
 
@@ -144,8 +144,8 @@ def quantity(field: str, text: str, unit: str) -> float:
 def check_counts(threads: int, workers: int) -> None:
     """Refuse numbers of threads and processes that no machine has."""
     for option, number in (("--threads", threads), ("--workers", workers)):
-        if not 0 <= number <= MOST_WORKERS:
-            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_WORKERS}")
+        if not 0 <= number <= _MOST_WORKERS:
+            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {_MOST_WORKERS}")
 
 
 def check_side(side: str | None) -> None:
@@ -225,10 +225,10 @@ def print_table(
         longest = max((len(row[k]) for row in rows), default=0)
         if droppable is None:
             rigid = k == 0 and (whole_names or len(header) == 2)
-            if whole_names and fits and longest <= MOST_SHORT:
+            if whole_names and fits and longest <= _MOST_SHORT:
                 rigid, name = True, name.replace(" ", "\n")
         else:  # short cells keep to one line, and so does what is copied, where there is room
-            rigid = longest <= MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
+            rigid = longest <= _MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
         table.add_column(escape(name), overflow="fold", no_wrap=rigid)
     for row in rows:
         table.add_row(*map(escape, row))

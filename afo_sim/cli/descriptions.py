@@ -24,7 +24,7 @@ from afo_sim.common.errors import InputError, nearest_name, unknown
 if TYPE_CHECKING:
     from afo_sim.model.refit import Fit, Ratio
 
-LISTS = (
+_LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
     "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties",
 )  # fmt: skip
@@ -32,17 +32,17 @@ LISTS = (
 
 @app.command("list")
 def list_command(
-    what: Annotated[str, typer.Argument(help="|".join(LISTS) + ", or the name of one")] = "",
+    what: Annotated[str, typer.Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
 ) -> None:
     """List what there is, one line each; or one of them whole, with every number, its unit and source."""
     with progress("reading"):
         from afo_sim.description.catalogue import entries, product
 
-        if what and what not in LISTS:
+        if what and what not in _LISTS:
             tables = product(what)
         else:
             columns = ("name", "what it is")
-            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else LISTS)]
+            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else _LISTS)]
     for title, header, rows in tables:
         print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
 
@@ -62,33 +62,33 @@ def check(
     print("good")
 
 
-PRODUCTS = (
+_PRODUCTS = (
     "orthosis", "muscle", "valve", "tube", "source", "regulator", "leg", "scenario", "patient", "shoe",
     "limits", "sensor",
 )  # fmt: skip
-NEW_KINDS = (*PRODUCTS, "sweep", "search")
-Braided = Annotated[str | None, typer.Option(help="of a hand-made muscle, with unit")]
-Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
+_NEW_KINDS = (*_PRODUCTS, "sweep", "search")
+_Braided = Annotated[str | None, typer.Option(help="of a hand-made muscle, with unit")]
+_Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
 
 
 @dataclass(frozen=True)
-class New:
+class _New:
     """Options of `new`: what is described, and what it uses."""
 
-    kind: Annotated[str, typer.Argument(help="|".join(NEW_KINDS))]
+    kind: Annotated[str, typer.Argument(help="|".join(_NEW_KINDS))]
     name: Annotated[str, typer.Argument(help="of the new file or folder")]
     out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path()
     like: Annotated[str, typer.Option(help="the shipped one whose numbers it starts with")] = ""
-    muscle: Used = None
-    valve: Used = None
-    orthosis: Used = None
-    leg: Used = None
-    patient: Used = None
-    shoe: Used = None
-    limits: Used = None
-    scenario: Used = None
-    bore: Braided = None
-    braid_angle: Braided = None
+    muscle: _Used = None
+    valve: _Used = None
+    orthosis: _Used = None
+    leg: _Used = None
+    patient: _Used = None
+    shoe: _Used = None
+    limits: _Used = None
+    scenario: _Used = None
+    bore: _Braided = None
+    braid_angle: _Braided = None
     length: Annotated[str | None, typer.Option(help="of a hand-made muscle, end to end")] = None
     end_length: Annotated[
         str | None, typer.Option(help="of its clamps together, which do not contract; two bores by default")
@@ -100,10 +100,10 @@ class New:
 
 @app.command()
 @one_group
-def new(new_one: New) -> None:
+def new(new_one: _New) -> None:
     """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
-    if new_one.kind not in NEW_KINDS:
-        raise unknown(new_one.kind, NEW_KINDS, field="KIND", problem="is not a valid kind")
+    if new_one.kind not in _NEW_KINDS:
+        raise unknown(new_one.kind, _NEW_KINDS, field="KIND", problem="is not a valid kind")
     parts = ("muscle", "valve", "orthosis", "leg", "patient", "shoe", "limits", "scenario")
     uses = {used: where for used, where in picked(new_one, *parts).items() if where}
     dimensions = picked(new_one, "bore", "braid_angle", "length", "end_length", "wall_thickness")

@@ -9,7 +9,7 @@ from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quant
 from afo_sim.cli.overwriting import check_same
 from afo_sim.common.errors import InputError
 
-FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
+_FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
 
 
 @app.command("electronics")
@@ -64,7 +64,7 @@ def electronics_command(
         }
         if len(found.times):
             texts["inputs.csv"] = found.inputs_text()
-        with together(folder, FILES) as scratch:
+        with together(folder, _FILES) as scratch:
             for name, text in texts.items():
                 (scratch / name).parent.mkdir(exist_ok=True)
                 (scratch / name).write_text(text, encoding="utf-8")

@@ -21,12 +21,12 @@ from typer.core import TyperGroup
 
 from afo_sim.common.errors import AfoSimError, InputError
 
-BUG, INTERRUPTED, TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
-PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
+_BUG, _INTERRUPTED, _TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
+_PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
 # Arguments of the library whose options have another name.
-OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
-OPTIONS |= {"draws": "uncertainty"}
-ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
+_OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
+_OPTIONS |= {"draws": "uncertainty"}
+_ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
 
 
 class Terminated(KeyboardInterrupt):
@@ -55,7 +55,7 @@ def with_options(error: InputError, command: Any) -> InputError:
     parameters = {parameter.name: parameter for parameter in getattr(command, "params", ())}
 
     def option(argument: str) -> str | None:
-        name = OPTIONS.get(argument, argument)
+        name = _OPTIONS.get(argument, argument)
         found = (parameters.get(each) for each in (name, name.removesuffix("s"), f"{name}s"))
         parameter = next(filter(None, found), None)
         if parameter is None:
@@ -71,7 +71,7 @@ def with_options(error: InputError, command: Any) -> InputError:
     def named(found: re.Match[str]) -> str:
         return " ".join(filter(None, [option(found[1]), found[2]])) if option(found[1]) else found[0]
 
-    return error.renamed(field, lambda words: ARGUMENT.sub(named, words))
+    return error.renamed(field, lambda words: _ARGUMENT.sub(named, words))
 
 
 def print_version(asked: bool) -> None:
@@ -93,7 +93,7 @@ def run(app: typer.Typer) -> int:
         except BaseException as error:
             code = _report(error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error)
         code = _flush() or code
-    return TERMINATED if signals and code == INTERRUPTED else code
+    return _TERMINATED if signals and code == _INTERRUPTED else code
 
 
 def _report(error: BaseException) -> int:
@@ -112,7 +112,7 @@ def _message(error: BaseException) -> tuple[int, str]:
     if isinstance(error, AfoSimError):
         return error.exit_code, str(error)
     if isinstance(error, KeyboardInterrupt):
-        return INTERRUPTED, "stopped"
+        return _INTERRUPTED, "stopped"
     if isinstance(error, OSError):
         return 2, ": ".join(str(part) for part in (error.filename, reason(error)) if part)
     if isinstance(error, MemoryError):
@@ -121,7 +121,7 @@ def _message(error: BaseException) -> tuple[int, str]:
         return 2, "the input is nested too deeply"
     file = _write_bug(error)
     where = f"please send {file}" if file else "no file with the details could be written"
-    return BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
+    return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
 
 
 def _short(error: BaseException) -> str:
@@ -148,7 +148,7 @@ def _write_bug(error: BaseException) -> pathlib.Path | None:
 
 def _versions() -> dict[str, str]:
     found = {"python": platform.python_version()}
-    for package in PACKAGES:
+    for package in _PACKAGES:
         try:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

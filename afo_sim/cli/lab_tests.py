@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Test:
+class _Test:
     """Options of `stand`: muscles, and what is done to them."""
 
     test: Annotated[
@@ -47,7 +47,7 @@ class Test:
 
 @app.command("stand")
 @one_group
-def stand_command(test: Test) -> None:
+def stand_command(test: _Test) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
@@ -105,8 +105,8 @@ def _remarks(tests: "Stand") -> Iterator[str]:
         )
 
 
-RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
-LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
+_RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
+_LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
 
 
 @app.command("fit-run")
@@ -148,7 +148,7 @@ def fit_run_command(
             hold_out=hold_out,
             report=lambda text: report(0, 0, text),
         )
-        with together(out, RUN_FILES) as folder:
+        with together(out, _RUN_FILES) as folder:
             run_scenario.write(found, folder)
             write_log_figure(found, folder)
     for title, header, rows in run_scenario.tables(found):
@@ -202,7 +202,7 @@ def fit(
             like=like,
             report=lambda text: report(0, 0, text),
         )
-        with together(out, LAW_FILES) as folder:
+        with together(out, _LAW_FILES) as folder:
             law_report.write(found, folder)
             write_fit_figure(found, folder)
     for title, header, rows in law_report.tables(found):

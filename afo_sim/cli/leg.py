@@ -114,7 +114,7 @@ def leg_export_command(
 
 
 @dataclass(frozen=True)
-class Attachment:
+class _Attachment:
     """Options of `attach`: a model, an orthosis, and where it goes."""
 
     model: Annotated[
@@ -144,7 +144,7 @@ class Attachment:
 
 @app.command("attach")
 @one_group
-def attach_command(worn: Attachment) -> None:
+def attach_command(worn: _Attachment) -> None:
     """Put an orthosis on a leg of a whole model, which you then step from Python.
 
     A model that was written with it may be given again, for the other leg.

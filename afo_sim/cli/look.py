@@ -247,7 +247,7 @@ def _draw_air(
     return paths, ways(scheme)
 
 
-STUDIES = {
+_STUDIES = {
     "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
     "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
 }
@@ -302,5 +302,5 @@ def export_command(
 def _check_is_run(folder: pathlib.Path) -> None:
     """Refuse the folder of a study with the way to a run of it."""
     for file, kind in KNOWN_BY.items():
-        if kind in STUDIES and (folder / file).is_file():
-            raise InputError(f"holds a {kind} ({file})", file=folder, allowed=STUDIES[kind])
+        if kind in _STUDIES and (folder / file).is_file():
+            raise InputError(f"holds a {kind} ({file})", file=folder, allowed=_STUDIES[kind])

@@ -21,7 +21,7 @@ KNOWN_BY = {
     "fit.json": "fit of a muscle's law",
     "recording.parquet": "run",
 }
-OTHER = "another folder with --out"
+_OTHER = "another folder with --out"
 
 
 def check_folder(folder: pathlib.Path, kind: str = "") -> None:
@@ -30,7 +30,7 @@ def check_folder(folder: pathlib.Path, kind: str = "") -> None:
         if (folder / file).is_file():
             if found != kind:
                 problem = f"holds a {found} ({file})"
-                raise InputError(problem, field="out", value=str(folder), allowed=OTHER)
+                raise InputError(problem, field="out", value=str(folder), allowed=_OTHER)
             return
 
 
@@ -80,5 +80,5 @@ def _other(
 
 
 def _refused(folder: pathlib.Path, problem: str, whom: str) -> InputError:
-    allowed = f"--force, which replaces {whom}, or {OTHER}"
+    allowed = f"--force, which replaces {whom}, or {_OTHER}"
     return InputError(problem, field="out", value=str(folder), allowed=allowed)

@@ -11,10 +11,10 @@ from typing import Any
 
 from afo_sim.cli.common import print_table
 
-QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
-STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-FEW = 2  # changes that are told on a screen
-SPELLED = str.maketrans(  # for a terminal that does not know them
+_QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
+_STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
+_FEW = 2  # changes that are told on a screen
+_SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
 )
 
@@ -55,7 +55,7 @@ def _print_verdict(recording: Any) -> None:
 
 def _first(lines: list[str]) -> list[str]:
     """The title of a list and its first lines, for one screen; the report has all."""
-    return lines if _width() is None else lines[: 1 + FEW]
+    return lines if _width() is None else lines[: 1 + _FEW]
 
 
 def _print_numbers(recording: Any) -> None:
@@ -89,12 +89,13 @@ def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> 
 
     shown = Text("\n".join(_wrapped(text, hang)), style=style)
     if badge:
-        shown.stylize(STYLES.get(text[0], ""), 0, badge)
+        shown.stylize(_STYLES.get(text[0], ""), 0, badge)
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     try:
         shown.plain.encode(encoding)
     except UnicodeEncodeError:
-        plain = shown.plain.replace(" °", "°").translate(SPELLED).encode(encoding, "replace").decode(encoding)
+        spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
+        plain = spelled.encode(encoding, "replace").decode(encoding)
         print(plain)
         return
     if sys.stdout.isatty():
@@ -108,7 +109,7 @@ def _wrapped(text: str, hang: int) -> Iterator[str]:
     if width is None or len(text) <= width:
         yield text
         return
-    kept = QUANTITY.sub("\N{NO-BREAK SPACE}", text)
+    kept = _QUANTITY.sub("\N{NO-BREAK SPACE}", text)
     for line in textwrap.wrap(
         kept,
         max(width, hang + 20),

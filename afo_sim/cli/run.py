@@ -263,7 +263,7 @@ def both_command(
         check_writable(folder)
         found = legs.both(*pair, apart=shift, progress=report)
         found.save(folder, rrd=rrd, rate=hertz)
-    print_both(found, folder, numbers=numbers)
+    _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
 
 
@@ -276,7 +276,7 @@ def _check_folder(folder: pathlib.Path, pair: list[dict[str, Any]], apart: float
     check_same(folder, "run of both legs", "both.json", {"apart": apart}, problem, force=force, whom="them")
 
 
-def print_both(legs: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
+def _print_both(legs: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
     """Print two legs' runs."""
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
     print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")

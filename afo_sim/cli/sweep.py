@@ -36,7 +36,7 @@ LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 
 
 @dataclass(frozen=True)
-class Sweep:
+class _Sweep:
     """Options of `sweep`: which cases, and who computes them."""
 
     source: Annotated[
@@ -69,7 +69,7 @@ class Sweep:
 
 @app.command()
 @one_group
-def sweep(given: Sweep) -> None:
+def sweep(given: _Sweep) -> None:
     """Many cases of one scenario; started again, it goes on where it was stopped."""
     if given.show is not None:
         show_folder(given.show, given.out, given.metric or [], given.best)

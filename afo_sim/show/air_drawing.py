@@ -18,16 +18,16 @@ from afo_sim.show.air_symbols import DROP, INK, SYMBOLS, THIN, TRIANGLE, WIDE, P
 from afo_sim.show.style import COLOURS, ORANGE, ink, plain, write_page
 from afo_sim.show.style import LINE as PAGE_LETTERS
 
-FONT, LINE = 6.6, 0.108  # of a label [points], height of its line
-LETTERS = 17  # of a line of a name
-LONGEST = 51  # letters of a name that are kept
-PITCH, MARGIN = 0.09, 0.08  # between tracks, and beside the outermost ones
-ABOVE = 0.04  # between a symbol and its label
+_FONT, _LINE = 6.6, 0.108  # of a label [points], height of its line
+_LETTERS = 17  # of a line of a name
+_LONGEST = 51  # letters of a name that are kept
+_PITCH, _MARGIN = 0.09, 0.08  # between tracks, and beside the outermost ones
+_ABOVE = 0.04  # between a symbol and its label
 NARROW = "narrowest"
 
 
 @dataclass(frozen=True)
-class Placed:
+class _Placed:
     """A part on the page.
 
     lines : of its label, from above; the first `bold` of them its name
@@ -44,7 +44,7 @@ class Placed:
     @property
     def top(self) -> float:
         """Lower edge of its label."""
-        return self.y + self.symbol.up + ABOVE
+        return self.y + self.symbol.up + _ABOVE
 
     def port(self, side: str) -> tuple[float, float]:
         """Where its line begins."""
@@ -57,7 +57,7 @@ class Placed:
 class Layout:
     """All parts, and the lines between them, in the lower right quarter of the plane below (0, 0)."""
 
-    placed: dict[str, Placed]
+    placed: dict[str, _Placed]
     routes: Routes
     x: np.ndarray
     y: np.ndarray
@@ -83,14 +83,14 @@ def layout(scheme: AirScheme) -> Layout:
     found = cells(scheme)
     routes = route(found)
     labels = {cell.name: label(scheme, cell) for cell in found}
-    kinds = {cell.name: kind_of(scheme, cell) for cell in found}
+    kinds = {cell.name: _kind_of(scheme, cell) for cell in found}
     n_column, n_row = routes.tracks.size
     halves, up, down = np.full(n_column, 0.15), np.zeros(n_row), np.zeros(n_row)
     for cell in found:
         symbol, (column, row) = SYMBOLS[kinds[cell.name]][1], cell.place
         lines, bold = labels[cell.name]
         halves[column] = max(halves[column], _half(cell, symbol, lines, bold))
-        up[row] = max(up[row], symbol.up + ABOVE + LINE * len(lines))
+        up[row] = max(up[row], symbol.up + _ABOVE + _LINE * len(lines))
         drop = 0.26 if AMBIENT in (cell.left, cell.right) else 0.0
         drop = 0.2 - symbol.low[1] if cell.low == AMBIENT else drop
         down[row] = max(down[row], symbol.down, drop)
@@ -99,9 +99,9 @@ def layout(scheme: AirScheme) -> Layout:
     placed = {}
     for cell in found:
         kind, (lines, bold) = kinds[cell.name], labels[cell.name]
-        middle = (routes.tracks.middle(k) for k in cell.place)
-        column, row = middle
-        placed[cell.name] = Placed(cell, kind, SYMBOLS[kind][1], lines, bold, float(x[column]), float(y[row]))
+        column, row = (routes.tracks.middle(k) for k in cell.place)
+        at = float(x[column]), float(y[row])
+        placed[cell.name] = _Placed(cell, kind, SYMBOLS[kind][1], lines, bold, *at)
     moved = {routes.tracks.port(cell, "low"): placed[cell.name].port("low")[0] for cell in found if cell.low}
     return Layout(placed, routes, x, y, moved)
 
@@ -122,11 +122,11 @@ def _spaced(routes: Routes, before: np.ndarray, behind: np.ndarray, axis: int) -
         lines = [k for k in range(tracks.n) if tracks.track(channel, k) in used]
         outer = channel in (0, tracks.size[axis])
         if lines or not outer:
-            at = edge + MARGIN
-            here = [at + PITCH * sum(line < k for line in lines) for k in range(tracks.n)]
-            last = at + PITCH * max(len(lines) - 1, 0)
+            at = edge + _MARGIN
+            here = [at + _PITCH * sum(line < k for line in lines) for k in range(tracks.n)]
+            last = at + _PITCH * max(len(lines) - 1, 0)
             places += [min(each, last) for each in here]
-            edge = last + MARGIN
+            edge = last + _MARGIN
         else:
             places += [edge] * tracks.n
         if channel < tracks.size[axis]:
@@ -141,7 +141,7 @@ def _used(routes: Routes, axis: int) -> set[int]:
     return {a[axis] for a, b in pieces if a != b and (a[1] == b[1]) == (axis == 1)}
 
 
-def kind_of(scheme: AirScheme, cell: Cell) -> str:
+def _kind_of(scheme: AirScheme, cell: Cell) -> str:
     """The symbol that a part has."""
     return scheme.nodes[cell.name].kind if cell.node else scheme.edges[cell.name].kind
 
@@ -150,17 +150,17 @@ def label(scheme: AirScheme, cell: Cell) -> tuple[tuple[str, ...], int]:
     """Lines of a part's label, and how many of them are its name."""
     if cell.node:
         node = scheme.nodes[cell.name]
-        name = wrapped(node.name)
-        return (*name, *(part for line in node.lines for part in wrapped(line))), len(name)
+        name = _wrapped(node.name)
+        return (*name, *(part for line in node.lines for part in _wrapped(line))), len(name)
     edge = scheme.edges[cell.name]
-    name = wrapped(edge.label)
+    name = _wrapped(edge.label)
     if cell.name in scheme.narrowest:
         name = [NARROW, *name]
-    lines = [part for line in (*edge.lines, *figures(edge)) for part in wrapped(line)]
+    lines = [part for line in (*edge.lines, *_figures(edge)) for part in _wrapped(line)]
     return (*name, *lines), len(name)
 
 
-def figures(edge: AirEdge) -> list[str]:
+def _figures(edge: AirEdge) -> list[str]:
     """C and b of an edge, of a 3/2 valve and a quick exhaust both ways."""
     if edge.forward == float("inf"):
         return []
@@ -171,13 +171,13 @@ def figures(edge: AirEdge) -> list[str]:
     return found
 
 
-def wrapped(text: str) -> list[str]:
+def _wrapped(text: str) -> list[str]:
     """A text in lines of a label, broken at spaces and underscores; words too long for a line are cut."""
     found = [""]
-    for word in re.findall(r"[^ _]*_+|[^ _]+|_+", " ".join(plain(text, LONGEST).split())):
-        for part in [word[k : k + LETTERS] for k in range(0, len(word), LETTERS)]:
+    for word in re.findall(r"[^ _]*_+|[^ _]+|_+", " ".join(plain(text, _LONGEST).split())):
+        for part in [word[k : k + _LETTERS] for k in range(0, len(word), _LETTERS)]:
             joined = found[-1] + part if found[-1].endswith("_") else f"{found[-1]} {part}".strip()
-            if len(joined) <= LETTERS:
+            if len(joined) <= _LETTERS:
                 found[-1] = joined
             else:
                 found.append(part)
@@ -190,18 +190,18 @@ def width(text: str, bold: bool = False) -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextToPath
 
-    font = FontProperties(size=FONT, weight="bold" if bold else "normal")
+    font = FontProperties(size=_FONT, weight="bold" if bold else "normal")
     points, _, _ = TextToPath().get_text_width_height_descent(text.replace(r"\$", "$"), font, ismath=False)
     return 1.03 * float(points) / 72.0
 
 
-BORDER, HEAD, FOOT = 0.35, 0.62, 0.2  # of the page, its heading, above the caption [inch]
-LEAST_WIDTH = 7.3  # of the page [inch]
-CAPTION, CAPTION_LINE = 7.5, 0.125  # letters [points], height of a line [inch]
-LETTER = 0.0545  # mean width of a letter of the caption [inch]
-PALE = "#FDE9D9"  # behind the narrowest
-UNIT = "dm³/(s·bar)"
-LEGEND = (
+_BORDER, _HEAD, _FOOT = 0.35, 0.62, 0.2  # of the page, its heading, above the caption [inch]
+_LEAST_WIDTH = 7.3  # of the page [inch]
+_CAPTION, _CAPTION_LINE = 7.5, 0.125  # letters [points], height of a line [inch]
+_LETTER = 0.0545  # mean width of a letter of the caption [inch]
+_PALE = "#FDE9D9"  # behind the narrowest
+_UNIT = "dm³/(s·bar)"
+_LEGEND = (
     "C: sonic conductance of air in dm³/(s·bar), b: critical pressure ratio (ISO 6358), of the open part. "
     "Together C = 1/√(Σ1/C²). Pressures are gauge. Open triangle: ambient air. Lines that cross without a "
     "dot do not meet."
@@ -217,33 +217,33 @@ def write_air(scheme: AirScheme, path: pathlib.Path) -> None:
 
 def page_size(scheme: AirScheme, found: Layout) -> tuple[float, float]:
     """Width and height [inch]."""
-    width = max(LEAST_WIDTH, found.width + 2.0 * BORDER)
+    width = max(_LEAST_WIDTH, found.width + 2.0 * _BORDER)
     lines = len(_caption(scheme, width))
-    return width, HEAD + found.height + FOOT + CAPTION_LINE * lines + BORDER
+    return width, _HEAD + found.height + _FOOT + _CAPTION_LINE * lines + _BORDER
 
 
 def page(figure: Any, scheme: AirScheme, found: Layout) -> None:
     """Fill an empty figure of the page's size."""
     figure.set_layout_engine("none")
     width, height = page_size(scheme, found)
-    x = BORDER / width
+    x = _BORDER / width
     heading = f"{plain(scheme.name)}: air path"
     figure.text(x, 1.0 - 0.2 / height, heading, fontsize=12.0, weight="bold", va="top")
-    told = plain(scheme.description, min(PAGE_LETTERS + 60, int((width - 2.0 * BORDER) / 0.06)))
+    told = plain(scheme.description, min(PAGE_LETTERS + 60, int((width - 2.0 * _BORDER) / 0.06)))
     figure.text(x, 1.0 - 0.42 / height, told, fontsize=8.0, va="top", color="0.25")
     axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     aside = 0.5 * (width - found.width)
     axis.set_xlim(-aside, width - aside)
-    axis.set_ylim(HEAD - height, HEAD)
+    axis.set_ylim(_HEAD - height, _HEAD)
     axis.set_axis_off()
-    draw_lines(axis, found)
+    _draw_lines(axis, found)
     colours = _colours(scheme)
     for part in found.placed.values():
-        draw_part(axis, scheme, part, colours.get(part.cell.name, ""))
-    top = HEAD + found.height + FOOT
+        _draw_part(axis, scheme, part, colours.get(part.cell.name, ""))
+    top = _HEAD + found.height + _FOOT
     for k, line in enumerate(_caption(scheme, width)):
-        look: dict[str, Any] = {"fontsize": CAPTION, "va": "top", "color": "0.15"}
-        figure.text(x, 1.0 - (top + k * CAPTION_LINE) / height, line, **look)
+        look: dict[str, Any] = {"fontsize": _CAPTION, "va": "top", "color": "0.15"}
+        figure.text(x, 1.0 - (top + k * _CAPTION_LINE) / height, line, **look)
 
 
 def _colours(scheme: AirScheme) -> dict[str, str]:
@@ -252,7 +252,7 @@ def _colours(scheme: AirScheme) -> dict[str, str]:
     return {name: COLOURS[(1 - k) % len(COLOURS)] for k, name in enumerate(chambers)}
 
 
-def draw_lines(axis: Any, found: Layout) -> None:
+def _draw_lines(axis: Any, found: Layout) -> None:
     """Lines from port to port, with a dot where three meet."""
     from matplotlib.collections import LineCollection
 
@@ -276,7 +276,7 @@ def draw_lines(axis: Any, found: Layout) -> None:
     axis.add_collection(LineCollection(pieces, colors=INK, lw=THIN, capstyle="projecting", zorder=3))
 
 
-def draw_part(axis: Any, scheme: AirScheme, part: Placed, colour: str) -> None:
+def _draw_part(axis: Any, scheme: AirScheme, part: _Placed, colour: str) -> None:
     """A symbol with its label; on a pale ground and in thick lines where it is the narrowest."""
     cell, narrow = part.cell, part.cell.name in scheme.narrowest
     draw, symbol = SYMBOLS[part.kind]
@@ -297,17 +297,17 @@ def draw_part(axis: Any, scheme: AirScheme, part: Placed, colour: str) -> None:
         upright.ambient(*symbol.low)
     for k, line in enumerate(reversed(part.lines)):
         name = k >= len(part.lines) - part.bold
-        look: dict[str, Any] = {"fontsize": FONT, "ha": "center", "va": "baseline", "zorder": 7}
+        look: dict[str, Any] = {"fontsize": _FONT, "ha": "center", "va": "baseline", "zorder": 7}
         look |= {"weight": "bold" if name else "normal", "color": "black" if name else "0.2"}
         look |= {"color": ink(ORANGE)} if line == NARROW else {}
-        axis.text(part.x, part.top + k * LINE + 0.02, line, **look)
+        axis.text(part.x, part.top + k * _LINE + 0.02, line, **look)
 
 
-def _ground(axis: Any, part: Placed) -> None:
+def _ground(axis: Any, part: _Placed) -> None:
     from matplotlib.patches import Rectangle
 
     half, low, high = part.symbol.half + 0.03, -part.symbol.down - 0.02, part.symbol.up + 0.02
-    look: dict[str, Any] = {"facecolor": PALE, "edgecolor": ORANGE, "lw": 1.0, "zorder": 1}
+    look: dict[str, Any] = {"facecolor": _PALE, "edgecolor": ORANGE, "lw": 1.0, "zorder": 1}
     axis.add_patch(Rectangle((part.x - half, part.y + low), 2.0 * half, high - low, **look))
 
 
@@ -329,15 +329,15 @@ def _told(way: AirWay) -> str:
         return "without restriction"
     narrowest = plain(way.narrowest, None)
     if len(way.edges) == 1:
-        return f"through {narrowest} alone, C {conductance(way.conductance)} {UNIT}"
+        return f"through {narrowest} alone, C {conductance(way.conductance)} {_UNIT}"
     least = dict(way.edges)[way.narrowest]
-    told = f"C {conductance(way.conductance)} {UNIT} of {len(way.edges)} parts, the narrowest: {narrowest}"
+    told = f"C {conductance(way.conductance)} {_UNIT} of {len(way.edges)} parts, the narrowest: {narrowest}"
     return f"{told} (C {conductance(least)}, {100.0 * way.share:.0f} % of Σ1/C²)"
 
 
 def _caption(scheme: AirScheme, width: float) -> list[str]:
-    letters = int((width - 2.0 * BORDER) / LETTER)
-    texts = [*(text.replace(f" {UNIT}", "") for text in ways(scheme)), LEGEND]
+    letters = int((width - 2.0 * _BORDER) / _LETTER)
+    texts = [*(text.replace(f" {_UNIT}", "") for text in ways(scheme)), _LEGEND]
     return [line for text in texts for line in textwrap.wrap(text, letters)]
 
 

@@ -214,13 +214,13 @@ def _beside(scheme: AirScheme, node: str) -> Iterator[tuple[str, str]]:
 
 
 Vertex = tuple[int, int]  # indices of a track or a middle, from the left and from above
-HOP, BEND, CROSSING, ASIDE = 4, 3, 6, 8  # costs beside that of a track, 1
-MOST_TRACKS = 12
-H, V = 0, 1
+_HOP, _BEND, _CROSSING, _ASIDE = 4, 3, 6, 8  # costs beside that of a track, 1
+_MOST_TRACKS = 12
+_H, _V = 0, 1
 
 
 @dataclass(frozen=True)
-class Tracks:
+class _Tracks:
     """Indices of tracks and middles, with `n` tracks in each channel."""
 
     n: int
@@ -256,7 +256,7 @@ class Routes:
     used : of every vertex, the directions in which a node's line goes there
     """
 
-    tracks: Tracks
+    tracks: _Tracks
     lines: dict[str, set[tuple[Vertex, Vertex]]] = field(default_factory=dict)
     used: dict[Vertex, dict[str, set[int]]] = field(default_factory=dict)
 
@@ -265,7 +265,7 @@ class Routes:
         for a, b in itertools.pairwise(path):
             self.lines.setdefault(node, set()).add((min(a, b), max(a, b)))
             for end in (a, b):
-                self.used.setdefault(end, {}).setdefault(node, set()).add(H if a[1] == b[1] else V)
+                self.used.setdefault(end, {}).setdefault(node, set()).add(_H if a[1] == b[1] else _V)
 
 
 def ports(cell: Cell) -> list[tuple[str, str]]:
@@ -276,7 +276,7 @@ def ports(cell: Cell) -> list[tuple[str, str]]:
 
 def route(cells: Sequence[Cell]) -> Routes:
     """Lines from every edge's ports to its nodes, with as many tracks as they need."""
-    for n in range(4, MOST_TRACKS + 1):
+    for n in range(4, _MOST_TRACKS + 1):
         if (found := _route(cells, n)) is not None:
             return found
     raise AssertionError("an air path that no lines can be drawn of")
@@ -284,7 +284,7 @@ def route(cells: Sequence[Cell]) -> Routes:
 
 def _route(cells: Sequence[Cell], n: int) -> Routes | None:
     size = (1 + max(c.place[0] for c in cells), 1 + max(c.place[1] for c in cells))
-    tracks = Tracks(n, size)
+    tracks = _Tracks(n, size)
     taken = {cell.place for cell in cells}
     owner = {tracks.port(cell, side): node for cell in cells for side, node in ports(cell)}
     routes = Routes(tracks)
@@ -303,7 +303,7 @@ def _route(cells: Sequence[Cell], n: int) -> Routes | None:
     return routes
 
 
-def _ends(cells: Sequence[Cell], tracks: Tracks) -> dict[str, tuple[dict[Vertex, int], list[Vertex]]]:
+def _ends(cells: Sequence[Cell], tracks: _Tracks) -> dict[str, tuple[dict[Vertex, int], list[Vertex]]]:
     """Of every node its own ports with what it costs to begin there, and the ports that it leads to."""
     found: dict[str, tuple[dict[Vertex, int], list[Vertex]]] = {}
     columns = {cell.name: cell.place[0] for cell in cells if cell.node}
@@ -312,7 +312,7 @@ def _ends(cells: Sequence[Cell], tracks: Tracks) -> dict[str, tuple[dict[Vertex,
         for side, node in ports(cell):
             starts, targets = found.setdefault(node, ({}, []))
             if cell.node:
-                starts[tracks.port(cell, side)] = ASIDE if side == "right" and cell.place[0] == last else 0
+                starts[tracks.port(cell, side)] = _ASIDE if side == "right" and cell.place[0] == last else 0
             else:
                 targets.append(tracks.port(cell, side))
     return found
@@ -354,12 +354,12 @@ def _search(
                 continue
             if owner.get(other, node) != node:
                 continue
-            more = step + (BEND if way not in (-1, axis) else 0)
+            more = step + (_BEND if way not in (-1, axis) else 0)
             foreign = [used for name, used in routes.used.get(other, {}).items() if name != node]
             if foreign:
                 if other in targets or any(used != {1 - axis} for used in foreign):
                     continue
-                more += CROSSING
+                more += _CROSSING
             count += 1
             heapq.heappush(queue, (cost + more, count, other, axis, (at, way)))
     return None
@@ -376,7 +376,7 @@ def _back(
     return path[::-1]
 
 
-def _next(tracks: Tracks, at: Vertex, taken: set[Place]) -> Iterable[tuple[Vertex, int, int]]:
+def _next(tracks: _Tracks, at: Vertex, taken: set[Place]) -> Iterable[tuple[Vertex, int, int]]:
     """(vertex, direction, cost) of every step: along rows' middles through empty places, along all tracks."""
     (x, y), n = at, tracks.n
     most = tuple(k * (n + 1) + n for k in tracks.size)
@@ -387,9 +387,9 @@ def _next(tracks: Tracks, at: Vertex, taken: set[Place]) -> Iterable[tuple[Verte
         column = (x if tracks.is_middle(x) else other) // (n + 1)
         if middle and tracks.is_middle(y) and (column, y // (n + 1)) in taken:
             continue
-        yield (other, y), H, HOP if middle else 1
+        yield (other, y), _H, _HOP if middle else 1
     if tracks.is_middle(x):
         return
     for other in (y - 1, y + 1):
         if 0 <= other < most[1]:
-            yield (x, other), V, HOP if tracks.is_middle(other) or tracks.is_middle(y) else 1
+            yield (x, other), _V, _HOP if tracks.is_middle(other) or tracks.is_middle(y) else 1

@@ -15,10 +15,10 @@ from afo_sim.study.sizing.candidate import Tried
 from afo_sim.study.sizing.requirement import Requirement
 from afo_sim.study.sizing.result import Sizing
 
-BODE_SIZE = (6.4, 5.0)  # [inch]
-LONG = 72  # letters of a legend's line
-LEAST, MOST = -50.0, 10.0  # gain that is shown at most [dB]
-QUARTER = 90.0  # between two lines of the phase's axis [deg]
+_BODE_SIZE = (6.4, 5.0)  # [inch]
+_LONG = 72  # letters of a legend's line
+_LEAST, _MOST = -50.0, 10.0  # gain that is shown at most [dB]
+_QUARTER = 90.0  # between two lines of the phase's axis [deg]
 
 
 def draw_bode(found: FrequencyResponse, path: pathlib.Path) -> None:
@@ -29,10 +29,10 @@ def draw_bode(found: FrequencyResponse, path: pathlib.Path) -> None:
     found : what `bode` gives
     path : file to write; its suffix, png, pdf or svg, is the format
     """
-    draw_curves({_label(curve): curve for curve in found.curves.values()}, path, _bode_title(found))
+    _draw_curves({_label(curve): curve for curve in found.curves.values()}, path, _bode_title(found))
 
 
-def draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = "") -> None:
+def _draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = "") -> None:
     """Draw curves of one or several frequency responses over each other."""
 
     def fill(figure: Any) -> None:
@@ -40,7 +40,7 @@ def draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = ""
         if title:
             figure.suptitle(plain(title, 95), x=0.01, ha="left", fontsize=9.0)
 
-    write_figure(path, BODE_SIZE, fill)
+    write_figure(path, _BODE_SIZE, fill)
 
 
 def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
@@ -53,7 +53,7 @@ def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
             "marker": MARKERS[1 + k % (len(MARKERS) - 1)],
             "ms": 3.0,
         }
-        gain.semilogx(curve.frequency, curve.decibel, label=plain(name, LONG), **look)
+        gain.semilogx(curve.frequency, curve.decibel, label=plain(name, _LONG), **look)
         phase.semilogx(curve.frequency, np.degrees(curve.phase), **look)
     _axes(gain, phase, list(curves.values()))
     gain.legend(loc="lower left")
@@ -61,7 +61,7 @@ def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
 
 def _axes(gain: Any, phase: Any, curves: list[Curve]) -> None:
     lowest = min(float(curve.decibel.min()) for curve in curves)
-    gain.set_ylim(max(lowest - 3.0, LEAST), min(max(float(c.decibel.max()) for c in curves) + 3.0, MOST))
+    gain.set_ylim(max(lowest - 3.0, _LEAST), min(max(float(c.decibel.max()) for c in curves) + 3.0, _MOST))
     gain.axhline(HALF_POWER, color=GREY, lw=0.7)
     gain.annotate("−3 dB", (1.0, HALF_POWER), xycoords=("axes fraction", "data"), ha="right", va="bottom",
                   color=GREY, fontsize=8.0)  # fmt: skip
@@ -70,9 +70,9 @@ def _axes(gain: Any, phase: Any, curves: list[Curve]) -> None:
     phase.axhline(-90.0, color=GREY, lw=0.7)
     low = min(float(np.degrees(curve.phase).min()) for curve in curves)
     high = max(float(np.degrees(curve.phase).max()) for curve in curves)
-    first, last = math.floor(low / QUARTER) * QUARTER, max(math.ceil(high / QUARTER) * QUARTER, 0.0)
+    first, last = math.floor(low / _QUARTER) * _QUARTER, max(math.ceil(high / _QUARTER) * _QUARTER, 0.0)
     phase.set_ylim(first, last)
-    phase.set_yticks(np.arange(first, last + 1.0, QUARTER))
+    phase.set_yticks(np.arange(first, last + 1.0, _QUARTER))
     phase.set_ylabel("phase [deg]\na lag is negative")
     phase.set_xlabel("frequency [Hz]")
     for axis in (gain, phase):
@@ -114,12 +114,12 @@ def _bode_title(found: FrequencyResponse) -> str:
     return f"{name}: {of}, {factor * found.mean:.3g} ± {factor * found.amplitude:.3g} {unit}"
 
 
-WIDTH, HEAD, PANEL = 6.4, 1.3, 1.6  # [inch]
-DECADES = 30.0  # ratio of largest to smallest size from which on the axis is logarithmic
-MOST_NAMES = 40  # candidates that are named
-NAME = 16  # letters of a name
-APART = 0.021  # of two names, as a share of the axis' width
-EDGE = 0.05  # of the axis, beside the first and last candidate [-]
+_WIDTH, _HEAD, _PANEL = 6.4, 1.3, 1.6  # [inch]
+_DECADES = 30.0  # ratio of largest to smallest size from which on the axis is logarithmic
+_MOST_NAMES = 40  # candidates that are named
+_NAME = 16  # letters of a name
+_APART = 0.021  # of two names, as a share of the axis' width
+_EDGE = 0.05  # of the axis, beside the first and last candidate [-]
 
 
 def draw_size(found: Sizing, path: pathlib.Path) -> None:
@@ -132,13 +132,13 @@ def draw_size(found: Sizing, path: pathlib.Path) -> None:
     """
 
     def fill(figure: Any) -> None:
-        size_panels(figure, found)
+        _size_panels(figure, found)
         figure.suptitle(plain(_title(found), 95), x=0.01, ha="left", fontsize=9.0)
 
-    write_figure(path, (WIDTH, HEAD + PANEL * max(len(found.requirements), 1)), fill)
+    write_figure(path, (_WIDTH, _HEAD + _PANEL * max(len(found.requirements), 1)), fill)
 
 
-def size_panels(figure: Any, found: Sizing) -> None:
+def _size_panels(figure: Any, found: Sizing) -> None:
     """A panel for each limit, over one axis of sizes; in an empty Matplotlib figure or a part of one."""
     panels = list(np.atleast_1d(figure.subplots(max(len(found.requirements), 1), 1, sharex=True)))
     ran = [each for each in found.tried if each.status == "run"]
@@ -170,7 +170,7 @@ def _places(found: Sizing, ran: Sequence[Tried]) -> np.ndarray:
 
 
 def _logarithmic(found: Sizing, places: np.ndarray) -> bool:
-    wide = len(places) > 1 and places.min() > 0.0 and places.max() / places.min() > DECADES
+    wide = len(places) > 1 and places.min() > 0.0 and places.max() / places.min() > _DECADES
     return (
         wide and found.kind != "pressure" and bool(np.isfinite([e.candidate.size for e in found.tried]).all())
     )
@@ -192,7 +192,7 @@ def _across(axis: Any, found: Sizing, places: np.ndarray) -> None:
     elif not sized:
         axis.set_xticks([])
     low, high = (np.log10(p) if _logarithmic(found, places) else p for p in (places.min(), places.max()))
-    room = EDGE * (high - low) or 0.1 * (abs(high) or 1.0)
+    room = _EDGE * (high - low) or 0.1 * (abs(high) or 1.0)
     ends = (low - room, high + room)
     axis.set_xlim(*(10.0**end for end in ends) if _logarithmic(found, places) else ends)
 
@@ -224,7 +224,7 @@ def _panel(
     unit = UNITS.get(requirement.unit, requirement.unit)
     axis.set_ylabel(f"margin [{unit}]" if unit else "margin")
     first = axis.get_subplotspec().is_first_row() and found.kind != "pressure"
-    longest = max((len(plain(each.name, NAME)) for each in ran), default=0)
+    longest = max((len(plain(each.name, _NAME)) for each in ran), default=0)
     axis.set_title(
         plain(f"{requirement.label} {requirement.wanted}", 70),
         loc="left",
@@ -234,20 +234,20 @@ def _panel(
 
 def _names(axis: Any, ran: Sequence[Tried], places: np.ndarray) -> None:
     """Names of the candidates above the first panel, moved apart, each with a line to its place."""
-    if not 0 < len(ran) <= MOST_NAMES:
+    if not 0 < len(ran) <= _MOST_NAMES:
         return
     shares = [axis.transAxes.inverted().transform(axis.transData.transform((at, 0.0)))[0] for at in places]
     order = np.argsort(shares, kind="stable")
     moved = np.array(shares, float)[order]
     for k in range(1, len(moved)):
-        moved[k] = max(moved[k], moved[k - 1] + APART)
+        moved[k] = max(moved[k], moved[k - 1] + _APART)
     moved -= max(moved[-1] - 1.0, 0.0) if len(moved) else 0.0
     for k in range(len(moved) - 2, -1, -1):  # those before make room for what was moved back
         moved[k] = min(
-            moved[k], shares[order[k]] if moved[k] < shares[order[k]] else moved[k], moved[k + 1] - APART
+            moved[k], shares[order[k]] if moved[k] < shares[order[k]] else moved[k], moved[k + 1] - _APART
         )
     for k, share in zip(order, moved, strict=True):
-        axis.annotate(plain(ran[k].name, NAME), (places[k], 1.0), xycoords=("data", "axes fraction"),
+        axis.annotate(plain(ran[k].name, _NAME), (places[k], 1.0), xycoords=("data", "axes fraction"),
                       xytext=(share, 1.07), textcoords="axes fraction", rotation=90, ha="center", va="bottom",
                       fontsize=6.5, color=GREY, arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.4,
                       "shrinkA": 0.0, "shrinkB": 0.0})  # fmt: skip

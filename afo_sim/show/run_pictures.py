@@ -32,8 +32,8 @@ from afo_sim.study.search.best import BestDesign
 from afo_sim.study.sizing.result import Sizing
 from afo_sim.study.words import chosen
 
-Run = Recording | str | os.PathLike[str]
-Runs = Run | Mapping[object, Run] | Sequence[Run]
+_Run = Recording | str | os.PathLike[str]
+_Runs = _Run | Mapping[object, _Run] | Sequence[_Run]
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Picture:
             return self.save(pathlib.Path(folder) / "figure.png").read_bytes()
 
 
-def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "overview") -> Picture:
+def figure(run: _Run, out: str | os.PathLike[str] | None = None, *, kind: str = "overview") -> Picture:
     """A publication figure of a run; `report` sets several side by side.
 
     Parameters
@@ -91,7 +91,7 @@ def figure(run: Run, out: str | os.PathLike[str] | None = None, *, kind: str = "
     return picture
 
 
-def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.Path:
+def report(runs: _Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.Path:
     """A report of a run, or of several side by side, as one HTML file that needs nothing outside itself.
 
     Parameters
@@ -125,7 +125,7 @@ def report(runs: Runs, out: str | os.PathLike[str] = "report.html") -> pathlib.P
         return write_report(folders, pathlib.Path(out))
 
 
-def view(runs: Runs) -> None:
+def view(runs: _Runs) -> None:
     """Open a run, or several laid over each other, in the Rerun viewer, and wait until it is closed.
 
     Parameters
@@ -160,7 +160,7 @@ def view(runs: Runs) -> None:
 
 
 @contextmanager
-def _folders(runs: Runs) -> Iterator[list[pathlib.Path]]:
+def _folders(runs: _Runs) -> Iterator[list[pathlib.Path]]:
     """Folders of runs, named as the runs are; those of recordings are there for the time being."""
     if isinstance(runs, Recording | str | os.PathLike):
         runs = [runs]
@@ -195,12 +195,12 @@ def _save(run: Recording, label: str, scratch: str) -> pathlib.Path:
     return run.save(pathlib.Path(scratch) / next(each for each in names if each not in taken), rrd=False)
 
 
-WIDTH = 380  # of a figure [px]
-RIGHT, LEFT = "text-align: right", "text-align: left"
-EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer
-BEST_CASES = 3  # of a sweep, for each metric
+_WIDTH = 380  # of a figure [px]
+_RIGHT, _LEFT = "text-align: right", "text-align: left"
+_EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer
+_BEST_CASES = 3  # of a sweep, for each metric
 
-Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+_Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
 def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueFit | Sizing) -> str:
@@ -209,7 +209,7 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueF
         return recording_html(result)
     if isinstance(result, Results):
         found = findings(result, chosen(result, []))
-        return _element(repr(result), sweep_tables.tables(found, BEST_CASES), found.remarks)
+        return _element(repr(result), sweep_tables.tables(found, _BEST_CASES), found.remarks)
     if isinstance(result, BestDesign):
         tables, lines = search_words.tables(result.summary), search_words.statement(result.summary)
         return _element(repr(result), tables, lines)
@@ -246,20 +246,20 @@ def recording_html(recording: Recording) -> str:
 def _verdict(recording: Recording) -> str:
     """The four answers, a line each."""
     rows = "".join(
-        f'<tr><td style="{LEFT}; white-space: nowrap; border-left: 6px solid {EDGES[answer.status]}"><b>'
-        f'{escape(verdict.badge(answer))}</b></td><td style="{LEFT}"><b>{escape(answer.question)}</b> '
+        f'<tr><td style="{_LEFT}; white-space: nowrap; border-left: 6px solid {_EDGES[answer.status]}"><b>'
+        f'{escape(verdict.badge(answer))}</b></td><td style="{_LEFT}"><b>{escape(answer.question)}</b> '
         f"{escape(answer.text)} <small>Limit: {escape(verdict.limit(recording, answer))}.</small></td></tr>"
         for answer in recording.verdict
     )
     return f"<table>{rows}</table>"
 
 
-def _element(head: str, tables: Sequence[Table], lines: Sequence[str]) -> str:
+def _element(head: str, tables: Sequence[_Table], lines: Sequence[str]) -> str:
     """Tables with their titles, the remarks below."""
     parts = [f"<b>{escape(head.strip('<>'))}</b>"]
     for title, header, rows in tables:
-        cells = "".join(f'<th style="{LEFT}">{escape(name)}</th>' for name in header)
-        lines_of = ("".join(f'<td style="{LEFT}">{escape(cell)}</td>' for cell in row) for row in rows)
+        cells = "".join(f'<th style="{_LEFT}">{escape(name)}</th>' for name in header)
+        lines_of = ("".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in row) for row in rows)
         body = "".join(f"<tr>{line}</tr>" for line in lines_of)
         parts.append(f"<table><caption>{escape(title)}</caption><tr>{cells}</tr>{body}</table>")
     parts += [f"<div>{escape(line)}</div>" for line in lines]
@@ -271,14 +271,14 @@ def _picture(draw: Callable[[Recording, pathlib.Path], None], recording: Recordi
         path = pathlib.Path(folder) / "figure.png"
         draw(recording, path)
         data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img width="{WIDTH}" style="background: white" src="data:image/png;base64,{data}">'
+    return f'<img width="{_WIDTH}" style="background: white" src="data:image/png;base64,{data}">'
 
 
 def _numbers(metrics: dict[str, Metric], *, unfolded: bool) -> str:
     """A table of all numbers; of a walk, which opens with its verdict, folded."""
     rows = "".join(
         f'<tr title="{escape(words(name).meaning)}"><td style="text-align: left">{escape(words(name).label)}'
-        f'</td><td style="{RIGHT}">{number(metric.value, metric.unit)}</td><td>{escape(unit(metric))}</td>'
+        f'</td><td style="{_RIGHT}">{number(metric.value, metric.unit)}</td><td>{escape(unit(metric))}</td>'
         f'<td style="text-align: left"><code>{escape(name)}</code></td></tr>'
         for name, metric in metrics.items()
     )

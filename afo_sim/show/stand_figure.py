@@ -22,8 +22,8 @@ SHOWN = {
     "velocity": ("shortening speed [m/s]", -1.0),
     "time": ("time [s]", 1.0),
 }
-PANEL = (3.6, 2.9)  # of one panel [inch]
-COLUMNS = 3  # panels side by side
+_PANEL = (3.6, 2.9)  # of one panel [inch]
+_COLUMNS = 3  # panels side by side
 
 
 def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
@@ -35,18 +35,18 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
     4.4-4.6). Release: contraction and speed over time.
     """
     tall = {"step": 3, "release": 2}.get(trials[0].plan.kind, 1)
-    across = min(len(trials), COLUMNS)
+    across = min(len(trials), _COLUMNS)
     down = -(-len(trials) // across)
-    height = PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
+    height = _PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
     fill = functools.partial(_page, trials=trials, compared=compared, tall=tall)
-    write_figure(path, (PANEL[0] * across + 0.9, height + 0.4), fill)
+    write_figure(path, (_PANEL[0] * across + 0.9, height + 0.4), fill)
 
 
 def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], tall: int) -> None:
     """A block of `tall` panels for each trial."""
     kind = trials[0].plan.kind
     fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
-    across = min(len(trials), COLUMNS)
+    across = min(len(trials), _COLUMNS)
     down = -(-len(trials) // across)
     alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
     axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)

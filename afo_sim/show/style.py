@@ -64,11 +64,11 @@ STYLE = {
     "lines.linewidth": 1.3,
     "pdf.fonttype": 42,  # text stays text
 }
-LONGEST = 34  # letters of a name in a legend
+_LONGEST = 34  # letters of a name in a legend
 LINE = 95  # letters of a line above a whole page
 
 
-def plain(text: str, longest: int | None = LONGEST) -> str:
+def plain(text: str, longest: int | None = _LONGEST) -> str:
     """A user's text as a figure can show it: no mathematics, no character that the font lacks."""
     shown = "".join(c if c.isprintable() and _has_glyph(c) else "?" for c in text)
     if longest is not None and len(shown) > longest:
@@ -94,7 +94,7 @@ def _font() -> Any:
     return get_font(findfont(FontProperties()))
 
 
-def format_of(path: pathlib.Path) -> str:
+def _format_of(path: pathlib.Path) -> str:
     """The format that a figure's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
@@ -107,7 +107,7 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
 
     Units: size [inch].
     """
-    suffix = format_of(path)
+    suffix = _format_of(path)
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
@@ -118,7 +118,7 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
             figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
 
 
-TEXT, MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
+_TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
 STEP = 0.97  # by which a colour is darkened at a time
 
 
@@ -144,7 +144,7 @@ def ink(colour: str) -> str:
     from matplotlib.colors import to_hex, to_rgb
 
     shade = colour
-    while ratio(shade) < TEXT:
+    while ratio(shade) < _TEXT:
         shade = to_hex([STEP * part for part in to_rgb(shade)])
     return shade
 

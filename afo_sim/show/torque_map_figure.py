@@ -10,7 +10,7 @@ from afo_sim.model.torque_map import NEEDS, TorqueMap
 from afo_sim.show.panels import marked
 from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, ink, plain, write_figure
 
-PANEL = (4.4, 3.4)  # [inch]
+_PANEL = (4.4, 3.4)  # [inch]
 
 
 def draw(maps: list[TorqueMap], path: pathlib.Path, title: str) -> None:
@@ -22,7 +22,7 @@ def draw(maps: list[TorqueMap], path: pathlib.Path, title: str) -> None:
     path : file to write; its suffix is the format
     title : above the page
     """
-    write_figure(path, (PANEL[0] * len(maps), PANEL[1]), functools.partial(_page, maps=maps, title=title))
+    write_figure(path, (_PANEL[0] * len(maps), _PANEL[1]), functools.partial(_page, maps=maps, title=title))
 
 
 def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:

@@ -13,7 +13,7 @@ from afo_sim.simulation.recording import Recording
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
-HELD = {  # {answer: the limits that it is held against}
+_HELD = {  # {answer: the limits that it is held against}
     LIFT: ("toe_clearance",),
     HEEL: ("contact_pitch",),
     PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
@@ -22,7 +22,7 @@ HELD = {  # {answer: the limits that it is held against}
 
 
 @dataclass(frozen=True)
-class Cell:
+class _Cell:
     """A run's answer to a question; `limit` says of what kind it is, too."""
 
     run: RunView
@@ -32,12 +32,12 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class VerdictRow:
+class _VerdictRow:
     """One question, and its answer for each run; `limit` is "" where the runs have different limits."""
 
     question: str
     limit: str
-    cells: tuple[Cell, ...]
+    cells: tuple[_Cell, ...]
 
 
 def badge(answer: Answer) -> str:
@@ -63,19 +63,19 @@ def markdown(recording: Recording) -> str:
     return "\n".join(told)
 
 
-def of_report(runs: Sequence[RunView]) -> list[VerdictRow]:
+def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
     """What the report's part report_verdict.html.j2 draws; empty where there is nothing to tell."""
     judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
-    columns = [[Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
+    columns = [[_Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
     rows = []
     for cells in zip(*columns, strict=True):
         limits = {cell.limit for cell in cells}
-        rows.append(VerdictRow(cells[0].answer.question, limits.pop() if len(limits) == 1 else "", cells))
+        rows.append(_VerdictRow(cells[0].answer.question, limits.pop() if len(limits) == 1 else "", cells))
     return rows
 
 
 def limit(recording: Recording, answer: Answer) -> str:
     """An answer's limit and of what kind it is: none is shown as published that is not."""
     told = limits_of(recording).provenance
-    kinds = dict.fromkeys(told[name].kind if name in told else "user" for name in HELD[answer.name])
+    kinds = dict.fromkeys(told[name].kind if name in told else "user" for name in _HELD[answer.name])
     return f"{answer.limit}; {', '.join(kinds)}"

@@ -24,10 +24,10 @@ from afo_sim.model.mounting import muscle_names
 from afo_sim.show.moving_parts import Carriage, Mountings
 from afo_sim.simulation.recording import Recording
 
-LOOK_AT, DISTANCE, AZIMUTH, ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
-EDGE, FAR, MARGIN = -0.06, 1.2, 3.0  # sides of the walkway, and its length beyond both ends [m]
-DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
-PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
+_LOOK_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
+_EDGE, _FAR, _MARGIN = -0.06, 1.2, 3.0  # sides of the walkway, and its length beyond both ends [m]
+_DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
+_PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
 
 
 def scenery(
@@ -44,7 +44,7 @@ def scenery(
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.5] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.1] * 3
-    spec.stat.center, spec.stat.extent = LOOK_AT, 1.0
+    spec.stat.center, spec.stat.extent = _LOOK_AT, 1.0
     spec.add_texture(
         name="background",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -80,8 +80,8 @@ def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[0.5 * (start + end), 0.5 * (EDGE + FAR), 0.0],
-        size=[0.5 * (end - start) + MARGIN, 0.5 * (FAR - EDGE), 0.1],
+        pos=[0.5 * (start + end), 0.5 * (_EDGE + _FAR), 0.0],
+        size=[0.5 * (end - start) + _MARGIN, 0.5 * (_FAR - _EDGE), 0.1],
         material="squares",
     )
 
@@ -92,7 +92,7 @@ def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
     for t in range(plain.ntendon):
         name = plain.tendon(t).name
         if plain.wrap_type[plain.tendon_adr[t]] == mujoco.mjtWrap.mjWRAP_JOINT:
-            drawn = spec.add_tendon(name=name + DRAWN, width=PULLEY_MUSCLE)
+            drawn = spec.add_tendon(name=name + _DRAWN, width=_PULLEY_MUSCLE)
             for end in ("origin", "insertion"):
                 drawn.wrap_site(f"{name}_{end}")
 
@@ -121,12 +121,12 @@ def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any,
     return opengl, context
 
 
-FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
-SLACK, PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
+_FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
+_SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
 # Beside somebody walking, from the carriage.
-WALK_LOOK_AT, WALK_DISTANCE, WALK_AZIMUTH, WALK_ELEVATION = (0.02, 0.0, 0.24), 1.25, 99.0, -9.0
-ARROW = 0.5  # length of a ground force of one body weight [m]
-ARROW_COLOUR, SIDE = [0.1, 0.6, 0.2, 1.0], -0.065  # drawn beside the foot, towards the camera [m]
+_WALK_LOOK_AT, _WALK_DISTANCE, _WALK_AZIMUTH, _WALK_ELEVATION = (0.02, 0.0, 0.24), 1.25, 99.0, -9.0
+_ARROW = 0.5  # length of a ground force of one body weight [m]
+_ARROW_COLOUR, _SIDE = [0.1, 0.6, 0.2, 1.0], -0.065  # drawn beside the foot, towards the camera [m]
 
 
 class Painter:
@@ -134,25 +134,25 @@ class Painter:
 
     def __init__(self, recording: Recording, width: int, height: int):
         self.recording = recording
-        self.walk = WalkView(recording) if "gait/phase" in recording.columns else None
+        self.walk = _WalkView(recording) if "gait/phase" in recording.columns else None
         ends = None if self.walk is None else self.walk.carriage.ends
         self.model = model = scenery(recording.model_xml, width, height, ends)
         self.data = mujoco.MjData(model)
         self.coordinates = [
             (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
         ]
-        names = [model.tendon(t).name.removesuffix(DRAWN) for t in range(model.ntendon)]
+        names = [model.tendon(t).name.removesuffix(_DRAWN) for t in range(model.ntendon)]
         self.forces = [recording[f"muscle/{name}/force"] for name in names]
         groups = muscle_names(load("orthosis", recording.scenario["orthosis"]))
         self.mountings = Mountings(model, groups, recording.columns)
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
         self.options, self.camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self.options.sitegroup[:] = 0
-        self.camera.lookat, self.camera.distance = LOOK_AT, DISTANCE
-        self.camera.azimuth, self.camera.elevation = AZIMUTH, ELEVATION
+        self.camera.lookat, self.camera.distance = _LOOK_AT, _DISTANCE
+        self.camera.azimuth, self.camera.elevation = _AZIMUTH, _ELEVATION
         if self.walk is not None:
-            self.camera.distance = WALK_DISTANCE
-            self.camera.azimuth, self.camera.elevation = WALK_AZIMUTH, WALK_ELEVATION
+            self.camera.distance = _WALK_DISTANCE
+            self.camera.azimuth, self.camera.elevation = _WALK_AZIMUTH, _WALK_ELEVATION
         self.viewport = mujoco.MjrRect(0, 0, width, height)
         self.pixels = np.empty((height, width, 3), np.uint8)
         self.opengl, self.context = opengl_context(model, width, height)
@@ -169,8 +169,8 @@ class Painter:
         for address, values in self.coordinates:
             self.data.qpos[address] = values[row]
         for tendon, force in enumerate(self.forces):
-            share = np.clip(force[row] / FORCE_SCALE, 0.0, 1.0) ** 0.5
-            self.model.tendon_rgba[tendon] = SLACK + share * (PULLING - SLACK)
+            share = np.clip(force[row] / _FORCE_SCALE, 0.0, 1.0) ** 0.5
+            self.model.tendon_rgba[tendon] = _SLACK + share * (_PULLING - _SLACK)
         given = {a: float(self.recording[column][row]) for a, column in self.mountings.columns.items()}
         self.mountings.place(given)
         mujoco.mj_kinematics(self.model, self.data)
@@ -211,7 +211,7 @@ class Painter:
         return "\n".join(lines), "\n".join(lines.values())
 
 
-class WalkView:
+class _WalkView:
     """Additions of walking to the pictures: a camera that keeps up, and the ground's force."""
 
     def __init__(self, recording: Recording):
@@ -222,7 +222,7 @@ class WalkView:
 
     def look_at(self, row: int) -> tuple[float, float, float]:
         """The camera's aim [m]."""
-        x, y, z = WALK_LOOK_AT
+        x, y, z = _WALK_LOOK_AT
         return x + float(self.carriage.at(self.walked[row])), y, z
 
     def add_force(self, scene: mujoco.MjvScene, row: int) -> None:
@@ -232,17 +232,17 @@ class WalkView:
         )
         if not loaded(upward, self.body_mass):
             return
-        start = np.array([place, SIDE, 0.0])
+        start = np.array([place, _SIDE, 0.0])
         # MuJoCo draws an arrow at half its stated length.
-        end = start + 2.0 * np.array([forward, 0.0, upward]) * ARROW / (self.body_mass * GRAVITY)
+        end = start + 2.0 * np.array([forward, 0.0, upward]) * _ARROW / (self.body_mass * GRAVITY)
         kind, geom = mujoco.mjtGeom.mjGEOM_ARROW, scene.geoms[scene.ngeom]
-        colour = np.array(ARROW_COLOUR, np.float32)
+        colour = np.array(_ARROW_COLOUR, np.float32)
         mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), colour)
         mujoco.mjv_connector(geom, kind, 0.014, start, end)
         scene.ngeom += 1
 
 
-Progress = Callable[[int, int], None]
+_Progress = Callable[[int, int], None]
 
 
 def write_video(
@@ -252,7 +252,7 @@ def write_video(
     rate: float = 30.0,
     width: int = 1280,
     height: int = 720,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> None:
     """Replay a run as an MP4 video, in real time.
 

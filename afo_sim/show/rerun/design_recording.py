@@ -20,8 +20,8 @@ from afo_sim.show.rerun.layout import CAMERA
 from afo_sim.show.rerun.recording_file import APPLICATION, saving
 from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
 
-SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
-PLOTS = {
+_SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
+_PLOTS = {
     "contraction": "contraction [%]: path thin, muscle thick",
     "arm": "moment arm [mm]",
     "torque": "torque [N·m], dorsiflexion +",
@@ -41,7 +41,7 @@ def write_design(design: Design, path: pathlib.Path) -> None:
         stream.send_recording_name(name)
         scene.log_axes(stream)
         scene.log_shapes(stream, stage)
-        block = swept(design)
+        block = _swept(design)
         scene.log_poses(stream, stage, block)
         for number, entry in enumerate(design.facts):
             _log_curves(stream, entry, number, block)
@@ -49,14 +49,14 @@ def write_design(design: Design, path: pathlib.Path) -> None:
         stream.log("summary", text, static=True)
 
 
-def swept(design: Design) -> Columns:
+def _swept(design: Design) -> Columns:
     """The columns that leg and muscles are drawn from, at every whole degree between the ankle's stops."""
     first = design.facts[0]
     low, high = np.degrees(first.angles[[0, -1]])
     degrees = np.arange(np.ceil(low - 1e-6), np.floor(high + 1e-6) + 1.0)
     angles = np.radians(degrees)
     model = design.built.full_model
-    block: Columns = {SWEPT: degrees, "time": (degrees - degrees[0]) / SPEED}
+    block: Columns = {SWEPT: degrees, "time": (degrees - degrees[0]) / _SPEED}
     for joint in range(model.njnt):
         name = model.joint(joint).name
         block[f"qpos/{name}"] = angles if name == ANKLE else np.zeros(len(angles))
@@ -130,7 +130,7 @@ def _layout(design: Design) -> rrb.Blueprint:
         rrb.TimeSeriesView(
             origin=f"/{plot}", name=title, axis_x=rrb.TimeAxis(link="LinkToGlobal"), plot_legend=legend
         )
-        for plot, title in PLOTS.items()
+        for plot, title in _PLOTS.items()
     ]
     text = rrb.TextDocumentView(origin="/summary", name="in words")
     return rrb.Blueprint(

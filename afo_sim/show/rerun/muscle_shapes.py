@@ -12,16 +12,16 @@ from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.mounting import chamber_of
 from afo_sim.show.rerun.run_rows import Columns, send
 
-FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
-PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]
+_FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]
+_PRESSURE_SCALE = 4e5  # gauge pressure at which a muscle is fully coloured [Pa]
 SLACK, PULLING = np.array([150, 155, 165]), np.array([245, 60, 30])
-CABLE, SLACK_CABLE = [210, 210, 215], [120, 125, 135]
-CABLE_RADIUS, SLACK_RADIUS = 0.0015, 0.0008  # [m]
-HANGS = 1e-4  # excess of a slack cable's length from which on its bow is drawn [m]
+_CABLE, _SLACK_CABLE = [210, 210, 215], [120, 125, 135]
+_CABLE_RADIUS, _SLACK_RADIUS = 0.0015, 0.0008  # [m]
+_HANGS = 1e-4  # excess of a slack cable's length from which on its bow is drawn [m]
 POINTS = 9  # of a bow
-SAGS = np.linspace(0.0, 3.0, 301)  # of parabolas, in chords
-ARCS = 0.5 * np.hypot(1.0, 4.0 * SAGS) + np.arcsinh(4.0 * SAGS) / (8.0 * np.maximum(SAGS, 1e-9))
-ARCS[0] = 1.0  # their lengths, in chords
+_SAGS = np.linspace(0.0, 3.0, 301)  # of parabolas, in chords
+_ARCS = 0.5 * np.hypot(1.0, 4.0 * _SAGS) + np.arcsinh(4.0 * _SAGS) / (8.0 * np.maximum(_SAGS, 1e-9))
+_ARCS[0] = 1.0  # their lengths, in chords
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,9 @@ class DrawnMuscle:
     def _colours(self, block: Columns) -> np.ndarray:
         """Of the tube, by force or pressure (n, 4)."""
         if self.colour_by == "pressure":
-            share = block[self.columns[-1]] / PRESSURE_SCALE
+            share = block[self.columns[-1]] / _PRESSURE_SCALE
         else:
-            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / FORCE_SCALE)
+            share = np.sqrt(np.clip(block[f"muscle/{self.name}/force"], 0.0, None) / _FORCE_SCALE)
         colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
         rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
         return rgba.round().astype(np.uint8)
@@ -103,7 +103,7 @@ class DrawnMuscle:
         """A straight line where the cable is taut; where it is slack, a thin dark bow as long as it is."""
         bows = bow(ends, excess, axis)
         drawn = np.ones(bows.shape[:2], bool)
-        drawn[excess <= HANGS, 1:-1] = False
+        drawn[excess <= _HANGS, 1:-1] = False
         self._log_strips(stream, block, bows, drawn)
 
     def _log_strips(
@@ -113,8 +113,8 @@ class DrawnMuscle:
         slack = block[f"muscle/{self.name}/force"] <= 0.0
         cable = rr.LineStrips3D.columns(
             strips=_strips(points[drawn].astype(np.float32), drawn.sum(axis=1)),
-            radii=np.where(slack, SLACK_RADIUS, CABLE_RADIUS).astype(np.float32),
-            colors=np.where(slack[:, None], SLACK_CABLE, CABLE).astype(np.uint8),
+            radii=np.where(slack, _SLACK_RADIUS, _CABLE_RADIUS).astype(np.float32),
+            colors=np.where(slack[:, None], _SLACK_CABLE, _CABLE).astype(np.uint8),
         )
         send(stream, f"{self.root}/cables/{self.name}", block, cable)
 
@@ -141,7 +141,7 @@ def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
     away = ends.mean(axis=1) - axis
     away -= np.sum(away * along, axis=1)[:, None] * along
     away /= np.linalg.norm(away, axis=1).clip(1e-9)[:, None]
-    sag = chord * np.interp(1.0 + excess / chord, ARCS, SAGS)
+    sag = chord * np.interp(1.0 + excess / chord, _ARCS, _SAGS)
     share = np.linspace(0.0, 1.0, POINTS)[None, :, None]
     points: np.ndarray = (
         ends[:, :1] + share * span[:, None] + (4.0 * share * (1.0 - share)) * (sag[:, None] * away)[:, None]

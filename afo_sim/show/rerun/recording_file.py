@@ -22,8 +22,8 @@ from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation.recording import Recording
 
-END = b"RRF2FOOT"  # stands in the last bytes of a complete file
-SCARCE = 1 << 20  # free bytes below which a disk counts as full
+_END = b"RRF2FOOT"  # stands in the last bytes of a complete file
+_SCARCE = 1 << 20  # free bytes below which a disk counts as full
 
 
 @contextmanager
@@ -41,7 +41,7 @@ def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> It
         if "writer thread" not in str(error):
             raise
     if not _complete(path):
-        full = shutil.disk_usage(path.parent).free < SCARCE
+        full = shutil.disk_usage(path.parent).free < _SCARCE
         code = errno.ENOSPC if full else errno.EIO
         raise OSError(code, "Rerun could not write it to its end", str(path))
 
@@ -49,12 +49,12 @@ def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> It
 def _complete(path: pathlib.Path) -> bool:
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 64, 0))
-        return END in file.read()
+        return _END in file.read()
 
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate
-GHOST = 0.55  # opacity of every run after the first
+_GHOST = 0.55  # opacity of every run after the first
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
     shown: list[RunScene] = []
     for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
-        view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else GHOST)
+        view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else _GHOST)
         leader = next((other.walker for other in shown if other.walker), None)
         walker, first = None, source.walks and leader is None
         if source.walks:

@@ -18,7 +18,7 @@ from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import open_parquet
 from afo_sim.simulation.recording import Recording, recording_header
 
-BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
+_BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
 
 Columns = dict[str, np.ndarray]
 
@@ -89,10 +89,10 @@ def from_recording(recording: Recording) -> Source:
     n = len(recording["time"])
 
     def read(names: Sequence[str], every: int) -> Iterator[Columns]:
-        for start in range(0, n, BLOCK):
+        for start in range(0, n, _BLOCK):
             first = start + -start % every
-            if first < min(start + BLOCK, n):
-                yield {name: recording[name][first : start + BLOCK : every] for name in names}
+            if first < min(start + _BLOCK, n):
+                yield {name: recording[name][first : start + _BLOCK : every] for name in names}
 
     return Source(recording, tuple(recording.columns), n, read)
 
@@ -103,7 +103,7 @@ def from_folder(folder: pathlib.Path) -> Source:
 
     def read(names: Sequence[str], every: int) -> Iterator[Columns]:
         skip = 0
-        for batch in file.iter_batches(batch_size=BLOCK, columns=list(names), use_threads=False):
+        for batch in file.iter_batches(batch_size=_BLOCK, columns=list(names), use_threads=False):
             block = {name: batch.column(name).to_numpy()[skip::every] for name in names}
             skip = (skip - batch.num_rows) % every
             if len(block[names[0]]):
@@ -136,7 +136,7 @@ ANGLE = "ankle_angle_deg"  # timeline of a design: whole degrees
 SWEPT = "ankle/swept"  # its column
 
 
-def stamps(time: np.ndarray) -> np.ndarray:
+def _stamps(time: np.ndarray) -> np.ndarray:
     """Times [s] on a timeline's grid of nanoseconds."""
     return np.round(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
 
@@ -151,9 +151,9 @@ def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -
 
     Units: rows [s] (n,).
     """
-    times = [rr.TimeColumn(TIMELINE, duration=stamps(rows["time"]))]
+    times = [rr.TimeColumn(TIMELINE, duration=_stamps(rows["time"]))]
     if GAIT[0] in rows:
-        times.append(rr.TimeColumn(STRIDES, duration=stamps(strides(rows))))
+        times.append(rr.TimeColumn(STRIDES, duration=_stamps(strides(rows))))
     if SWEPT in rows:
         times.append(rr.TimeColumn(ANGLE, sequence=np.round(rows[SWEPT]).astype(np.int64)))
     stream.send_columns(entity, times, columns)

@@ -46,7 +46,7 @@ def _padded(lines: list[np.ndarray]) -> np.ndarray:
     return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
 
 
-WALKING = (  # columns that walking is shown by, beside the model's coordinates
+_WALKING = (  # columns that walking is shown by, beside the model's coordinates
     *GAIT,
     "gait/ankle_angle",
     "shank/angle",
@@ -86,7 +86,7 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
     toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
-    walking = tuple(dict.fromkeys((*WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
+    walking = tuple(dict.fromkeys((*_WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
     groups = muscle_names(source.scenario.orthosis)
     return Stage(model, groups, root, opacity, colour_by, Mountings(model, groups, source.columns), walking)
 

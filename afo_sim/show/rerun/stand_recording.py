@@ -16,9 +16,9 @@ from afo_sim.show.rerun.recording_file import APPLICATION, saving
 from afo_sim.show.rerun.run_rows import TIMELINE, send
 from afo_sim.show.stand_figure import SHOWN, colour
 
-SPACING = 0.09  # between muscles [m]
-ROWS = 1500  # of a curve in the file, about
-CURVE_SIZE = (160.0, 100.0)  # of the plane that curves are drawn in
+_SPACING = 0.09  # between muscles [m]
+_ROWS = 1500  # of a curve in the file, about
+_CURVE_SIZE = (160.0, 100.0)  # of the plane that curves are drawn in
 
 
 def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
@@ -36,7 +36,7 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
                 entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
                 point = set_point_text(trial, k)
                 label = point if len(trials) == 1 else f"{trial.name} {point}"
-                _log_curve(stream, trial, k, entity, label, place * SPACING)
+                _log_curve(stream, trial, k, entity, label, place * _SPACING)
                 place += 1
         lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
         lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
@@ -57,7 +57,7 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
     ]
     count = sum(len(trial.curves) for trial in trials)
     height = max(trial.plan.muscle.total_length for trial in trials)
-    middle = 0.5 * (count - 1) * SPACING
+    middle = 0.5 * (count - 1) * _SPACING
     scene = rrb.Spatial3DView(
         origin="/stand",
         name="the stand",
@@ -65,7 +65,7 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
         background=[28, 30, 34],
         eye_controls=rrb.EyeControls3D(
             kind="Orbital",
-            position=(1.2 * max(height, count * SPACING) + 0.3, middle, -0.3 * height),
+            position=(1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height),
             look_target=(0.0, middle, -0.6 * height),
             eye_up=(0, 0, 1),
         ),
@@ -89,7 +89,7 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
 
 def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, label: str, y: float) -> None:
     """One curve: its muscle in space, its columns over time, and its place on the characteristic."""
-    every = -(-len(trial.curves[k]["time"]) // ROWS)
+    every = -(-len(trial.curves[k]["time"]) // _ROWS)
     columns = {name: values[::every] for name, values in trial.curves[k].items()}
     shade = _bright(trial, k)
     for name in ("pressure", "contraction", "force"):
@@ -145,10 +145,10 @@ def _log_characteristic(
     """The curve in a plane, all curves on one scale, and a dot that runs along it."""
     abscissa, _, ordinate, _ = AXES[trial.plan.kind]
     points = []
-    for name, size in zip((abscissa, ordinate), CURVE_SIZE, strict=True):
+    for name, size in zip((abscissa, ordinate), _CURVE_SIZE, strict=True):
         ends = [f(curve[name]) for curve in trial.curves for f in (np.min, np.max)]
         points.append(size * (columns[name] - min(ends)) / max(max(ends) - min(ends), 1e-12))
-    plane = np.column_stack([points[0], CURVE_SIZE[1] - points[1]]).astype(np.float32)
+    plane = np.column_stack([points[0], _CURVE_SIZE[1] - points[1]]).astype(np.float32)
     stream.log(
         f"characteristic/{entity}/curve", rr.LineStrips2D([plane], colors=[shade], radii=[0.4]), static=True
     )

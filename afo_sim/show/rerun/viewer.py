@@ -23,14 +23,14 @@ from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, 
 from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
 from afo_sim.simulation.recording import Recording
 
-LOOPBACK = "127.0.0.1"
-START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
+_LOOPBACK = "127.0.0.1"
+_START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
 
 
 def open_recordings(paths: Sequence[pathlib.Path]) -> None:
     """Show Rerun files in a window, until it is closed."""
     require_display(paths[0])
-    subprocess.run([str(_binary()), *map(str, paths), "--bind", LOOPBACK], check=False)
+    subprocess.run([str(_binary()), *map(str, paths), "--bind", _LOOPBACK], check=False)
 
 
 def require_display(file: pathlib.Path | None = None) -> None:
@@ -68,7 +68,7 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
     port = _free_port()
     environment = os.environ | {"RUST_LOG": "error"}
     environment.setdefault("XDG_RUNTIME_DIR", str(pathlib.Path.home()))
-    command = [str(_binary()), "--bind", LOOPBACK, "--port", str(port), *options]
+    command = [str(_binary()), "--bind", _LOOPBACK, "--port", str(port), *options]
     with tempfile.TemporaryFile("w+") as complaint:
         process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=complaint)
         try:
@@ -77,7 +77,7 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
             if process.poll() is not None:
                 raise _no_viewer(complaint)
             try:
-                yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+                yield f"rerun+http://{_LOOPBACK}:{port}/proxy"
             except ConnectionError:  # it may end later than that, while it is asked for a picture
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(3.0)
@@ -115,30 +115,30 @@ def _binary() -> pathlib.Path:
 
 def _free_port() -> int:
     with socket.socket() as probe:
-        probe.bind((LOOPBACK, 0))
+        probe.bind((_LOOPBACK, 0))
         return int(probe.getsockname()[1])
 
 
 def _listens(port: int) -> bool:
     with socket.socket() as probe:
         probe.settimeout(0.2)
-        return probe.connect_ex((LOOPBACK, port)) == 0
+        return probe.connect_ex((_LOOPBACK, port)) == 0
 
 
 def _wait(done: object) -> None:
     """Poll until `done()` is true."""
-    limit = time.monotonic() + START_LIMIT
+    limit = time.monotonic() + _START_LIMIT
     while not done():  # type: ignore[operator]
         if time.monotonic() > limit:
-            raise InputError(f"the Rerun viewer did not answer within {START_LIMIT:g} s")
+            raise InputError(f"the Rerun viewer did not answer within {_START_LIMIT:g} s")
         time.sleep(0.05)
 
 
-Watch = Callable[[Recording], None]
+_Watch = Callable[[Recording], None]
 
 
 @contextmanager
-def live_viewer(*, headless: bool = False) -> Iterator[Watch]:
+def live_viewer(*, headless: bool = False) -> Iterator[_Watch]:
     """Open a viewer, and yield what takes each new stretch of a run (as a Recording of its rows).
 
     The window stays until it is closed; the viewer listens on this machine only.
@@ -157,7 +157,7 @@ def live_viewer(*, headless: bool = False) -> Iterator[Watch]:
             stream.disconnect()
 
 
-def _stream_to(stream: rr.RecordingStream, url: str) -> Watch:
+def _stream_to(stream: rr.RecordingStream, url: str) -> _Watch:
     started: list[RunScene] = []
 
     def watch(stretch: Recording) -> None:
