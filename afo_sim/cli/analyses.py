@@ -1,10 +1,11 @@
 """Commands that analyse one scenario: its frequency response (bode), what is small enough (size)."""
 
-import pathlib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import (
     Scenario,
@@ -29,36 +30,30 @@ def bode_command(
     scenario: Scenario,
     sets: Sets = None,
     what: Annotated[
-        str | None,
-        typer.Option(help="reference, pressure or valves; by default the first that the scenario has"),
+        str | None, Option(help="reference, pressure or valves; by default the first that the scenario has")
     ] = None,
     amplitude: Annotated[
-        str | None, typer.Option(help='half of the peak to peak, for example "5 deg" or "0.5 bar"')
+        str | None, Option(help='half of the peak to peak, for example "5 deg" or "0.5 bar"')
     ] = None,
-    mean: Annotated[str | None, typer.Option(help='about which it goes, for example "2 bar"')] = None,
-    chamber: Annotated[
-        str | None, typer.Option(help="that is excited; the orthosis' first by default")
-    ] = None,
+    mean: Annotated[str | None, Option(help='about which it goes, for example "2 bar"')] = None,
+    chamber: Annotated[str | None, Option(help="that is excited; the orthosis' first by default")] = None,
     frequencies: Annotated[
-        str | None, typer.Option(help='rising, for example "0.1, 0.5, 1, 2 Hz"; 0.1 to 5 Hz by default')
+        str | None, Option(help='rising, for example "0.1, 0.5, 1, 2 Hz"; 0.1 to 5 Hz by default')
     ] = None,
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-bode by default")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="replace another frequency response")] = False,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-bode by default")] = None,
+    force: Annotated[bool, Option("--force", help="replace another frequency response")] = False,
 ) -> None:
     """Frequency response: pressure and angle over a reference, a pressure or the valves, at an amplitude."""
     values = read_sets(sets)
     hertz = None if frequencies is None else _read_frequencies(frequencies)
     short_lived()
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.show.analysis_figures import draw_bode
         from afo_sim.study.frequency_response import FREQUENCIES, bode, excited
 
         description = load("scenario", scenario, values or None)
-        folder = out or pathlib.Path("runs") / f"{description.name}-bode"
+        folder = out or Path("runs") / f"{description.name}-bode"
         asked = excited(description, what, amplitude, mean, chamber)
         now = {
             "what": asked.what,
@@ -69,7 +64,6 @@ def bode_command(
         }
         problem = "holds the frequency response of another description or excitation"
         check_same(folder, "frequency response", "bode.json", now, problem, force=force)
-        check_writable(folder)
         found = bode(
             description,
             what=what,
@@ -132,32 +126,29 @@ def words_of(found: Any) -> str:
 class _Sizing:
     """Options of `size`: what is sized, by which limits."""
 
-    kind: Annotated[str, typer.Argument(help="pressure, valve, tube, supply or muscle")]
+    kind: Annotated[str, Argument(help="pressure, valve, tube, supply or muscle")]
     scenario: Scenario
     sets: Sets = None
     limit: Annotated[
         list[str] | None,
-        typer.Option(help='as "toe_clearance >= 10 mm"; of walking the toe clearance that its limits want'),
+        Option(help='as "toe_clearance >= 10 mm"; of walking the toe clearance that its limits want'),
     ] = None
-    cadence: Annotated[float | None, typer.Option(help="of walking [steps/min]; its own by default")] = None
-    at: Annotated[str | None, typer.Option(help='pressure: does this one suffice, as "3 bar"')] = None
+    cadence: Annotated[float | None, Option(help="of walking [steps/min]; its own by default")] = None
+    at: Annotated[str | None, Option(help='pressure: does this one suffice, as "3 bar"')] = None
     between: Annotated[
-        tuple[str, str] | None,
-        typer.Option(help='pressure: lowest and highest that are tried, as "1 bar" "4 bar"'),
+        tuple[str, str] | None, Option(help='pressure: lowest and highest that are tried, as "1 bar" "4 bar"')
     ] = None
-    chamber: Annotated[str | None, typer.Option(help="valve: of which; the first that is filled")] = None
-    side: Annotated[str | None, typer.Option(help="valve: inlet, outlet or both; both by default")] = None
-    proportional: Annotated[
-        bool, typer.Option("--proportional", help="valve: try proportional ones, too")
-    ] = False
-    length: Annotated[str | None, typer.Option(help='tube: needed: of each chamber, as "2 m"')] = None
-    hours: Annotated[float | None, typer.Option(help="supply: that it lasts without a pause")] = None
-    strides: Annotated[float | None, typer.Option(help="supply: that it lasts without a pause")] = None
-    group: Annotated[str | None, typer.Option(help="muscle: of which group; the first by default")] = None
-    count: Annotated[str | None, typer.Option(help='muscle: how many, as "3" or "1-4"')] = None
-    out: Annotated[pathlib.Path | None, typer.Option(help="folder to write to; none by default")] = None
+    chamber: Annotated[str | None, Option(help="valve: of which; the first that is filled")] = None
+    side: Annotated[str | None, Option(help="valve: inlet, outlet or both; both by default")] = None
+    proportional: Annotated[bool, Option("--proportional", help="valve: try proportional ones, too")] = False
+    length: Annotated[str | None, Option(help='tube: needed: of each chamber, as "2 m"')] = None
+    hours: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
+    strides: Annotated[float | None, Option(help="supply: that it lasts without a pause")] = None
+    group: Annotated[str | None, Option(help="muscle: of which group; the first by default")] = None
+    count: Annotated[str | None, Option(help='muscle: how many, as "3" or "1-4"')] = None
+    out: Annotated[Path | None, Option(help="folder to write to; none by default")] = None
     threads: Threads = 0
-    force: Annotated[bool, typer.Option("--force", help="replace another sizing")] = False
+    force: Annotated[bool, Option("--force", help="replace another sizing")] = False
 
 
 @app.command("size")
@@ -169,14 +160,12 @@ def size_command(sizing: _Sizing) -> None:
     options = picked(sizing, "cadence", "at", "between", "chamber", "side", "length", "hours", "strides")
     options |= picked(sizing, "group", "count") | {"proportional": sizing.proportional or None}
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.study.sizing.sizes import requested
 
         asked = requested(sizing.kind, sizing.scenario, values or None, limits=sizing.limit or (), **options)
         if sizing.out is not None:
             now, problem = {"request": asked.to_json()}, "holds the answer to another question"
             check_same(sizing.out, "sizing", "size.json", now, problem, force=sizing.force)
-            check_writable(sizing.out)
         found = asked.run(sizing.threads, report)
         if sizing.out is not None:
             from afo_sim.show.analysis_figures import draw_size

@@ -5,11 +5,12 @@ import gc
 import inspect
 import shutil
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
 from afo_sim.cli.error_handler import Commands, print_version
 from afo_sim.common.errors import InputError, unknown
@@ -46,7 +47,7 @@ app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; t
 
 @app.callback()
 def _options(
-    version: bool = typer.Option(
+    version: bool = Option(
         False, "--version", callback=print_version, is_eager=True, help="print the version, and stop"
     ),
 ) -> None:
@@ -54,18 +55,17 @@ def _options(
 
 
 Sets = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"'),
+    list[str] | None, Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"')
 ]
-Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun file, for example "200 Hz"')]
-Threads = Annotated[int, typer.Option(help="threads; all of this machine's by default")]
-Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
-Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
-Plain = Annotated[bool, typer.Option("--plain", help="walk to the settled stride instead of solving for it")]
+Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
+Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
+Workers = Annotated[int, Option(help="processes of a Dask cluster on this machine instead")]
+Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
+Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
 _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 _MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
-Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
+Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML file")]
 
 
 def one_group(body: Callable[[Any], None]) -> Callable[..., None]:
@@ -189,6 +189,14 @@ def progress(title: str) -> Iterator[Callable[..., None]]:
             progress.update(task, description=what, completed=done, total=total or None)
 
         yield report
+
+
+def print_tables(tables: Iterable[tuple[str, list[str], list[list[str]]]], lines: Iterable[str] = ()) -> None:
+    """Tables, and lines below them."""
+    for title, header, rows in tables:
+        print_table(title, header, rows)
+    for line in lines:
+        print(line)
 
 
 def print_table(

@@ -1,12 +1,12 @@
 """Commands on descriptions: list, check, new, keys, refit."""
 
 import math
-import pathlib
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import (
     Scenario,
@@ -32,7 +32,7 @@ _LISTS = (
 
 @app.command("list")
 def list_command(
-    what: Annotated[str, typer.Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
+    what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
 ) -> None:
     """List what there is, one line each; or one of them whole, with every number, its unit and source."""
     with progress("reading"):
@@ -49,9 +49,7 @@ def list_command(
 
 @app.command()
 def check(
-    file: Annotated[
-        pathlib.Path, typer.Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")
-    ],
+    file: Annotated[Path, Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")],
 ) -> None:
     """Doctor for your own files: says what is wrong, or what was understood."""
     with progress("checking"):
@@ -67,18 +65,18 @@ _PRODUCTS = (
     "limits", "sensor",
 )  # fmt: skip
 _NEW_KINDS = (*_PRODUCTS, "sweep", "search")
-_Braided = Annotated[str | None, typer.Option(help="of a hand-made muscle, with unit")]
-_Used = Annotated[str | None, typer.Option(help="that it refers to: a shipped name, or a path")]
+_Braided = Annotated[str | None, Option(help="of a hand-made muscle, with unit")]
+_Used = Annotated[str | None, Option(help="that it refers to: a shipped name, or a path")]
 
 
 @dataclass(frozen=True)
 class _New:
     """Options of `new`: what is described, and what it uses."""
 
-    kind: Annotated[str, typer.Argument(help="|".join(_NEW_KINDS))]
-    name: Annotated[str, typer.Argument(help="of the new file or folder")]
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path()
-    like: Annotated[str, typer.Option(help="the shipped one whose numbers it starts with")] = ""
+    kind: Annotated[str, Argument(help="|".join(_NEW_KINDS))]
+    name: Annotated[str, Argument(help="of the new file or folder")]
+    out: Annotated[Path, Option(help="folder to write to")] = Path()
+    like: Annotated[str, Option(help="the shipped one whose numbers it starts with")] = ""
     muscle: _Used = None
     valve: _Used = None
     orthosis: _Used = None
@@ -89,13 +87,11 @@ class _New:
     scenario: _Used = None
     bore: _Braided = None
     braid_angle: _Braided = None
-    length: Annotated[str | None, typer.Option(help="of a hand-made muscle, end to end")] = None
+    length: Annotated[str | None, Option(help="of a hand-made muscle, end to end")] = None
     end_length: Annotated[
-        str | None, typer.Option(help="of its clamps together, which do not contract; two bores by default")
+        str | None, Option(help="of its clamps together, which do not contract; two bores by default")
     ] = None
-    wall_thickness: Annotated[str | None, typer.Option(help="of its braid and bladder; thin by default")] = (
-        None
-    )
+    wall_thickness: Annotated[str | None, Option(help="of its braid and bladder; thin by default")] = None
 
 
 @app.command()
@@ -133,7 +129,7 @@ def new(new_one: _New) -> None:
 @app.command()
 def keys(
     scenario: Scenario,
-    word: Annotated[str, typer.Argument(help="only keys that mention it")] = "",
+    word: Annotated[str, Argument(help="only keys that mention it")] = "",
     sets: Sets = None,
 ) -> None:
     """Every key that --set, a sweep or a search can set: value, range, where the value comes from."""
@@ -156,7 +152,7 @@ def keys(
     print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
 
 
-def _next(kind: str, name: str, file: pathlib.Path) -> str:
+def _next(kind: str, name: str, file: Path) -> str:
     """The command to go on with."""
     if kind == "scenario":
         return f"afo-sim run {file}"
@@ -181,15 +177,13 @@ def _next(kind: str, name: str, file: pathlib.Path) -> str:
 
 @app.command("refit")
 def refit_command(
-    orthosis: Annotated[str, typer.Argument(help="a shipped orthosis' name, or its TOML file or folder")],
-    out: Annotated[pathlib.Path | None, typer.Option(help="needed: folder of the refitted orthosis")] = None,
-    to: Annotated[str, typer.Option(help="leg that it is to fit", metavar="LEG")] = "",
-    made_for: Annotated[
-        str, typer.Option("--from", help="leg that it was made for", metavar="LEG")
-    ] = "adult_75kg",
-    shank_length: Annotated[str, typer.Option(help='instead of --to: knee to ankle, "35 cm"')] = "",
-    foot_length: Annotated[str, typer.Option(help='instead of --to: heel to toe, "22 cm"')] = "",
-    force: Annotated[bool, typer.Option("--force", help="replace an orthosis that is there")] = False,
+    orthosis: Annotated[str, Argument(help="a shipped orthosis' name, or its TOML file or folder")],
+    out: Annotated[Path | None, Option(help="needed: folder of the refitted orthosis")] = None,
+    to: Annotated[str, Option(help="leg that it is to fit", metavar="LEG")] = "",
+    made_for: Annotated[str, Option("--from", help="leg that it was made for", metavar="LEG")] = "adult_75kg",
+    shank_length: Annotated[str, Option(help='instead of --to: knee to ankle, "35 cm"')] = "",
+    foot_length: Annotated[str, Option(help='instead of --to: heel to toe, "22 cm"')] = "",
+    force: Annotated[bool, Option("--force", help="replace an orthosis that is there")] = False,
 ) -> None:
     """Fit an orthosis to a leg of another size: anchors and paths go with the lengths of shank and foot."""
     if out is None:
@@ -233,7 +227,7 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
     own = lengths_of(load("leg", made_for))
     if to:
         new = lengths_of(load("leg", to))
-        words = f"from leg {made_for} to leg {pathlib.Path(to).name}"
+        words = f"from leg {made_for} to leg {Path(to).name}"
     else:
         told = (("--shank-length", shank_length), ("--foot-length", foot_length))
         new = tuple(  # type: ignore[assignment]

@@ -2,9 +2,7 @@
 
 import contextlib
 import datetime
-import importlib.metadata
 import os
-import pathlib
 import platform
 import re
 import shlex
@@ -14,6 +12,7 @@ import tempfile
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -77,8 +76,10 @@ def with_options(error: InputError, command: Any) -> InputError:
 def print_version(asked: bool) -> None:
     """Print the version of this program and of the simulator below it, and stop."""
     if asked:
-        versions = _versions()
-        print(f"afo-sim {versions['afo-sim']} (mujoco {versions['mujoco']}, python {versions['python']})")
+        from afo_sim.common.versions import versions
+
+        found = versions()
+        print(f"afo-sim {found['afo-sim']} (mujoco {found['mujoco']}, python {found['python']})")
         raise typer.Exit
 
 
@@ -129,31 +130,22 @@ def _short(error: BaseException) -> str:
     return text if len(text) <= 120 else text[:117] + "..."
 
 
-def _write_bug(error: BaseException) -> pathlib.Path | None:
+def _write_bug(error: BaseException) -> Path | None:
     """Write versions, command line and traceback to a file here, or else among the temporary files."""
+    from afo_sim.common.versions import versions
     from afo_sim.common.writing import write_text
 
     now = datetime.datetime.now()
     lines = [f"date: {now:%Y-%m-%d %H:%M:%S}", f"command: {shlex.join(['afo-sim', *sys.argv[1:]])}"]
     lines += [f"system: {platform.platform()}"]
-    lines += [f"{package}: {version}" for package, version in _versions().items()]
+    lines += [f"{package}: {version}" for package, version in versions(_PACKAGES).items()]
     text = "\n".join([*lines, "", *traceback.format_exception(error)])
-    for folder in (pathlib.Path(), pathlib.Path(tempfile.gettempdir())):
+    for folder in (Path(), Path(tempfile.gettempdir())):
         file = folder / f"afo-sim-bug-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
         with contextlib.suppress(InputError):
             write_text(file, text)
             return file
     return None
-
-
-def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            found[package] = "not installed"
-    return found
 
 
 @contextmanager

@@ -1,10 +1,10 @@
 """Commands on walking data: gait import, gait show."""
 
-import pathlib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import gait_app, one_group, print_table, progress
 from afo_sim.common.errors import InputError
@@ -15,57 +15,53 @@ class Trial:
     """Options of `gait import`: files of a trial, and what they do not say."""
 
     files: Annotated[
-        list[pathlib.Path],
-        typer.Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
+        list[Path],
+        Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
     ]
     out: Annotated[
-        pathlib.Path | None,
-        typer.Option(help="needed: the CSV to write; its picture, of the same name, goes with it"),
+        Path | None, Option(help="needed: the CSV to write; its picture, of the same name, goes with it")
     ] = None
-    side: Annotated[str, typer.Option(help="right|left|both (the mean of both legs)")] = "right"
+    side: Annotated[str, Option(help="right|left|both (the mean of both legs)")] = "right"
     stride: Annotated[
-        str | None, typer.Option(metavar="N|mean", help="which stride; the first that is whole by default")
+        str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
     ] = None
     mass: Annotated[
-        str | None, typer.Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
+        str | None, Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
     ] = None
-    height: Annotated[str | None, typer.Option(help='of the body, "1.72 m"; not known by default')] = None
+    height: Annotated[str | None, Option(help='of the body, "1.72 m"; not known by default')] = None
     sole: Annotated[
-        str | None, typer.Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
+        str | None, Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
     ] = None
-    model: Annotated[pathlib.Path | None, typer.Option(help="the person's scaled OpenSim model")] = None
-    static: Annotated[pathlib.Path | None, typer.Option(help="standing trial: .trc, .c3d, .csv")] = None
-    map: Annotated[pathlib.Path | None, typer.Option(help="TOML that says which marker sits where")] = None
-    write_map: Annotated[
-        pathlib.Path | None, typer.Option(help="write such a TOML with what is guessed, and stop")
-    ] = None
+    model: Annotated[Path | None, Option(help="the person's scaled OpenSim model")] = None
+    static: Annotated[Path | None, Option(help="standing trial: .trc, .c3d, .csv")] = None
+    map: Annotated[Path | None, Option(help="TOML that says which marker sits where")] = None
+    write_map: Annotated[Path | None, Option(help="write such a TOML with what is guessed, and stop")] = None
     marker: Annotated[
         list[str] | None,
-        typer.Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
+        Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
     ] = None
-    plate: Annotated[list[str] | None, typer.Option(help="force plate to look at; all by default")] = None
-    forward: Annotated[str | None, typer.Option(help="axis of walking, x, -x, y, …: found by default")] = None
-    up: Annotated[str | None, typer.Option(help="axis upward; found by default")] = None
-    angles: Annotated[str | None, typer.Option(help="deg|rad, where the header is silent or wrong")] = None
+    plate: Annotated[list[str] | None, Option(help="force plate to look at; all by default")] = None
+    forward: Annotated[str | None, Option(help="axis of walking, x, -x, y, …: found by default")] = None
+    up: Annotated[str | None, Option(help="axis upward; found by default")] = None
+    angles: Annotated[str | None, Option(help="deg|rad, where the header is silent or wrong")] = None
     belt_speed: Annotated[
-        str | None, typer.Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
+        str | None, Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
     ] = None
-    cutoff: Annotated[
-        str, typer.Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')
-    ] = "6 Hz"
+    cutoff: Annotated[str, Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')] = (
+        "6 Hz"
+    )
     thigh: Annotated[
-        str | None,
-        typer.Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place"),
+        str | None, Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place")
     ] = None
-    shank: Annotated[str | None, typer.Option(help='knee to ankle, "43 cm", likewise')] = None
+    shank: Annotated[str | None, Option(help='knee to ankle, "43 cm", likewise')] = None
     hip: Annotated[
         tuple[str, str] | None,
-        typer.Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
+        Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
     ] = None
-    ankle_height: Annotated[str | None, typer.Option(help='above the floor, foot flat, "7 cm"')] = None
-    ankle_zero: Annotated[str, typer.Option(help="flat (foot level where flat) or file")] = "flat"
-    source: Annotated[str, typer.Option(help="where the data come from")] = ""
-    licence: Annotated[str, typer.Option(help="what one may do with them")] = "not stated"
+    ankle_height: Annotated[str | None, Option(help='above the floor, foot flat, "7 cm"')] = None
+    ankle_zero: Annotated[str, Option(help="flat (foot level where flat) or file")] = "flat"
+    source: Annotated[str, Option(help="where the data come from")] = ""
+    licence: Annotated[str, Option(help="what one may do with them")] = "not stated"
 
 
 @gait_app.command("import")
@@ -117,7 +113,7 @@ def gait_import_command(trial: Trial) -> None:
     print(f"written to {trial.out}; look at {picture} before you believe it")
 
 
-def _write_map(files: list[pathlib.Path], path: pathlib.Path) -> None:
+def _write_map(files: list[Path], path: Path) -> None:
     """Write which marker seems to sit where, for a person to mend."""
     with progress("reading the markers"):
         from afo_sim.gait_lab.trial.files import read_trial
@@ -150,8 +146,8 @@ def _with_map(error: InputError) -> InputError:
 
 @gait_app.command("show")
 def gait_show_command(
-    gait: Annotated[str, typer.Argument(help="a gait CSV, or a shipped name")],
-    out: Annotated[pathlib.Path | None, typer.Option(help="picture to write: .png, .pdf or .svg")] = None,
+    gait: Annotated[str, Argument(help="a gait CSV, or a shipped name")],
+    out: Annotated[Path | None, Option(help="picture to write: .png, .pdf or .svg")] = None,
 ) -> None:
     """The key numbers of a gait cycle, and its picture."""
     with progress("reading"):

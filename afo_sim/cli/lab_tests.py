@@ -1,15 +1,15 @@
 """Commands of the laboratory: stand, fit, fit-run, fit-torque, validate."""
 
 import json
-import pathlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option
 
-from afo_sim.cli.common import Sets, app, one_group, picked, print_table, progress, read_sets
+from afo_sim.cli.common import Sets, app, one_group, picked, print_table, print_tables, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
 
 if TYPE_CHECKING:
@@ -20,29 +20,26 @@ if TYPE_CHECKING:
 class _Test:
     """Options of `stand`: muscles, and what is done to them."""
 
-    test: Annotated[
-        str, typer.Argument(help="isobaric|isotonic|isometric|step|release, or all (the first three)")
-    ]
-    muscles: Annotated[list[str], typer.Argument(help="shipped muscles, or TOML files")]
-    law: Annotated[list[str] | None, typer.Option(help="force law; may be given several times")] = None
-    friction: Annotated[list[str] | None, typer.Option(help="friction, or none; several times")] = None
-    pressure: Annotated[
-        list[str] | None, typer.Option(help='gauge, "3 bar"; several: curves, or from and to')
-    ] = None
-    load: Annotated[list[str] | None, typer.Option(help='"200 N" or "20 kg"; several times')] = None
-    contraction: Annotated[list[str] | None, typer.Option(help='0.1 or "10 %"; several times')] = None
-    length: Annotated[list[str] | None, typer.Option(help="of the braid, instead of contraction")] = None
-    valve: Annotated[str | None, typer.Option(help="valve of step (mh1 by default) and release")] = None
-    supply: Annotated[str | None, typer.Option(help="pressure that there is; the muscle's limit")] = None
-    time: Annotated[str | None, typer.Option(help="of one way up or down; slow by default")] = None
-    static: Annotated[bool, typer.Option("--static", help="the formula instead of the rig")] = False
-    compare: Annotated[pathlib.Path | None, typer.Option(help="CSV of measured points to lay over it")] = None
+    test: Annotated[str, Argument(help="isobaric|isotonic|isometric|step|release, or all (the first three)")]
+    muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files")]
+    law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
+    friction: Annotated[list[str] | None, Option(help="friction, or none; several times")] = None
+    pressure: Annotated[list[str] | None, Option(help='gauge, "3 bar"; several: curves, or from and to')] = (
+        None
+    )
+    load: Annotated[list[str] | None, Option(help='"200 N" or "20 kg"; several times')] = None
+    contraction: Annotated[list[str] | None, Option(help='0.1 or "10 %"; several times')] = None
+    length: Annotated[list[str] | None, Option(help="of the braid, instead of contraction")] = None
+    valve: Annotated[str | None, Option(help="valve of step (mh1 by default) and release")] = None
+    supply: Annotated[str | None, Option(help="pressure that there is; the muscle's limit")] = None
+    time: Annotated[str | None, Option(help="of one way up or down; slow by default")] = None
+    static: Annotated[bool, Option("--static", help="the formula instead of the rig")] = False
+    compare: Annotated[Path | None, Option(help="CSV of measured points to lay over it")] = None
     sets: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"'),
+        list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
     ] = None
-    out: Annotated[pathlib.Path, typer.Option(help="folder, .csv or .parquet")] = pathlib.Path("runs/stand")
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write a Rerun recording")] = True
+    out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write a Rerun recording")] = True
 
 
 @app.command("stand")
@@ -50,13 +47,11 @@ class _Test:
 def stand_command(test: _Test) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.lab.bench.stand import stand
         from afo_sim.show.stand_files import target, write_stand_files
 
         place = target(test.out, test.test)
         check_folder(place.folder)
-        check_writable(place.folder)
         tests = stand(
             test.test,
             test.muscles,
@@ -73,7 +68,7 @@ def stand_command(test: _Test) -> None:
         _print_trials(tests.of(kind), files)
 
 
-def _print_trials(tests: "Stand", files: Sequence[pathlib.Path]) -> None:
+def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
     from afo_sim.lab.bench.table import printed
 
     for trial in tests.trials:
@@ -111,34 +106,29 @@ _LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
 
 @app.command("fit-run")
 def fit_run_command(
-    log: Annotated[
-        pathlib.Path, typer.Argument(help="CSV of your own measurement: time, angle, pressures …")
-    ],
-    scenario: Annotated[str, typer.Option(help="a shipped scenario's name, or a TOML file")],
+    log: Annotated[Path, Argument(help="CSV of your own measurement: time, angle, pressures …")],
+    scenario: Annotated[str, Option(help="a shipped scenario's name, or a TOML file")],
     fit: Annotated[
-        str, typer.Option(help="parameters with commas between them; none only lays log and run together")
+        str, Option(help="parameters with commas between them; none only lays log and run together")
     ] = "",
     sets: Sets = None,
     noise: Annotated[
-        list[str] | None, typer.Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
+        list[str] | None, Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
     ] = None,
-    hold_out: Annotated[
-        float, typer.Option(help="share of the log, from its end, to predict; 0 for none")
-    ] = 0.3,
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit-run"),
+    hold_out: Annotated[float, Option(help="share of the log, from its end, to predict; 0 for none")] = 0.3,
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-run"),
 ) -> None:
     """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
     values = read_sets(sets)
     noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable, together
+        from afo_sim.common.writing import together
         from afo_sim.lab.fitting import run_scenario
         from afo_sim.lab.fitting.run_fit import fit_run
         from afo_sim.show.fit_figure import write_log_figure
 
         check_folder(out, "fit to a log")
-        check_writable(out)
         found = fit_run(
             scenario,
             log,
@@ -151,10 +141,7 @@ def fit_run_command(
         with together(out, _RUN_FILES) as folder:
             run_scenario.write(found, folder)
             write_log_figure(found, folder)
-    for title, header, rows in run_scenario.tables(found):
-        print_table(title, header, rows)
-    for line in run_scenario.remarks(found):
-        print(line)
+    print_tables(run_scenario.tables(found), run_scenario.remarks(found))
     runnable = bool(names) and found.converged
     hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
     print(f"written to {out}{hint}")
@@ -162,34 +149,29 @@ def fit_run_command(
 
 @app.command()
 def fit(
-    files: Annotated[list[pathlib.Path], typer.Argument(help="CSV of measured points, one per muscle")],
-    law: Annotated[str, typer.Option(help="a law's name, or all")],
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit"),
+    files: Annotated[list[Path], Argument(help="CSV of measured points, one per muscle")],
+    law: Annotated[str, Option(help="a law's name, or all")],
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit"),
     hold_out: Annotated[
-        str, typer.Option(help="what is left out in turn: all|none|pressure|load|curve|muscle")
+        str, Option(help="what is left out in turn: all|none|pressure|load|curve|muscle")
     ] = "all",
-    test: Annotated[
-        list[pathlib.Path] | None, typer.Option(help="further CSV that is predicted, not fitted")
-    ] = None,
-    free: Annotated[list[str] | None, typer.Option(help="a parameter to fit as well")] = None,
-    fix: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="a parameter to hold")] = None,
+    test: Annotated[list[Path] | None, Option(help="further CSV that is predicted, not fitted")] = None,
+    free: Annotated[list[str] | None, Option(help="a parameter to fit as well")] = None,
+    fix: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="a parameter to hold")] = None,
     tell: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help='what the CSV does not say, for example bore="20 mm"'),
+        Option(metavar="KEY=VALUE", help='what the CSV does not say, for example bore="20 mm"'),
     ] = None,
-    loss: Annotated[
-        str, typer.Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")
-    ] = "linear",
-    like: Annotated[str, typer.Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
+    loss: Annotated[str, Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")] = "linear",
+    like: Annotated[str, Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
 ) -> None:
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
-        from afo_sim.common.writing import check_writable, together
+        from afo_sim.common.writing import together
         from afo_sim.lab.fitting import law_report, law_result
         from afo_sim.show.fit_figure import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
-        check_writable(out)
         found = law_result.fit(
             files,
             law=law,
@@ -205,47 +187,41 @@ def fit(
         with together(out, _LAW_FILES) as folder:
             law_report.write(found, folder)
             write_fit_figure(found, folder)
-    for title, header, rows in law_report.tables(found):
-        print_table(title, header, rows)
-    for line in law_report.remarks(found):
-        print(line)
+    print_tables(law_report.tables(found), law_report.remarks(found))
     print(f"written to {out}")
 
 
 @app.command("fit-torque")
 def fit_torque_command(
-    files: Annotated[
-        list[pathlib.Path], typer.Argument(help="CSV of static torque: angle, pressure, torque …")
-    ],
+    files: Annotated[list[Path], Argument(help="CSV of static torque: angle, pressure, torque …")],
     orthosis: Annotated[
-        list[str], typer.Option(help="a shipped orthosis or a file; GROUP=ORTHOSIS where groups differ")
+        list[str], Option(help="a shipped orthosis or a file; GROUP=ORTHOSIS where groups differ")
     ],
     fit: Annotated[
-        str, typer.Option(help="series_stiffness, offset, cuff_stiffness, plate_stiffness, the law's own")
+        str, Option(help="series_stiffness, offset, cuff_stiffness, plate_stiffness, the law's own")
     ] = "series_stiffness,offset",
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(help="left out in turn: all|none|group|angle|pressure; or a CSV that is predicted"),
+        Option(help="left out in turn: all|none|group|angle|pressure; or a CSV that is predicted"),
     ] = None,
-    chamber: Annotated[str, typer.Option(help="that was filled, where the file does not say")] = "",
+    chamber: Annotated[str, Option(help="that was filled, where the file does not say")] = "",
     torque: Annotated[
-        str, typer.Option(help="device: of the muscles alone; difference: less the readings without air")
+        str, Option(help="device: of the muscles alone; difference: less the readings without air")
     ] = "device",
     rate: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help='of a log\'s still samples, for example angle="2 deg/s"'),
+        Option(metavar="KEY=VALUE", help='of a log\'s still samples, for example angle="2 deg/s"'),
     ] = None,
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/fit-torque"),
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
 ) -> None:
     """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
     with progress("reading") as report:
-        from afo_sim.common.writing import check_writable, together
+        from afo_sim.common.writing import together
         from afo_sim.lab.fitting import torque_report
         from afo_sim.lab.fitting.torque_fit import fit_torque
         from afo_sim.show.torque_bench import write_torque_figure
 
         check_folder(out, "fit to static torques")
-        check_writable(out)
         found = fit_torque(
             files,
             _orthoses(orthosis),
@@ -259,10 +235,7 @@ def fit_torque_command(
         with together(out, torque_report.FILES) as folder:
             torque_report.write(found, folder, out)
             write_torque_figure(found, folder)
-    for title, header, rows in torque_report.tables(found):
-        print_table(title, header, rows)
-    for line in torque_report.remarks(found):
-        print(line)
+    print_tables(torque_report.tables(found), torque_report.remarks(found))
     place = out / next(iter(torque_report.folders(found).values()))
     print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
 
@@ -276,10 +249,8 @@ def _orthoses(texts: list[str]) -> Any:
 
 @app.command("validate")
 def validate_command(
-    as_json: Annotated[bool, typer.Option("--json", help="every row, cells too, as a JSON list")] = False,
-    figures: Annotated[
-        pathlib.Path | None, typer.Option(help="folder for S1's and S3's figures, redrawn")
-    ] = None,
+    as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
+    figures: Annotated[Path | None, Option(help="folder for S1's and S3's figures, redrawn")] = None,
 ) -> None:
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:

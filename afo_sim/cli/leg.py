@@ -1,12 +1,12 @@
 """Commands on legs: leg import, leg export, attach."""
 
-import pathlib
 import shlex
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
 from afo_sim.common.errors import InputError
@@ -19,30 +19,29 @@ if TYPE_CHECKING:
 class Cut:
     """Options of `leg import`: a model, and which leg of it."""
 
-    file: Annotated[pathlib.Path, typer.Argument(help="MJCF or URDF, of a leg or of a whole body")]
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="the leg's folder; legs/NAME by default, - writes nothing")
-    ] = None
-    shank: Annotated[str | None, typer.Option(help="its body; found by its name by default")] = None
-    foot: Annotated[str | None, typer.Option(help="its body, or one that hangs on it")] = None
-    ankle: Annotated[str | None, typer.Option(help="its hinge")] = None
-    side: Annotated[str | None, typer.Option(help="right|left: which leg is meant")] = None
+    file: Annotated[Path, Argument(help="MJCF or URDF, of a leg or of a whole body")]
+    out: Annotated[Path | None, Option(help="the leg's folder; legs/NAME by default, - writes nothing")] = (
+        None
+    )
+    shank: Annotated[str | None, Option(help="its body; found by its name by default")] = None
+    foot: Annotated[str | None, Option(help="its body, or one that hangs on it")] = None
+    ankle: Annotated[str | None, Option(help="its hinge")] = None
+    side: Annotated[str | None, Option(help="right|left: which leg is meant")] = None
     zero: Annotated[
-        str | None, typer.Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
+        str | None, Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
     ] = None
     range: Annotated[
         tuple[str, str] | None,
-        typer.Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
+        Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
     ] = None
-    toes: Annotated[str | None, typer.Option(help="hinge of the toes to keep; others are welded")] = None
-    body_mass: Annotated[str | None, typer.Option(help='of the person, "72 kg"')] = None
-    body_height: Annotated[str | None, typer.Option(help='of the person, "1.72 m"')] = None
+    toes: Annotated[str | None, Option(help="hinge of the toes to keep; others are welded")] = None
+    body_mass: Annotated[str | None, Option(help='of the person, "72 kg"')] = None
+    body_height: Annotated[str | None, Option(help='of the person, "1.72 m"')] = None
     package: Annotated[
-        list[pathlib.Path] | None,
-        typer.Option(help="folder in which package:// meshes of a URDF lie; may be given again"),
+        list[Path] | None, Option(help="folder in which package:// meshes of a URDF lie; may be given again")
     ] = None
-    name: Annotated[str | None, typer.Option(help="of the leg; by default the folder's or file's")] = None
-    force: Annotated[bool, typer.Option("--force", help="replace a leg that is in the folder")] = False
+    name: Annotated[str | None, Option(help="of the leg; by default the folder's or file's")] = None
+    force: Annotated[bool, Option("--force", help="replace a leg that is in the folder")] = False
 
 
 @leg_app.command("import")
@@ -58,7 +57,7 @@ def leg_import_command(cut: Cut) -> None:
         from afo_sim.legs.importing import default_folder, import_leg
         from afo_sim.show.leg_picture import draw_leg
 
-        def draw(imported: "Imported", path: pathlib.Path) -> None:
+        def draw(imported: "Imported", path: Path) -> None:
             draw_leg(imported.leg, f"{imported.name}: {imported.found.side} leg of {cut.file.name}", path)
 
         imported = import_leg(
@@ -92,12 +91,10 @@ def _within(option: str, text: str | None, unit: str, low: float, high: float) -
 
 @leg_app.command("export")
 def leg_export_command(
-    source: Annotated[
-        str, typer.Argument(metavar="LEG", help="a leg or a scenario: a shipped name, or a path")
-    ],
-    to: Annotated[pathlib.Path | None, typer.Option(help="needed: the .urdf file to write")] = None,
-    orthosis: Annotated[str | None, typer.Option(help="worn on it; a leg alone has none by default")] = None,
-    force: Annotated[bool, typer.Option("--force", help="replace a file that is there")] = False,
+    source: Annotated[str, Argument(metavar="LEG", help="a leg or a scenario: a shipped name, or a path")],
+    to: Annotated[Path | None, Option(help="needed: the .urdf file to write")] = None,
+    orthosis: Annotated[str | None, Option(help="worn on it; a leg alone has none by default")] = None,
+    force: Annotated[bool, Option("--force", help="replace a file that is there")] = False,
 ) -> None:
     """Write a leg, with its orthosis' rigid parts, for other programs, as URDF."""
     if to is None:
@@ -117,29 +114,19 @@ def leg_export_command(
 class _Attachment:
     """Options of `attach`: a model, an orthosis, and where it goes."""
 
-    model: Annotated[
-        pathlib.Path, typer.Argument(help="MJCF or URDF file of a whole model, or a shipped leg's name")
-    ]
-    orthosis: Annotated[
-        str, typer.Option(help="a shipped orthosis' name, or the path of its TOML file or folder")
-    ]
-    shank: Annotated[str | None, typer.Option(help="name of its body; sought by default")] = None
-    foot: Annotated[str | None, typer.Option(help="name of the body that wears the plate")] = None
-    ankle: Annotated[str | None, typer.Option(help="name of the hinge between them")] = None
-    side: Annotated[str | None, typer.Option(help="right|left, where both are there")] = None
-    zero: Annotated[
-        str | None, typer.Option(help='the hinge where the ankle is at 0, "0 deg" by default')
-    ] = None
-    supply: Annotated[str, typer.Option(help="gauge pressure before the inlet valves")] = "4 bar"
-    timestep: Annotated[str | None, typer.Option(help='"1 ms"; the model\'s own by default')] = None
-    prefix: Annotated[str, typer.Option(help="of all names that are added")] = "afo_"
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="MJCF file to write; MODEL_ORTHOSIS.xml by default")
-    ] = None
-    mjb: Annotated[bool, typer.Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = (
-        False
-    )
-    force: Annotated[bool, typer.Option("--force", help="replace files that are there")] = False
+    model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or a shipped leg's name")]
+    orthosis: Annotated[str, Option(help="a shipped orthosis' name, or the path of its TOML file or folder")]
+    shank: Annotated[str | None, Option(help="name of its body; sought by default")] = None
+    foot: Annotated[str | None, Option(help="name of the body that wears the plate")] = None
+    ankle: Annotated[str | None, Option(help="name of the hinge between them")] = None
+    side: Annotated[str | None, Option(help="right|left, where both are there")] = None
+    zero: Annotated[str | None, Option(help='the hinge where the ankle is at 0, "0 deg" by default')] = None
+    supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
+    timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
+    prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
+    out: Annotated[Path | None, Option(help="MJCF file to write; MODEL_ORTHOSIS.xml by default")] = None
+    mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False
 
 
 @app.command("attach")
@@ -150,8 +137,8 @@ def attach_command(worn: _Attachment) -> None:
     A model that was written with it may be given again, for the other leg.
     """
     check_side(worn.side)
-    model, name = worn.model, pathlib.Path(worn.orthosis).stem
-    out = worn.out or pathlib.Path(f"{model.stem}_{name}.xml")
+    model, name = worn.model, Path(worn.orthosis).stem
+    out = worn.out or Path(f"{model.stem}_{name}.xml")
     angle = None if worn.zero is None else quantity("--zero", worn.zero, "rad")
     ours = _is_written(model)
     if not ours and model.exists() and out.exists() and out.samefile(model):
@@ -180,7 +167,7 @@ def attach_command(worn: _Attachment) -> None:
     print(f'next, in Python: leg = afo_sim.attached("{out}")')
 
 
-def _is_written(model: pathlib.Path) -> bool:
+def _is_written(model: Path) -> bool:
     """Whether a model was written with an orthosis on it."""
     sidecar = model.with_suffix(".toml")
     try:

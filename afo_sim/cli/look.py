@@ -1,12 +1,12 @@
 """Commands on finished runs and designs: view, figure, report, video, check-run, draw, export."""
 
-import pathlib
 import sys
 import tempfile
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
 from afo_sim.cli.overwriting import KNOWN_BY
@@ -15,13 +15,13 @@ from afo_sim.common.errors import InputError, unknown
 
 @app.command()
 def view(
-    paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders, or .rrd files")],
+    paths: Annotated[list[Path], Argument(help="run folders, or .rrd files")],
     picture: Annotated[
-        pathlib.Path | None, typer.Option("--screenshot", help="write a PNG instead; needs no display")
+        Path | None, Option("--screenshot", help="write a PNG instead; needs no display")
     ] = None,
-    at: Annotated[str | None, typer.Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
+    at: Annotated[str | None, Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
     rate: Rate = None,
-    colour: Annotated[str, typer.Option(help="what colours the muscles: force|pressure")] = "force",
+    colour: Annotated[str, Option(help="what colours the muscles: force|pressure")] = "force",
 ) -> None:
     """Open a run, or several side by side, in the Rerun viewer (on this machine only)."""
     if colour not in ("force", "pressure"):
@@ -37,7 +37,7 @@ def view(
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
         from afo_sim.common.writing import check_writable, replacing
 
-        files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
+        files = _rerun_files(paths, Path(scratch), hertz, colour)
         from afo_sim.show import rerun as viewer
 
         if moment is not None and paths[0].is_dir():
@@ -52,9 +52,7 @@ def view(
         print(f"written to {picture}")
 
 
-def _rerun_files(
-    paths: list[pathlib.Path], scratch: pathlib.Path, rate: float | None, colour: str
-) -> list[pathlib.Path]:
+def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: str) -> list[Path]:
     """The Rerun files to show: those given, one made anew, or one made of several runs."""
     folders = [path for path in paths if path.is_dir()]
     if not folders and all(path.is_file() and path.suffix == ".rrd" for path in paths):
@@ -79,10 +77,8 @@ def _rerun_files(
 
 @app.command("figure")
 def figure_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; the run's own by default")
-    ] = None,
+    folder: Annotated[Path, Argument(help="a run's folder")],
+    out: Annotated[Path | None, Option(help="folder to write to; the run's own by default")] = None,
 ) -> None:
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
@@ -100,9 +96,9 @@ def figure_command(
 
 @app.command("report")
 def report_command(
-    folders: Annotated[list[pathlib.Path], typer.Argument(help="folders of runs; compared with the first")],
+    folders: Annotated[list[Path], Argument(help="folders of runs; compared with the first")],
     out: Annotated[
-        pathlib.Path | None, typer.Option(help="HTML file; report.html in the first run's folder by default")
+        Path | None, Option(help="HTML file; report.html in the first run's folder by default")
     ] = None,
 ) -> None:
     """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
@@ -118,9 +114,9 @@ def report_command(
 
 @app.command("video")
 def video_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
-    out: Annotated[pathlib.Path, typer.Argument(help="MP4 file to write")],
-    rate: Annotated[str, typer.Option(help="pictures a second")] = "30 Hz",
+    folder: Annotated[Path, Argument(help="a run's folder")],
+    out: Annotated[Path, Argument(help="MP4 file to write")],
+    rate: Annotated[str, Option(help="pictures a second")] = "30 Hz",
 ) -> None:
     """A film of a run through MuJoCo's own renderer (needs an OpenGL backend and ffmpeg)."""
     hertz = hertz_of(rate)
@@ -139,9 +135,9 @@ def video_command(
 
 @app.command("check-run")
 def check_run_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
+    folder: Annotated[Path, Argument(help="a run's folder")],
     checks: Annotated[
-        pathlib.Path | None, typer.Argument(help="checks file; the shipped scenario's own by default")
+        Path | None, Argument(help="checks file; the shipped scenario's own by default")
     ] = None,
 ) -> None:
     """Hold a run against a file of checks; exit code 1 when one fails."""
@@ -160,32 +156,32 @@ def check_run_command(
         sys.exit(1)
 
 
-_Paths = list[pathlib.Path]
+_Paths = list[Path]
 _Report = Callable[[int, int, str], None]
 
 
 @app.command()
 def draw(
     orthosis: Annotated[
-        str, typer.Argument(help="a shipped orthosis or scenario, or the TOML file or folder of one")
+        str, Argument(help="a shipped orthosis or scenario, or the TOML file or folder of one")
     ],
     leg: Annotated[
-        str | None, typer.Option(help="a shipped leg, or its TOML file; the scenario's own by default")
+        str | None, Option(help="a shipped leg, or its TOML file; the scenario's own by default")
     ] = None,
     pressure: Annotated[
-        str | None, typer.Option(help='of the muscles, for example "4 bar"; the supply\'s by default')
+        str | None, Option(help='of the muscles, for example "4 bar"; the supply\'s by default')
     ] = None,
     out: Annotated[
-        list[pathlib.Path] | None,
-        typer.Option(
+        list[Path] | None,
+        Option(
             help="file to write, png, pdf, svg or, of a design, rrd, again for more; NAME-design.pdf or "
             "NAME-air.pdf by default"
         ),
     ] = None,
     view: Annotated[
-        str, typer.Option(help='"design", or "air": a schematic of the air path, from source to muscles')
+        str, Option(help='"design", or "air": a schematic of the air path, from source to muscles')
     ] = "design",
-    force: Annotated[bool, typer.Option("--force", help="replace files that are there")] = False,
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
 ) -> None:
     """The design picture: the orthosis to scale with dimensions, and what its muscles do over the angle.
 
@@ -220,7 +216,7 @@ def _draw_design(
     check_files(paths, force=force)
     found = design(orthosis, leg=leg, pressure=full)
     if not paths:
-        paths = [pathlib.Path(f"{found.built.scenario.orthosis.name or 'orthosis'}-design.pdf")]
+        paths = [Path(f"{found.built.scenario.orthosis.name or 'orthosis'}-design.pdf")]
         check_files(paths, force=force)
     for done, path in enumerate(paths):
         report(done, len(paths), "drawing")
@@ -239,7 +235,7 @@ def _draw_air(
     check_files(paths, force=force, view=AIR)
     scheme = scheme_of(orthosis, full)
     if not paths:
-        paths = [pathlib.Path(f"{scheme.name}-air.pdf")]
+        paths = [Path(f"{scheme.name}-air.pdf")]
         check_files(paths, force=force, view=AIR)
     for done, path in enumerate(paths):
         report(done, len(paths), "drawing")
@@ -255,19 +251,17 @@ _STUDIES = {
 
 @app.command("export")
 def export_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder, or its recording.parquet")],
-    to: Annotated[str | None, typer.Option(help="sto|mot|csv|mat|mjb; that of --out by default")] = None,
+    folder: Annotated[Path, Argument(help="a run's folder, or its recording.parquet")],
+    to: Annotated[str | None, Option(help="sto|mot|csv|mat|mjb; that of --out by default")] = None,
     out: Annotated[
-        pathlib.Path | None, typer.Option(help="file to write; recording.FORMAT beside the run by default")
+        Path | None, Option(help="file to write; recording.FORMAT beside the run by default")
     ] = None,
-    rate: Annotated[str | None, typer.Option(help='rows a second, "200 Hz"; all by default')] = None,
+    rate: Annotated[str | None, Option(help='rows a second, "200 Hz"; all by default')] = None,
     column: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'
-        ),
+        Option(metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="replace files that are there")] = False,
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
 ) -> None:
     """A run for OpenSim (sto, mot), spreadsheets (csv), MATLAB and Octave (mat), or MuJoCo (mjb)."""
     hertz = None if rate is None else hertz_of(rate)
@@ -299,7 +293,7 @@ def export_command(
         print(f"mind: {exported.minds}")
 
 
-def _check_is_run(folder: pathlib.Path) -> None:
+def _check_is_run(folder: Path) -> None:
     """Refuse the folder of a study with the way to a run of it."""
     for file, kind in KNOWN_BY.items():
         if kind in _STUDIES and (folder / file).is_file():

@@ -1,8 +1,8 @@
 """Refusals to write over another run, or into a folder of another kind of output."""
 
 import json
-import pathlib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from afo_sim.common.errors import InputError
@@ -24,8 +24,15 @@ KNOWN_BY = {
 _OTHER = "another folder with --out"
 
 
-def check_folder(folder: pathlib.Path, kind: str = "") -> None:
-    """Refuse a folder that holds another kind of output; any kind if `kind` is ""."""
+def check_folder(folder: Path, kind: str = "") -> None:
+    """Refuse a folder that cannot be written to, or holds another kind of output than `kind`."""
+    from afo_sim.common.writing import check_writable
+
+    _check_kind(folder, kind)
+    check_writable(folder)
+
+
+def _check_kind(folder: Path, kind: str) -> None:
     for file, found in KNOWN_BY.items():
         if (folder / file).is_file():
             if found != kind:
@@ -34,8 +41,10 @@ def check_folder(folder: pathlib.Path, kind: str = "") -> None:
             return
 
 
-def check_run_folder(folder: pathlib.Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
-    """Refuse a folder that holds the run of another description."""
+def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
+    """Refuse a folder that cannot be written to, or holds the run of another description."""
+    from afo_sim.common.writing import check_writable
+
     before = _other(folder, "run", "recording.parquet", "summary.json", {"scenario": scenario}, force=force)
     if before is not None:
         found = before.get("scenario")
@@ -43,10 +52,11 @@ def check_run_folder(folder: pathlib.Path, scenario: Mapping[str, Any], *, force
         what = f"the run of another scenario, {name!r}" if name not in (None, scenario["name"]) else ""
         what = what or f"a run of {scenario['name']!r} with other values"
         raise _refused(folder, f"holds {what}", "it")
+    check_writable(folder)
 
 
 def check_same(
-    folder: pathlib.Path,
+    folder: Path,
     kind: str,
     file: str,
     now: Mapping[str, Any],
@@ -56,18 +66,21 @@ def check_same(
     whom: str = "it",
 ) -> None:
     """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
+    from afo_sim.common.writing import check_writable
+
     before = _other(folder, kind, file, file, now, force=force)
     if before is not None:
         raise _refused(folder, problem.format(**(dict.fromkeys(now) | before)), whom)
+    check_writable(folder)
 
 
 def _other(
-    folder: pathlib.Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
+    folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
 ) -> dict[str, Any] | None:
     """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
     from afo_sim.common.writing import settle
 
-    check_folder(folder, kind)
+    _check_kind(folder, kind)
     settle(folder)
     if force or not (folder / there).is_file():
         return None
@@ -79,6 +92,6 @@ def _other(
     return None if before == json.loads(json.dumps(now)) else before
 
 
-def _refused(folder: pathlib.Path, problem: str, whom: str) -> InputError:
+def _refused(folder: Path, problem: str, whom: str) -> InputError:
     allowed = f"--force, which replaces {whom}, or {_OTHER}"
     return InputError(problem, field="out", value=str(folder), allowed=allowed)

@@ -1,12 +1,12 @@
 """A run on the terminal: of walking the verdict and what may change it, of others every number."""
 
 import os
-import pathlib
 import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from afo_sim.cli.common import print_table
@@ -19,7 +19,7 @@ _SPELLED = str.maketrans(  # for a terminal that does not know them
 )
 
 
-def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
+def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print a run."""
     told = bool(recording.verdict)
     if told:

@@ -1,10 +1,10 @@
 """Commands that simulate: run, compare, torque-map, both."""
 
-import pathlib
 import sys
+from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Option
 
 from afo_sim.cli.common import (
     Plain,
@@ -15,6 +15,7 @@ from afo_sim.cli.common import (
     hertz_of,
     plainly,
     print_table,
+    print_tables,
     progress,
     quantity,
     read_sets,
@@ -29,25 +30,23 @@ from afo_sim.common.errors import InputError
 @app.command()
 def run(
     scenario: Scenario = "seated",
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario> by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario> by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
     rate: Rate = None,
     plain: Plain = False,
     change: Annotated[
-        bool, typer.Option("--change/--no-change", help="find out what to change first (walking)")
+        bool, Option("--change/--no-change", help="find out what to change first (walking)")
     ] = True,
     uncertainty: Annotated[
-        int, typer.Option(help="draws of what is not known, for bands (walking); 0 for none")
+        int, Option(help="draws of what is not known, for bands (walking); 0 for none")
     ] = 0,
     spreads: Annotated[
-        str, typer.Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
+        str, Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
     ] = "usual",
-    numbers: Annotated[bool, typer.Option("--numbers", help="print every number of a walk")] = False,
-    live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
-    force: Annotated[bool, typer.Option("--force", help="replace the run of another description")] = False,
+    numbers: Annotated[bool, Option("--numbers", help="print every number of a walk")] = False,
+    live: Annotated[bool, Option("--live", help="watch in the Rerun viewer while it runs")] = False,
+    force: Annotated[bool, Option("--force", help="replace the run of another description")] = False,
 ) -> None:
     """Simulate one scenario; without an argument, the seated solenoid-timer test.
 
@@ -57,7 +56,6 @@ def run(
     hertz = None if rate is None else hertz_of(rate)
     short_lived()
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.model.person import with_person
         from afo_sim.simulation.run import run_scenario
@@ -66,9 +64,8 @@ def run(
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
         check_studies(description, draws=uncertainty, spreads=spreads)
-        folder = out or pathlib.Path("runs") / description.name
+        folder = out or Path("runs") / description.name
         check_run_folder(folder, with_person(description).resolved(), force=force)
-        check_writable(folder)
         recording = run_scenario(description, progress=report, watch=watch)
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
@@ -90,29 +87,24 @@ def _stop(failed: dict[str, str]) -> None:
 def compare(
     scenario: Scenario,
     laws: Annotated[
-        str, typer.Option(help="names with commas between; by default every law that all muscles know")
+        str, Option(help="names with commas between; by default every law that all muscles know")
     ] = "",
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-laws by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.show.compared_figures import write
         from afo_sim.simulation import compare as comparing
 
-        folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
+        folder = out or Path("runs") / f"{Path(scenario).stem}-laws"
         check_folder(folder, "comparison of laws")
-        check_writable(folder)
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
         write(runs, folder, rrd=rrd)
-    for title, header, rows in comparing.tables(runs):
-        print_table(title, header, rows)
+    print_tables(comparing.tables(runs))
     for name, recording in runs.items():
         for warning in recording.warnings:
             print(f"warning: {name}: {warning}")
@@ -123,16 +115,14 @@ def compare(
 @app.command("torque-map")
 def torque_map_command(
     scenario: Scenario = "seated",
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/torque-map"),
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
     sets: Sets = None,
-    angle: Annotated[tuple[str, str, str], typer.Option(help="from, to, step", metavar="FROM TO STEP")] = (
+    angle: Annotated[tuple[str, str, str], Option(help="from, to, step", metavar="FROM TO STEP")] = (
         "-20 deg",
         "25 deg",
         "1 deg",
     ),
-    pressure: Annotated[
-        list[str] | None, typer.Option(help="gauge pressure; may be given several times")
-    ] = None,
+    pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
 ) -> None:
     """Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
     values = read_sets(sets)
@@ -148,7 +138,7 @@ def torque_map_command(
     with progress("computing torques"):
         import numpy as np
 
-        from afo_sim.common.writing import check_writable, together
+        from afo_sim.common.writing import together
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
@@ -159,7 +149,6 @@ def torque_map_command(
             problem = "has no chamber: there is no torque to map"
             raise InputError(problem, field="orthosis", value=built.scenario.orthosis.name)
         check_folder(out)
-        check_writable(out)
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
         supply = built.scenario.supply.pressure
         tm.require_angles(built, angles)
@@ -176,7 +165,7 @@ def torque_map_command(
         print(f"warning: {warning}")
 
 
-def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:
+def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: Path) -> None:
     import numpy as np
 
     for found in maps:
@@ -228,46 +217,40 @@ SHOWN = (  # metrics of either leg that stand on the screen without --numbers
 def both_command(
     scenario: Scenario,
     left: Annotated[
-        str, typer.Option(help="scenario of the left leg; the same by default", metavar="SCENARIO")
+        str, Option(help="scenario of the left leg; the same by default", metavar="SCENARIO")
     ] = "",
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-both by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-both by default")] = None,
     sets: Sets = None,
     left_sets: Annotated[
-        list[str] | None,
-        typer.Option("--set-left", metavar="KEY=VALUE", help="of the left leg alone"),
+        list[str] | None, Option("--set-left", metavar="KEY=VALUE", help="of the left leg alone")
     ] = None,
     apart: Annotated[
-        float | None,
-        typer.Option(help="share of a stride that the left leg is behind; 0.5, seated 0"),
+        float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
     ] = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = True,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = True,
     rate: Rate = None,
-    numbers: Annotated[bool, typer.Option("--numbers", help="print every number of both legs")] = False,
-    force: Annotated[bool, typer.Option("--force", help="replace the run of other descriptions")] = False,
+    numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
+    force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
 ) -> None:
     """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
     values, others = read_sets(sets), read_sets(left_sets, "--set-left")
     hertz = None if rate is None else hertz_of(rate)
     short_lived()
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.model.person import with_person
         from afo_sim.simulation import both as legs
 
         pair = legs.described(scenario, left or None, sets=values, left_sets=others)
-        folder = out or pathlib.Path("runs") / f"{pair[0].name}-both"
+        folder = out or Path("runs") / f"{pair[0].name}-both"
         shift = legs.checked(*pair, apart)
         _check_folder(folder, [with_person(each).resolved() for each in pair], shift, force=force)
-        check_writable(folder)
         found = legs.both(*pair, apart=shift, progress=report)
         found.save(folder, rrd=rrd, rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
 
 
-def _check_folder(folder: pathlib.Path, pair: list[dict[str, Any]], apart: float, *, force: bool) -> None:
+def _check_folder(folder: Path, pair: list[dict[str, Any]], apart: float, *, force: bool) -> None:
     """Refuse a folder that holds other legs' runs, or anything else."""
     check_folder(folder, "run of both legs")
     for side, scenario in zip(("right", "left"), pair, strict=True):
@@ -276,7 +259,7 @@ def _check_folder(folder: pathlib.Path, pair: list[dict[str, Any]], apart: float
     check_same(folder, "run of both legs", "both.json", {"apart": apart}, problem, force=force, whom="them")
 
 
-def _print_both(legs: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
+def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print two legs' runs."""
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
     print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")

@@ -1,15 +1,15 @@
 """Commands over many cases: sweep, replay, optimise."""
 
-import pathlib
 import re
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from afo_sim.cli.common import (
     Plain,
@@ -22,6 +22,7 @@ from afo_sim.cli.common import (
     duration,
     one_group,
     print_table,
+    print_tables,
     progress,
 )
 from afo_sim.cli.overwriting import check_folder
@@ -39,32 +40,25 @@ LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 class _Sweep:
     """Options of `sweep`: which cases, and who computes them."""
 
-    source: Annotated[
-        str, typer.Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")
-    ] = ""
+    source: Annotated[str, Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")] = ""
     out: Annotated[
-        pathlib.Path | None,
-        typer.Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures"),
+        Path | None, Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures")
     ] = None
     threads: Threads = 0
     workers: Workers = 0
     scheduler: Scheduler = ""
-    part: Annotated[str, typer.Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1"
+    part: Annotated[str, Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1"
     if_changed: Annotated[
-        str, typer.Option(help="where sweep file or code changed: refuse, restart or continue")
+        str, Option(help="where sweep file or code changed: refuse, restart or continue")
     ] = "refuse"
     plain: Plain = False
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False
-    yes_many: Annotated[bool, typer.Option("--yes-many", help="more than ten million cases are no slip")] = (
-        False
-    )
-    show: Annotated[
-        pathlib.Path | None, typer.Option(help="a sweep's folder: print its tables, draw its figures")
-    ] = None
+    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False
+    yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are no slip")] = False
+    show: Annotated[Path | None, Option(help="a sweep's folder: print its tables, draw its figures")] = None
     metric: Annotated[
-        list[str] | None, typer.Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
+        list[str] | None, Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
     ] = None
-    best: Annotated[int, typer.Option(help="with --show: how many best cases")] = 5
+    best: Annotated[int, Option(help="with --show: how many best cases")] = 5
 
 
 @app.command()
@@ -86,7 +80,7 @@ def sweep(given: _Sweep) -> None:
 
         plan = sweep_file.read(given.source)
         plan = plan.walked() if given.plain else plan
-        folder = given.out or pathlib.Path("runs") / plan.file.stem
+        folder = given.out or Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if given.yes_many else design.MOST)
         store = runner.open_store(plan, cases, folder, given.if_changed)  # type: ignore[arg-type]
         threads = given.threads or pool.processors()
@@ -132,7 +126,7 @@ def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -
     return f"{state.new} cases computed{speed}{failed}; {done}: {store.folder}"
 
 
-def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
+def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
     """Print what a sweep's cases say, and write its figures."""
     with progress("reading"):
         from afo_sim.show.sweep_figures import FIGURES, write_figures
@@ -143,8 +137,7 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
-    for title, header, rows in tables(found, best):
-        print_table(title, header, rows)
+    print_tables(tables(found, best))
     for remark in found.remarks:
         print(remark)
     target = out or folder / FIGURES
@@ -155,21 +148,17 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
 
 @app.command()
 def replay(
-    folder: Annotated[pathlib.Path, typer.Argument(metavar="DIR", help="a sweep's folder")],
-    case: Annotated[int, typer.Argument(help="the case's number")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; DIR/recordings/case_N by default")
-    ] = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    folder: Annotated[Path, Argument(metavar="DIR", help="a sweep's folder")],
+    case: Annotated[int, Argument(help="the case's number")],
+    out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
 ) -> None:
     """One case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
         check_folder(target, "run")
-        check_writable(target)
         again = replaying.replay(folder, case, progress=report)
         again.recording.save(target, rrd=rrd)
     if again.different:
@@ -235,18 +224,16 @@ def _line(state: "SweepProgress", seconds: float) -> str:
 
 @app.command()
 def optimise(
-    source: Annotated[str, typer.Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<search> by default")
-    ] = None,
+    source: Annotated[str, Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<search> by default")] = None,
     threads: Threads = 0,
     workers: Workers = 0,
     scheduler: Scheduler = "",
     if_changed: Annotated[
-        str, typer.Option(help="where search file or code changed: refuse, restart or continue")
+        str, Option(help="where search file or code changed: refuse, restart or continue")
     ] = "refuse",
     plain: Plain = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
+    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
     """Search the design that serves an objective best within limits; started again, it goes on."""
     check_changed(if_changed, dry_run)
@@ -260,7 +247,7 @@ def optimise(
 
         search = plan.read(source)
         search = search.walked() if plain else search
-        folder = out or pathlib.Path("runs") / search.file.stem
+        folder = out or Path("runs") / search.file.stem
         opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
         threads = threads or processors()
         print(_plan_text(opened, workers or (1 if scheduler else threads)))
@@ -276,10 +263,7 @@ def optimise(
         if not opened.finished or not figure.is_file():
             with replacing(figure) as path:
                 draw_search(opened.problem, opened.units, store.read_designs(folder), path)
-    for title, header, rows in words.tables(best):
-        print_table(title, header, rows)
-    for line in words.statement(best):
-        print(line)
+    print_tables(words.tables(best), words.statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
