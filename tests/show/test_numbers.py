@@ -1,8 +1,11 @@
-"""Which strides a run's numbers are of, in words."""
+"""Notes on a run's numbers: what a reader must know, and what is not measured."""
 
 import pathlib
 
+import pytest
+
 import afo_sim
+from afo_sim.description.reader import load
 from afo_sim.metrics.metric import Metric
 from afo_sim.show.numbers import cautions, doubts, of_leg
 
@@ -72,3 +75,22 @@ def test_an_imported_leg_tells_its_spring_and_its_sole(tmp_path: pathlib.Path) -
     assert any("no tissue but the spring" in note for note in seated)
     assert not any("sole" in note for note in seated)
     assert of_leg(afo_sim.load("scenario", "walk-dropfoot-afo").resolved()) == []
+
+
+GROUP = "orthosis.muscle.dorsiflexor"
+
+
+@pytest.mark.parametrize(
+    ("muscle", "law", "word"),
+    [
+        ("handmade_10mm", "chou_hannaford_1996", "upper bound"),
+        ("dmsp_40", "sarosi_2012", "derived, not measured"),
+        ("s1_215mm", "tondu_lopez_2000_bladder", ""),
+        ("dmsp_20", "sarosi_2012", ""),
+    ],
+)
+def test_a_force_that_nobody_measured_is_told(muscle: str, law: str, word: str) -> None:
+    sets = {f"{GROUP}.type": muscle, f"{GROUP}.type.law": law}
+    notes = [n for n in doubts(load("scenario", "seated", sets).resolved(), {}, {}) if "dorsiflexor's" in n]
+    assert len(notes) == bool(word)
+    assert all(word in note for note in notes)
