@@ -21,8 +21,8 @@ from afo_sim.simulation.recording import Recording
 
 
 @pytest.fixture(scope="module")
-def shipped() -> Recording:
-    return afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"})
+def shipped(walks: dict[str, Recording]) -> Recording:
+    return walks["worn"]
 
 
 @pytest.fixture(scope="module")
