@@ -40,41 +40,45 @@ def electronics_command(
         _compare(scenario, values, read, passed)
         return
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import json_text, together
+        from afo_sim.common.writing import together
         from afo_sim.description.reader import load
-        from afo_sim.export.electronics.c_text import header, host, notes, sketch
+        from afo_sim.export.electronics.c_text import notes
         from afo_sim.export.electronics.exporting import board_of, commanded
 
         description = load("scenario", scenario, values or None)
         folder = out or Path("runs") / f"{description.name}-electronics"
-        resolved = description.resolved()
         board = board_of(description)
-        problem = "holds the export of another scenario"
-        check_same(
-            folder, "export for a board", "electronics.json", {"scenario": resolved}, problem, force=force
-        )
+        now, problem = {"scenario": description.resolved()}, "holds the export of another scenario"
+        check_same(folder, "export for a board", "electronics.json", now, problem, force=force)
         found = commanded(description, report)
-        texts = {
-            "electronics.json": json_text({"scenario": resolved}),
-            "valves/valves.h": header(board),
-            "valves/valves.ino": sketch(board),
-            "host.c": host(board),
-            "commands.csv": found.log.text(),
-        }
-        if len(found.times):
-            texts["inputs.csv"] = found.inputs_text()
+        texts = _texts(description.resolved(), board, found)
         with together(folder, _FILES) as scratch:
             for name, text in texts.items():
                 (scratch / name).parent.mkdir(exist_ok=True)
                 (scratch / name).write_text(text, encoding="utf-8")
     for note in notes(board):
         print(note)
-    for told in board.inputs:
-        if told.scale is None:
-            print(f"note: {told.column} has no calibration line; fill in scale and offset in valves.ino")
+    for each in board.inputs:
+        if each.scale is None:
+            print(f"note: {each.column} has no calibration line; fill in scale and offset in valves.ino")
     print(f"written to {folder}: {', '.join(texts)}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
+
+
+def _texts(resolved: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
+    """{file: its text} of an export."""
+    from afo_sim.common.writing import json_text
+    from afo_sim.export.electronics.c_text import header, host, sketch
+
+    texts = {
+        "electronics.json": json_text({"scenario": resolved}),
+        "valves/valves.h": header(board),
+        "valves/valves.ino": sketch(board),
+        "host.c": host(board),
+        "commands.csv": found.log.text(),
+    }
+    return texts | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
 
 
 def _compare(scenario: str, values: dict[str, Any], file: Path, within: float) -> None:

@@ -56,7 +56,7 @@ class _Part:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal; none where there is nothing to tell."""
+    """For the terminal; none where there is nothing to report."""
     study = _study(recording)
     if study is None:
         return []
@@ -65,7 +65,7 @@ def lines(recording: Recording) -> list[str]:
 
 
 def markdown(recording: Recording) -> str:
-    """For the viewer; "" where there is nothing to tell."""
+    """For the viewer; "" where there is nothing to report."""
     study = _study(recording)
     if study is None:
         return ""
@@ -76,7 +76,7 @@ def markdown(recording: Recording) -> str:
 
 
 def of_report(runs: Sequence[RunView]) -> list[_Part]:
-    """What the report's part report_bands.html.j2 draws; empty where there is nothing to tell."""
+    """What the report's part report_bands.html.j2 draws; empty where there is nothing to report."""
     return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
 
 

@@ -88,7 +88,7 @@ def effects_of(recording: Recording) -> Effects | None:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal, at most six; none where there is nothing to tell."""
+    """For the terminal, at most six; none where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
@@ -98,7 +98,7 @@ def lines(recording: Recording) -> list[str]:
 
 
 def markdown(recording: Recording) -> str:
-    """For the viewer; "" where there is nothing to tell."""
+    """For the viewer; "" where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return f"*Left out: {left_out}.*" if left_out else ""
@@ -115,7 +115,7 @@ def markdown(recording: Recording) -> str:
 
 
 def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:
-    """What the report's part report_effects.html.j2 draws; empty where there is nothing to tell."""
+    """What the report's part report_effects.html.j2 draws; empty where there is nothing to report."""
     tables = []
     for run in runs:
         found, left_out = effects_of(run.recording), _left_out(run.recording)

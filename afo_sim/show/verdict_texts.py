@@ -1,6 +1,6 @@
 """The verdict of a walk as it is shown: a mark, a word and a colour for each answer.
 
-The mark and the word tell what the colour tells: on paper, and to who cannot tell red from green.
+The mark and the word say what the colour says: on paper, and to who cannot tell red from green.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from afo_sim.simulation.recording import Recording
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
-_HELD = {  # {answer: the limits that it is held against}
+_LIMITS_OF = {  # {answer: the limits that it is compared with}
     LIFT: ("toe_clearance",),
     HEEL: ("contact_pitch",),
     PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
@@ -46,7 +46,7 @@ def badge(answer: Answer) -> str:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to tell."""
+    """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
     return [
         f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
         for answer in recording.verdict
@@ -54,17 +54,17 @@ def lines(recording: Recording) -> list[str]:
 
 
 def markdown(recording: Recording) -> str:
-    """For the viewer, as a list; "" where there is nothing to tell."""
-    told = (
+    """For the viewer, as a list; "" where there is nothing to report."""
+    items = (
         f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} "
         f"*Limit: {limit(recording, answer)}.*"
         for answer in recording.verdict
     )
-    return "\n".join(told)
+    return "\n".join(items)
 
 
 def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
-    """What the report's part report_verdict.html.j2 draws; empty where there is nothing to tell."""
+    """What the report's part report_verdict.html.j2 draws; empty where there is nothing to report."""
     judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
     columns = [[_Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
     rows = []
@@ -76,6 +76,8 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
 
 def limit(recording: Recording, answer: Answer) -> str:
     """An answer's limit and of what kind it is: none is shown as published that is not."""
-    told = limits_of(recording).provenance
-    kinds = dict.fromkeys(told[name].kind if name in told else "user" for name in _HELD[answer.name])
+    sources = limits_of(recording).provenance
+    kinds = dict.fromkeys(
+        sources[name].kind if name in sources else "user" for name in _LIMITS_OF[answer.name]
+    )
     return f"{answer.limit}; {', '.join(kinds)}"
