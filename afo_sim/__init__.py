@@ -126,7 +126,7 @@ class _Show:
         importlib.import_module("afo_sim.show.rerun").open_recordings(paths)
 
     def html(self, recording: Any) -> str:
-        return str(importlib.import_module("afo_sim.show.run_pictures").html(recording))
+        return str(importlib.import_module("afo_sim.show.notebook").html(recording))
 
     def both(self, legs: Any, path: Any) -> None:
         importlib.import_module("afo_sim.show.compared_figures").draw_both(legs, path)
