@@ -229,10 +229,10 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
         new = lengths_of(load("leg", to))
         words = f"from leg {made_for} to leg {Path(to).name}"
     else:
-        told = (("--shank-length", shank_length), ("--foot-length", foot_length))
+        stated = (("--shank-length", shank_length), ("--foot-length", foot_length))
         new = tuple(  # type: ignore[assignment]
             quantity(option, text, "m") if text else length
-            for (option, text), length in zip(told, own, strict=True)
+            for (option, text), length in zip(stated, own, strict=True)
         )
         words = f"from leg {made_for} to shank {100.0 * new[0]:.4g} cm, foot {100.0 * new[1]:.4g} cm"
     for option, length in zip(("--shank-length", "--foot-length"), new, strict=True):

@@ -199,8 +199,8 @@ def draw(
         if view not in VIEWS:
             raise unknown(view, VIEWS, field="--view", problem="is not a valid view")
         draw_view = _draw_air if view == AIR else _draw_design
-        paths, told = draw_view(orthosis, leg, full, paths, force, report)
-    for line in told:
+        paths, lines = draw_view(orthosis, leg, full, paths, force, report)
+    for line in lines:
         print(line)
     for path in paths:
         print(f"written to {path}")
@@ -209,7 +209,7 @@ def draw(
 def _draw_design(
     orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
 ) -> tuple[_Paths, list[str]]:
-    """The files that are written, and what is to be told."""
+    """The files that are written, and what is to be reported."""
     from afo_sim.model.design import design
     from afo_sim.show.drawing import check_files, write_drawing
 

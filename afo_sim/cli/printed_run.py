@@ -13,7 +13,7 @@ from afo_sim.cli.common import print_table
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-_FEW = 2  # changes that are told on a screen
+_FEW = 2  # changes that are listed on a screen
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
 )
@@ -21,19 +21,19 @@ _SPELLED = str.maketrans(  # for a terminal that does not know them
 
 def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print a run."""
-    told = bool(recording.verdict)
-    if told:
+    has_verdict = bool(recording.verdict)
+    if has_verdict:
         _print_verdict(recording)
-    if numbers or not told:
+    if numbers or not has_verdict:
         _print_numbers(recording)
-    _print_warnings(recording, told)
-    if numbers or not told:
+    _print_warnings(recording, has_verdict)
+    if numbers or not has_verdict:
         timing = recording.timing
         print_line(
             f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
             f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
         )
-    more = "" if numbers or not told else "; every number: --numbers"
+    more = "" if numbers or not has_verdict else "; every number: --numbers"
     print_line(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
 
 
@@ -70,14 +70,14 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def _print_warnings(recording: Any, judged: bool) -> None:
+def _print_warnings(recording: Any, has_verdict: bool) -> None:
     """Warnings, and notes of what is not to be believed."""
     from afo_sim.show.numbers import cautions, decisive, of_walker
 
     for warning in recording.warnings:
         print_line(f"warning: {warning}", hang=9)
-    told = recording.scenario, recording.metrics, recording.strides
-    notes = decisive(*told) if judged else [*cautions(*told), *of_walker(recording.scenario)]
+    of_run = recording.scenario, recording.metrics, recording.strides
+    notes = decisive(*of_run) if has_verdict else [*cautions(*of_run), *of_walker(recording.scenario)]
     for note in notes:
         print_line(f"note: {note}", hang=6)
 

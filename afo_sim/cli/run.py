@@ -315,13 +315,13 @@ def _print_worse(legs: Any, worse: Any) -> None:
 
     answers = worse.answers
     if "both" in answers:
-        key, told = "both", f"both legs together: {answers['both'].text}"
+        key, text = "both", f"both legs together: {answers['both'].text}"
     elif worse.leg != "both":
-        key, told = worse.leg, f"the {worse.leg} leg, the worse one: {answers[worse.leg].text}"
+        key, text = worse.leg, f"the {worse.leg} leg, the worse one: {answers[worse.leg].text}"
     elif answers["right"].text == answers["left"].text:
-        key, told = "right", f"both legs: {answers['right'].text}"
+        key, text = "right", f"both legs: {answers['right'].text}"
     else:
-        key, told = "right", f"right: {answers['right'].text} Left: {answers['left'].text}"
+        key, text = "right", f"right: {answers['right'].text} Left: {answers['left'].text}"
     answer = answers[key]
     against = limit(legs.left if key == "left" else legs.right, answer)
-    print_line(f"{badge(answer):<{INDENT}}{worse.question} {told} ({against})", hang=INDENT, badge=INDENT)
+    print_line(f"{badge(answer):<{INDENT}}{worse.question} {text} ({against})", hang=INDENT, badge=INDENT)

@@ -132,7 +132,7 @@ def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
 
 
 def _stride_tables(runs: Sequence[RunView]) -> Iterator[list[_StrideTable]]:
-    """Each stride's numbers, of the runs that have any, at most ACROSS strides to a table."""
+    """Each stride's numbers, of the runs that have any, at most `_ACROSS` strides to a table."""
     for run in runs:
         table = run.recording.strides
         names = list(dict.fromkeys(name for metrics in table.values() for name in metrics))
@@ -214,7 +214,7 @@ def headed(text: str) -> tuple[str, str]:
     """A note or warning as (head, rest): its first clause, and all else with the mark between them.
 
     Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
-    Of a clause that is longer than LONGEST letters, what stands before its first bracket is the head; where
+    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head; where
     that is too long, too, there is none.
     """
     depth, cut = 0, len(text)
