@@ -30,7 +30,7 @@ from afo_sim.simulation.recording import Recording
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
 
 
-def told(recording: Recording) -> list[str]:
+def plain_numbers(recording: Recording) -> list[str]:
     """Columns of a controller, and of sensors, that are plain numbers."""
     sensors = [
         name for name in recording.columns if name.startswith(SENSOR) and recording.describe(name)[0] == ""
@@ -42,7 +42,7 @@ def electronics(axis: Any, runs: Sequence[RunView]) -> None:
     """What the electronics of a run tell in plain numbers: state, phase, output, activation, switches."""
     run = runs[0]
     styles = itertools.cycle(zip(COLOURS, itertools.cycle(LINE_STYLES)))
-    for name, (colour, style) in zip(told(run.recording), styles, strict=False):
+    for name, (colour, style) in zip(plain_numbers(run.recording), styles, strict=False):
         values = run.recording[name]
         if np.isfinite(values).any():
             label = plain(name.removeprefix("controller/"))
@@ -83,7 +83,7 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     if run.groups:
         rows += [panels.pressures, *flows(run), panels.valves, panels.forces, panels.contractions]
     rows += [panels.displacements] if run.anchors else []
-    rows += [electronics] if told(recording) else []
+    rows += [electronics] if plain_numbers(recording) else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
 

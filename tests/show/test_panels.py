@@ -17,7 +17,7 @@ from afo_sim.show import panels, report_figures, run_figure
 from afo_sim.show.report import page, read_runs
 from afo_sim.show.rerun.curves import curves, plots_of
 from afo_sim.show.rerun.run_rows import from_recording
-from afo_sim.show.run_figure import electronics, told
+from afo_sim.show.run_figure import electronics, plain_numbers
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.simulation.recording import Recording
 
@@ -211,5 +211,5 @@ def test_the_angle_that_is_asked_for_stands_beside_the_angle(run: Recording) -> 
 
 def test_a_run_without_controller_has_no_such_panel(run: Recording) -> None:
     columns = {name: values for name, values in run.columns.items() if "controller" not in name}
-    assert told(run) == ["controller/output"]
-    assert told(dataclasses.replace(run, columns=columns)) == []
+    assert plain_numbers(run) == ["controller/output"]
+    assert plain_numbers(dataclasses.replace(run, columns=columns)) == []

@@ -114,7 +114,7 @@ def _words(design: Design) -> list[str]:
 
 
 def _layout(design: Design) -> rrb.Blueprint:
-    told = colours.told((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
+    told = colours.in_words((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
     position, target = CAMERA
     view = rrb.Spatial3DView(
         origin="/world",

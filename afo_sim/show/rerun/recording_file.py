@@ -131,14 +131,14 @@ def contents(shown: list[RunScene]) -> Contents:
         joint=leg.ankle,
         positive=leg.directions[0],
         plots={plot: _legend(lines, len(shown) > 1) for plot, lines in plots.items()},
-        runs=colours.told((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
+        runs=colours.in_words((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
         answer=bool(texts.answer(sources)),
     )
 
 
 def _legend(lines: list[curves.Curve], compared: bool) -> str:
     """Names and colours of a plot's lines, as its title tells them; compared runs are told once for all."""
-    return "" if compared else colours.told((line.name, line.colour) for line in lines)
+    return "" if compared else colours.in_words((line.name, line.colour) for line in lines)
 
 
 def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:

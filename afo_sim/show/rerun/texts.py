@@ -35,7 +35,7 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     if len(sources) > 1:
         lines += [
-            f"Colours: {colours.told((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))}.",
+            f"Colours: {colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))}.",
             "",
         ]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
