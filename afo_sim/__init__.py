@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from afo_sim.model.refit import refit as refit
     from afo_sim.rl.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.show.drawing import draw as draw
-    from afo_sim.show.library import figure as figure
-    from afo_sim.show.library import report as report
-    from afo_sim.show.library import view as view
+    from afo_sim.show.run_pictures import figure as figure
+    from afo_sim.show.run_pictures import report as report
+    from afo_sim.show.run_pictures import view as view
     from afo_sim.simulation.bilateral import Both as Both
     from afo_sim.simulation.bilateral import both as both
     from afo_sim.simulation.checks import expect as expect

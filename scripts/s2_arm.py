@@ -22,7 +22,7 @@ from afo_sim.lab.fitting.identifiability import rms
 from afo_sim.lab.fitting.law_fit import fit_law
 from afo_sim.lab.fitting.law_problem import pose, select
 from afo_sim.physics.laws import LAWS
-from afo_sim.show.compare import write
+from afo_sim.show.compared_figures import write
 from afo_sim.simulation.compare import angle_differences, compare_laws
 from afo_sim.simulation.recording import Recording
 

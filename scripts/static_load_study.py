@@ -11,7 +11,7 @@ import sys
 
 from afo_sim.lab.bench import trial as stand
 from afo_sim.lab.bench.static_load import static_load
-from afo_sim.show.static_load import draw_study
+from afo_sim.show.stand_figure import draw_study
 
 MUSCLES = ("reynolds_2003", "serres_2009")
 

@@ -21,7 +21,7 @@ from PIL import Image
 from small_png import save
 
 import afo_sim
-from afo_sim.show.bode_figure import bode_panels
+from afo_sim.show.analysis_figures import bode_panels
 from afo_sim.show.style import GREY, RUN_STYLES, RUNS, write_figure
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.frequency_curve import first_harmonic

@@ -36,7 +36,7 @@ def wall_times(repeats: int, cold: int = 2) -> list[Figure]:
     cold : empty cache folders that each command meets; their rounds take turns
     """
     process(
-        ("-c", "import afo_sim.cli.apps, rerun, mujoco, scipy.optimize")
+        ("-c", "import afo_sim.cli.common, rerun, mujoco, scipy.optimize")
     )  # Python's own caches and the disk's
     first: dict[str, list[Spent]] = {name: [] for name in COMMANDS}
     later: dict[str, list[Spent]] = {name: [] for name in COMMANDS}

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from afo_sim.common.errors import InputError
-from afo_sim.show import video_scenery
+from afo_sim.show import video
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
@@ -26,7 +26,7 @@ def opengl_missing() -> str:
     """Why no picture can be drawn here, or nothing."""
     xml = "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
     try:
-        opengl, context = video_scenery.opengl_context(video_scenery.scenery(xml, 16, 16), 16, 16)
+        opengl, context = video.opengl_context(video.scenery(xml, 16, 16), 16, 16)
     except InputError as error:
         reason = str(error)
     else:

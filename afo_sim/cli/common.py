@@ -1,29 +1,88 @@
-"""Parts that the commands share: options, progress, tables, quantities from text."""
+"""What the commands share: the applications they register with, options, progress, tables, quantities."""
 
+import functools
 import gc
+import inspect
 import shutil
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
+from typer import Argument, Option
 
-from afo_sim.common.errors import InputError
+from afo_sim.cli.error_handler import Commands, print_version
+from afo_sim.common.errors import InputError, unknown
+
+_EPILOGUE = """Exit codes:
+
+\b
+0    done
+1    a check, a published number or a replayed case differs; what is asked of a size does not suffice
+2    wrong input, or the system refuses: disk, permission, memory
+3    unstable, or its controller failed; its rows up to there are written
+70   a fault of this program; a file to send is written
+130  stopped by Ctrl-C
+143  stopped by SIGTERM
+"""
+_SETTINGS = {"help_option_names": ["-h", "--help"]}
+
+app = typer.Typer(
+    name="afo-sim",
+    cls=Commands,
+    help="Simulate ankle-foot orthoses with pneumatic artificial muscles.",
+    epilog=_EPILOGUE,
+    context_settings=_SETTINGS,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+gait_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(gait_app, name="gait", help="Bring your own walking data, and look at it.")
+leg_app = typer.Typer(cls=Commands, no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(leg_app, name="leg", help="Bring your own leg from MJCF or URDF; take one elsewhere.")
+
+
+@app.callback()
+def _options(
+    version: bool = Option(
+        False, "--version", callback=print_version, is_eager=True, help="print the version, and stop"
+    ),
+) -> None:
+    pass
+
 
 Sets = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"'),
+    list[str] | None, Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"')
 ]
-Rate = Annotated[str | None, typer.Option(help='samples a second in the Rerun file, for example "200 Hz"')]
-Threads = Annotated[int, typer.Option(help="threads; all of this machine's by default")]
-Workers = Annotated[int, typer.Option(help="processes of a Dask cluster on this machine instead")]
-Scheduler = Annotated[str, typer.Option(help="address of a running Dask cluster")]
-Plain = Annotated[bool, typer.Option("--plain", help="walk to the settled stride instead of solving for it")]
-MOST_WORKERS = 4096
-MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
-MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
-Scenario = Annotated[str, typer.Argument(help="a shipped scenario's name, or a TOML file")]
+Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
+Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
+Workers = Annotated[int, Option(help="processes of a Dask cluster on this machine instead")]
+Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
+Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
+_MOST_WORKERS = 4096
+_MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
+_MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
+Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML file")]
+
+
+def one_group(body: Callable[[Any], None]) -> Callable[..., None]:
+    """A command whose options are the fields of the dataclass that its body takes."""
+    (parameter,) = inspect.signature(body, eval_str=True).parameters.values()
+
+    @functools.wraps(body)
+    def command(**given: Any) -> None:
+        body(parameter.annotation(**given))
+
+    command.__dict__["__signature__"] = inspect.signature(parameter.annotation)
+    return command
+
+
+def picked(options: Any, *names: str) -> dict[str, Any]:
+    """Some of a command's options by their names."""
+    return {name: getattr(options, name) for name in names}
 
 
 def read_sets(
@@ -66,7 +125,7 @@ def watching(live: bool) -> Iterator[Any]:
     if not live:
         yield None
         return
-    from afo_sim.show.rerun.live import live_viewer
+    from afo_sim.show.rerun.viewer import live_viewer
 
     with live_viewer() as watch:
         yield watch
@@ -85,14 +144,22 @@ def quantity(field: str, text: str, unit: str) -> float:
 def check_counts(threads: int, workers: int) -> None:
     """Refuse numbers of threads and processes that no machine has."""
     for option, number in (("--threads", threads), ("--workers", workers)):
-        if not 0 <= number <= MOST_WORKERS:
-            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {MOST_WORKERS}")
+        if not 0 <= number <= _MOST_WORKERS:
+            raise InputError("is out of range", field=option, value=number, allowed=f"1 to {_MOST_WORKERS}")
 
 
-def check_changed(choice: str, choices: tuple[str, ...], dry_run: bool) -> None:
+def check_side(side: str | None) -> None:
+    """Refuse a side that no leg has."""
+    if side is not None and side not in ("right", "left"):
+        raise unknown(side, ("right", "left"), field="--side")
+
+
+def check_changed(choice: str, dry_run: bool) -> None:
     """Refuse a way to deal with changes that there is not, or that a dry run would not stop at saying."""
-    if choice not in choices:
-        raise InputError("is no choice", field="--if-changed", value=choice, allowed=", ".join(choices))
+    if choice not in (choices := ("refuse", "restart", "continue")):
+        raise InputError(
+            "is not a valid choice", field="--if-changed", value=choice, allowed=", ".join(choices)
+        )
     if dry_run and choice != "refuse":
         problem = "would change the folder, which --dry-run does not"
         raise InputError(problem, field="--if-changed", value=choice, allowed="one of the two")
@@ -122,6 +189,14 @@ def progress(title: str) -> Iterator[Callable[..., None]]:
             progress.update(task, description=what, completed=done, total=total or None)
 
         yield report
+
+
+def print_tables(tables: Iterable[tuple[str, list[str], list[list[str]]]], lines: Iterable[str] = ()) -> None:
+    """Tables, and lines below them."""
+    for title, header, rows in tables:
+        print_table(title, header, rows)
+    for line in lines:
+        print(line)
 
 
 def print_table(
@@ -158,10 +233,10 @@ def print_table(
         longest = max((len(row[k]) for row in rows), default=0)
         if droppable is None:
             rigid = k == 0 and (whole_names or len(header) == 2)
-            if whole_names and fits and longest <= MOST_SHORT:
+            if whole_names and fits and longest <= _MOST_SHORT:
                 rigid, name = True, name.replace(" ", "\n")
         else:  # short cells keep to one line, and so does what is copied, where there is room
-            rigid = longest <= MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
+            rigid = longest <= _MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
         table.add_column(escape(name), overflow="fold", no_wrap=rigid)
     for row in rows:
         table.add_row(*map(escape, row))

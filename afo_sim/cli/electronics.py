@@ -1,18 +1,16 @@
 """Command that exports the electronics: electronics."""
 
-import json
-import pathlib
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer import Option
 
-from afo_sim.cli.apps import app
-from afo_sim.cli.common import Scenario, Sets, print_table, progress, quantity, read_sets, short_lived
-from afo_sim.cli.overwriting import OTHER, check_folder
+from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quantity, read_sets, short_lived
+from afo_sim.cli.overwriting import check_same
 from afo_sim.common.errors import InputError
 
-KIND = "export for a board"
-FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
+_FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
 
 
 @app.command("electronics")
@@ -20,14 +18,13 @@ def electronics_command(
     scenario: Scenario,
     sets: Sets = None,
     out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-electronics by default")
+        Path | None, Option(help="folder to write to; runs/<scenario>-electronics by default")
     ] = None,
     read: Annotated[
-        pathlib.Path | None,
-        typer.Option(metavar="CSV", help="compare a log of switchings with the simulation instead"),
+        Path | None, Option(metavar="CSV", help="compare a log of switchings with the simulation instead")
     ] = None,
-    within: Annotated[str, typer.Option(help="difference of times that --read passes over")] = "1 ms",
-    force: Annotated[bool, typer.Option("--force", help="replace another scenario's export")] = False,
+    within: Annotated[str, Option(help="difference of times that --read passes over")] = "1 ms",
+    force: Annotated[bool, Option("--force", help="replace another scenario's export")] = False,
 ) -> None:
     """Timer or state machine as C for a board: header, Arduino sketch, a check on the PC; or read a log."""
     values = read_sets(sets)
@@ -43,61 +40,48 @@ def electronics_command(
         _compare(scenario, values, read, passed)
         return
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable, json_text, together
+        from afo_sim.common.writing import together
         from afo_sim.description.reader import load
-        from afo_sim.export.electronics.c_text import header, host, notes, sketch
+        from afo_sim.export.electronics.c_text import notes
         from afo_sim.export.electronics.exporting import board_of, commanded
 
         description = load("scenario", scenario, values or None)
-        folder = out or pathlib.Path("runs") / f"{description.name}-electronics"
-        resolved = json.loads(json.dumps(description.resolved()))
+        folder = out or Path("runs") / f"{description.name}-electronics"
         board = board_of(description)
-        _check(folder, resolved, force=force)
-        check_writable(folder)
+        now, problem = {"scenario": description.resolved()}, "holds the export of another scenario"
+        check_same(folder, "export for a board", "electronics.json", now, problem, force=force)
         found = commanded(description, report)
-        texts = {
-            "electronics.json": json_text({"scenario": resolved}),
-            "valves/valves.h": header(board),
-            "valves/valves.ino": sketch(board),
-            "host.c": host(board),
-            "commands.csv": found.log.text(),
-        }
-        if len(found.times):
-            texts["inputs.csv"] = found.inputs_text()
-        with together(folder, FILES) as scratch:
+        texts = _texts(description.resolved(), board, found)
+        with together(folder, _FILES) as scratch:
             for name, text in texts.items():
                 (scratch / name).parent.mkdir(exist_ok=True)
                 (scratch / name).write_text(text, encoding="utf-8")
     for note in notes(board):
         print(note)
-    for told in board.inputs:
-        if told.scale is None:
-            print(f"note: {told.column} has no calibration line; fill in scale and offset in valves.ino")
+    for each in board.inputs:
+        if each.scale is None:
+            print(f"note: {each.column} has no calibration line; fill in scale and offset in valves.ino")
     print(f"written to {folder}: {', '.join(texts)}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
 
 
-def _check(folder: pathlib.Path, scenario: dict[str, Any], *, force: bool) -> None:
-    """Refuse a folder that holds the export of another description."""
-    from afo_sim.common.writing import settle
+def _texts(resolved: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
+    """{file: its text} of an export."""
+    from afo_sim.common.writing import json_text
+    from afo_sim.export.electronics.c_text import header, host, sketch
 
-    check_folder(folder, KIND)
-    settle(folder)
-    if force or not (folder / "electronics.json").is_file():
-        return
-    try:
-        before = json.loads((folder / "electronics.json").read_text(encoding="utf-8"))["scenario"]
-    except (OSError, ValueError, KeyError, TypeError):
-        before = None
-    if before != scenario:
-        allowed = f"--force, which replaces it, or {OTHER}"
-        raise InputError(
-            "holds the export of another scenario", field="out", value=str(folder), allowed=allowed
-        )
+    texts = {
+        "electronics.json": json_text({"scenario": resolved}),
+        "valves/valves.h": header(board),
+        "valves/valves.ino": sketch(board),
+        "host.c": host(board),
+        "commands.csv": found.log.text(),
+    }
+    return texts | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
 
 
-def _compare(scenario: str, values: dict[str, Any], file: pathlib.Path, within: float) -> None:
+def _compare(scenario: str, values: dict[str, Any], file: Path, within: float) -> None:
     """Compare a log with the simulation; exit code 1 where they differ."""
     with progress("reading, compiling the muscles") as report:
         from afo_sim.control.switch_log import differences, read_log

@@ -1,72 +1,72 @@
 """Commands on walking data: gait import, gait show."""
 
-import pathlib
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from afo_sim.cli.apps import gait_app
-from afo_sim.cli.common import print_table, progress
+from afo_sim.cli.common import gait_app, one_group, print_table, progress
 from afo_sim.common.errors import InputError
 
 
-@gait_app.command("import")
-def gait_import_command(
+@dataclass(frozen=True)
+class Trial:
+    """Options of `gait import`: files of a trial, and what they do not say."""
+
     files: Annotated[
-        list[pathlib.Path],
-        typer.Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
-    ],
+        list[Path],
+        Argument(help="of one trial, in any order: .c3d, .trc, .mot, .sto, .csv; .osim is the model"),
+    ]
     out: Annotated[
-        pathlib.Path | None,
-        typer.Option(help="needed: the CSV to write; its picture, of the same name, goes with it"),
-    ] = None,
-    side: Annotated[str, typer.Option(help="right|left|both (the mean of both legs)")] = "right",
+        Path | None, Option(help="needed: the CSV to write; its picture, of the same name, goes with it")
+    ] = None
+    side: Annotated[str, Option(help="right|left|both (the mean of both legs)")] = "right"
     stride: Annotated[
-        str | None, typer.Option(metavar="N|mean", help="which stride; the first that is whole by default")
-    ] = None,
+        str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
+    ] = None
     mass: Annotated[
-        str | None, typer.Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
-    ] = None,
-    height: Annotated[str | None, typer.Option(help='of the body, "1.72 m"; not known by default')] = None,
+        str | None, Option(help='of the body, "72 kg"; else the model\'s, or what plates carry')
+    ] = None
+    height: Annotated[str | None, Option(help='of the body, "1.72 m"; not known by default')] = None
     sole: Annotated[
-        str | None, typer.Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
-    ] = None,
-    model: Annotated[pathlib.Path | None, typer.Option(help="the person's scaled OpenSim model")] = None,
-    static: Annotated[pathlib.Path | None, typer.Option(help="standing trial: .trc, .c3d, .csv")] = None,
-    map: Annotated[pathlib.Path | None, typer.Option(help="TOML that says which marker sits where")] = None,
-    write_map: Annotated[
-        pathlib.Path | None, typer.Option(help="write such a TOML with what is guessed, and stop")
-    ] = None,
+        str | None, Option(help='worn under the ankle, "25 mm", "0 mm" barefoot; not known by default')
+    ] = None
+    model: Annotated[Path | None, Option(help="the person's scaled OpenSim model")] = None
+    static: Annotated[Path | None, Option(help="standing trial: .trc, .c3d, .csv")] = None
+    map: Annotated[Path | None, Option(help="TOML that says which marker sits where")] = None
+    write_map: Annotated[Path | None, Option(help="write such a TOML with what is guessed, and stop")] = None
     marker: Annotated[
         list[str] | None,
-        typer.Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
-    ] = None,
-    plate: Annotated[list[str] | None, typer.Option(help="force plate to look at; all by default")] = None,
-    forward: Annotated[
-        str | None, typer.Option(help="axis of walking, x, -x, y, …: found by default")
-    ] = None,
-    up: Annotated[str | None, typer.Option(help="axis upward; found by default")] = None,
-    angles: Annotated[str | None, typer.Option(help="deg|rad, where the header is silent or wrong")] = None,
+        Option(metavar="ROLE=NAME[,NAME]", help="hip, knee, ankle, heel or toe; the midpoint of two"),
+    ] = None
+    plate: Annotated[list[str] | None, Option(help="force plate to look at; all by default")] = None
+    forward: Annotated[str | None, Option(help="axis of walking, x, -x, y, …: found by default")] = None
+    up: Annotated[str | None, Option(help="axis upward; found by default")] = None
+    angles: Annotated[str | None, Option(help="deg|rad, where the header is silent or wrong")] = None
     belt_speed: Annotated[
-        str | None, typer.Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
-    ] = None,
-    cutoff: Annotated[
-        str, typer.Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')
-    ] = "6 Hz",
+        str | None, Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
+    ] = None
+    cutoff: Annotated[str, Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')] = (
+        "6 Hz"
+    )
     thigh: Annotated[
-        str | None,
-        typer.Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place"),
-    ] = None,
-    shank: Annotated[str | None, typer.Option(help='knee to ankle, "43 cm", likewise')] = None,
+        str | None, Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place")
+    ] = None
+    shank: Annotated[str | None, Option(help='knee to ankle, "43 cm", likewise')] = None
     hip: Annotated[
         tuple[str, str] | None,
-        typer.Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
-    ] = None,
-    ankle_height: Annotated[str | None, typer.Option(help='above the floor, foot flat, "7 cm"')] = None,
-    ankle_zero: Annotated[str, typer.Option(help="flat (foot level where flat) or file")] = "flat",
-    source: Annotated[str, typer.Option(help="where the data come from")] = "",
-    licence: Annotated[str, typer.Option(help="what one may do with them")] = "not stated",
-) -> None:
+        Option(help='from the pelvis\' origin; "-6.3 cm" "-7.2 cm" by default', metavar="FORWARD UP"),
+    ] = None
+    ankle_height: Annotated[str | None, Option(help='above the floor, foot flat, "7 cm"')] = None
+    ankle_zero: Annotated[str, Option(help="flat (foot level where flat) or file")] = "flat"
+    source: Annotated[str, Option(help="where the data come from")] = ""
+    licence: Annotated[str, Option(help="what one may do with them")] = "not stated"
+
+
+@gait_app.command("import")
+@one_group
+def gait_import_command(trial: Trial) -> None:
     """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood.
 
     Ground forces are needed always, and for the leg one of: markers, or joint angles with the model.
@@ -77,13 +77,12 @@ def gait_import_command(
 
     docs/gait_data.md tells which files belong together, and how far to trust each.
     """
-    given = {name: value for name, value in locals().items() if name not in ("files", "out", "write_map")}
-    if write_map is not None:
-        _write_map(files, write_map)
+    if trial.write_map is not None:
+        _write_map(trial.files, trial.write_map)
         return
-    if out is None or out.suffix.lower() != ".csv":
-        shown = None if out is None else str(out)
-        problem = "is missing: the file to write" if out is None else "is no CSV"
+    if trial.out is None or trial.out.suffix.lower() != ".csv":
+        shown = None if trial.out is None else str(trial.out)
+        problem = "is missing: the file to write" if trial.out is None else "is not a CSV file"
         raise InputError(
             problem, field="out", value=shown, allowed="a name ending in .csv, such as my_walk.csv"
         )
@@ -96,24 +95,25 @@ def gait_import_command(
         from afo_sim.gait_lab.trial.verdict import verdict
         from afo_sim.show.gait_figure import draw_gait
 
-        choices = read_options(given)
-        check_writable(out.parent)
+        asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map")}
+        choices = read_options(asked)
+        check_writable(trial.out.parent)
         try:
-            done = import_gait(files, choices)
+            done = import_gait(trial.files, choices)
         except InputError as error:
             raise _with_map(error) from error
-        picture = out.with_suffix(".png")
-        with together(out.parent) as scratch:
+        picture = trial.out.with_suffix(".png")
+        with together(trial.out.parent) as scratch:
             draw_gait(done.cycle, scratch / picture.name, done)
-            write(scratch / out.name, done.cycle)
+            write(scratch / trial.out.name, done.cycle)
     print(verdict(done))
     print_table("", ["", ""], [list(row) for row in ten_lines(done)])
     for warning in done.warnings:
         print(f"warning: {warning}")
-    print(f"written to {out}; look at {picture} before you believe it")
+    print(f"written to {trial.out}; look at {picture} before you believe it")
 
 
-def _write_map(files: list[pathlib.Path], path: pathlib.Path) -> None:
+def _write_map(files: list[Path], path: Path) -> None:
     """Write which marker seems to sit where, for a person to mend."""
     with progress("reading the markers"):
         from afo_sim.gait_lab.trial.files import read_trial
@@ -146,8 +146,8 @@ def _with_map(error: InputError) -> InputError:
 
 @gait_app.command("show")
 def gait_show_command(
-    gait: Annotated[str, typer.Argument(help="a gait CSV, or a shipped name")],
-    out: Annotated[pathlib.Path | None, typer.Option(help="picture to write: .png, .pdf or .svg")] = None,
+    gait: Annotated[str, Argument(help="a gait CSV, or a shipped name")],
+    out: Annotated[Path | None, Option(help="picture to write: .png, .pdf or .svg")] = None,
 ) -> None:
     """The key numbers of a gait cycle, and its picture."""
     with progress("reading"):

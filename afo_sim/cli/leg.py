@@ -1,81 +1,78 @@
-"""Commands on legs: leg import, leg export."""
+"""Commands on legs: leg import, leg export, attach."""
 
-import pathlib
 import shlex
 import sys
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option
 
-from afo_sim.cli.apps import leg_app
-from afo_sim.cli.common import print_table, progress, quantity
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
+from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
     from afo_sim.legs.importing import Imported
 
-SIDES = ("right", "left")
+
+@dataclass(frozen=True)
+class Cut:
+    """Options of `leg import`: a model, and which leg of it."""
+
+    file: Annotated[Path, Argument(help="MJCF or URDF, of a leg or of a whole body")]
+    out: Annotated[Path | None, Option(help="the leg's folder; legs/NAME by default, - writes nothing")] = (
+        None
+    )
+    shank: Annotated[str | None, Option(help="its body; found by its name by default")] = None
+    foot: Annotated[str | None, Option(help="its body, or one that hangs on it")] = None
+    ankle: Annotated[str | None, Option(help="its hinge")] = None
+    side: Annotated[str | None, Option(help="right|left: which leg is meant")] = None
+    zero: Annotated[
+        str | None, Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
+    ] = None
+    range: Annotated[
+        tuple[str, str] | None,
+        Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
+    ] = None
+    toes: Annotated[str | None, Option(help="hinge of the toes to keep; others are welded")] = None
+    body_mass: Annotated[str | None, Option(help='of the person, "72 kg"')] = None
+    body_height: Annotated[str | None, Option(help='of the person, "1.72 m"')] = None
+    package: Annotated[
+        list[Path] | None, Option(help="folder in which package:// meshes of a URDF lie; may be given again")
+    ] = None
+    name: Annotated[str | None, Option(help="of the leg; by default the folder's or file's")] = None
+    force: Annotated[bool, Option("--force", help="replace a leg that is in the folder")] = False
 
 
 @leg_app.command("import")
-def leg_import_command(
-    file: Annotated[pathlib.Path, typer.Argument(help="MJCF or URDF, of a leg or of a whole body")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="the leg's folder; legs/NAME by default, - writes nothing")
-    ] = None,
-    shank: Annotated[str | None, typer.Option(help="its body; found by its name by default")] = None,
-    foot: Annotated[str | None, typer.Option(help="its body, or one that hangs on it")] = None,
-    ankle: Annotated[str | None, typer.Option(help="its hinge")] = None,
-    side: Annotated[str | None, typer.Option(help="right|left: which leg is meant")] = None,
-    zero: Annotated[
-        str | None, typer.Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
-    ] = None,
-    range: Annotated[
-        tuple[str, str] | None,
-        typer.Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
-    ] = None,
-    toes: Annotated[str | None, typer.Option(help="hinge of the toes to keep; others are welded")] = None,
-    body_mass: Annotated[str | None, typer.Option(help='of the person, "72 kg"')] = None,
-    body_height: Annotated[str | None, typer.Option(help='of the person, "1.72 m"')] = None,
-    package: Annotated[
-        list[pathlib.Path] | None,
-        typer.Option(help="folder in which package:// meshes of a URDF lie; may be given again"),
-    ] = None,
-    name: Annotated[str | None, typer.Option(help="of the leg; by default the folder's or file's")] = None,
-    force: Annotated[bool, typer.Option("--force", help="replace a leg that is in the folder")] = False,
-) -> None:
+@one_group
+def leg_import_command(cut: Cut) -> None:
     """Cut a leg out of your own model, turn it, and write a folder that every scenario takes."""
-    if side is not None and side not in SIDES:
-        raise unknown(side, SIDES, field="--side")
-    at = None if zero is None else quantity("--zero", zero, "rad")
-    stops = None if range is None else tuple(quantity("--range", text, "rad") for text in range)
-    mass = _within("--body-mass", body_mass, "kg", 10.0, 300.0)
-    height = _within("--body-height", body_height, "m", 0.5, 2.5)
+    check_side(cut.side)
+    at = None if cut.zero is None else quantity("--zero", cut.zero, "rad")
+    stops = None if cut.range is None else tuple(quantity("--range", text, "rad") for text in cut.range)
+    mass = _within("--body-mass", cut.body_mass, "kg", 10.0, 300.0)
+    height = _within("--body-height", cut.body_height, "m", 0.5, 2.5)
     with progress("reading"):
         from afo_sim.legs.importing import default_folder, import_leg
         from afo_sim.show.leg_picture import draw_leg
 
-        def draw(imported: "Imported", path: pathlib.Path) -> None:
-            draw_leg(imported.leg, f"{imported.name}: {imported.found.side} leg of {file.name}", path)
+        def draw(imported: "Imported", path: Path) -> None:
+            draw_leg(imported.leg, f"{imported.name}: {imported.found.side} leg of {cut.file.name}", path)
 
         imported = import_leg(
-            file,
-            None if str(out) == "-" else out or default_folder(file, name, side),
-            shank=shank,
-            foot=foot,
-            ankle=ankle,
-            side=side,  # type: ignore[arg-type]
+            cut.file,
+            None if str(cut.out) == "-" else cut.out or default_folder(cut.file, cut.name, cut.side),
             zero=at,
             range=stops,  # type: ignore[arg-type]
-            toes=toes,
             body_mass=mass,
             body_height=height,
-            packages=tuple(package or ()),
-            name=name,
-            force=force,
+            packages=tuple(cut.package or ()),
+            **picked(cut, "shank", "foot", "ankle", "side", "toes", "name", "force"),
             picture=draw,
         )
-    print_table(f"{imported.name}, from {file.name}", ["", "", "how"], [list(row) for row in imported.rows])
+    rows = [list(row) for row in imported.rows]
+    print_table(f"{imported.name}, from {cut.file.name}", ["", "", "how"], rows)
     for note in imported.notes:
         print(f"note: {note}", file=sys.stderr)
     if imported.folder is not None:
@@ -94,12 +91,10 @@ def _within(option: str, text: str | None, unit: str, low: float, high: float) -
 
 @leg_app.command("export")
 def leg_export_command(
-    source: Annotated[
-        str, typer.Argument(metavar="LEG", help="a leg or a scenario: a shipped name, or a path")
-    ],
-    to: Annotated[pathlib.Path | None, typer.Option(help="needed: the .urdf file to write")] = None,
-    orthosis: Annotated[str | None, typer.Option(help="worn on it; a leg alone has none by default")] = None,
-    force: Annotated[bool, typer.Option("--force", help="replace a file that is there")] = False,
+    source: Annotated[str, Argument(metavar="LEG", help="a leg or a scenario: a shipped name, or a path")],
+    to: Annotated[Path | None, Option(help="needed: the .urdf file to write")] = None,
+    orthosis: Annotated[str | None, Option(help="worn on it; a leg alone has none by default")] = None,
+    force: Annotated[bool, Option("--force", help="replace a file that is there")] = False,
 ) -> None:
     """Write a leg, with its orthosis' rigid parts, for other programs, as URDF."""
     if to is None:
@@ -113,3 +108,110 @@ def leg_export_command(
         print(f"note: {note}", file=sys.stderr)
     for path in exported.files:
         print(f"written to {path}")
+
+
+@dataclass(frozen=True)
+class _Attachment:
+    """Options of `attach`: a model, an orthosis, and where it goes."""
+
+    model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or a shipped leg's name")]
+    orthosis: Annotated[str, Option(help="a shipped orthosis' name, or the path of its TOML file or folder")]
+    shank: Annotated[str | None, Option(help="name of its body; sought by default")] = None
+    foot: Annotated[str | None, Option(help="name of the body that wears the plate")] = None
+    ankle: Annotated[str | None, Option(help="name of the hinge between them")] = None
+    side: Annotated[str | None, Option(help="right|left, where both are there")] = None
+    zero: Annotated[str | None, Option(help='the hinge where the ankle is at 0, "0 deg" by default')] = None
+    supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
+    timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
+    prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
+    out: Annotated[Path | None, Option(help="MJCF file to write; MODEL_ORTHOSIS.xml by default")] = None
+    mjb: Annotated[bool, Option("--mjb", help="also MuJoCo's binary model, with all parameters")] = False
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False
+
+
+@app.command("attach")
+@one_group
+def attach_command(worn: _Attachment) -> None:
+    """Put an orthosis on a leg of a whole model, which you then step from Python.
+
+    A model that was written with it may be given again, for the other leg.
+    """
+    check_side(worn.side)
+    model, name = worn.model, Path(worn.orthosis).stem
+    out = worn.out or Path(f"{model.stem}_{name}.xml")
+    angle = None if worn.zero is None else quantity("--zero", worn.zero, "rad")
+    ours = _is_written(model)
+    if not ours and model.exists() and out.exists() and out.samefile(model):
+        problem = "is the model that is read, and holds no orthosis of ours"
+        raise InputError(problem, field="--out", value=str(out), allowed="another file")
+    with progress("attaching"):
+        from afo_sim.legs.attached_files import attached, write_attached
+        from afo_sim.legs.attaching import attach
+
+        names = ("shank", "foot", "ankle", "side", "supply", "timestep", "prefix")
+        before: Any = attached(model) if ours else model
+        try:
+            found = attach(before, worn.orthosis, zero=angle, **picked(worn, *names))
+        except InputError as error:
+            raise error.renamed(_option, str) from None
+        written = write_attached(found, out, force=worn.force, mjb=worn.mjb)
+    _print(found)
+    for words in found.told:
+        print(f"note: {words}", file=sys.stderr)
+    beside = [file for file in written if file.parent != out.parent]
+    for file in written:
+        if file not in beside:
+            print(f"written to {file}")
+    if beside:
+        print(f"{len(beside)} meshes, pictures and parts are in {out.with_name(f'{out.stem}_files')}")
+    print(f'next, in Python: leg = afo_sim.attached("{out}")')
+
+
+def _is_written(model: Path) -> bool:
+    """Whether a model was written with an orthosis on it."""
+    sidecar = model.with_suffix(".toml")
+    try:
+        return model.suffix == ".xml" and f'model = "{model.name}"' in sidecar.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _option(field: str) -> str:
+    """The option that stands for an argument of `attach`."""
+    own = ("shank", "foot", "ankle", "side", "zero", "supply", "timestep", "prefix", "orthosis")
+    return f"--{field}" if field in own else field
+
+
+def _print(found: Any) -> None:
+    """What was found, and where each input and state stands."""
+    from afo_sim.common.units import in_unit
+
+    leg, model = found.found, found.model
+    axis = ", ".join(f"{x:.3f}" for x in -leg.sign * leg.axes[:, 1])
+    rows = [
+        ["shank", f"{leg.shank} ({leg.how.get('shank', 'given')})"],
+        ["foot", f"{found.bodies['foot']} ({leg.how.get('foot', 'given')})"],
+        ["ankle", f"{leg.ankle} ({leg.how.get('ankle', 'given')}), axis {axis} in the world"],
+        ["dorsiflexion", "positive" if leg.sign > 0 else "negative, of the hinge's coordinate"],
+        ["side", f"{leg.side} ({leg.how.get('side', 'given')})"],
+        ["joints crossed", ", ".join(found.joints)],
+        ["supply", f"{in_unit(found.supply, 'Pa', 'bar'):g} bar"],
+        ["time step", f"{in_unit(float(model.opt.timestep), 's', 'ms'):g} ms"],
+        ["ctrl, model's own", f"0 to {found.own_controls.stop - 1}" if found.own_controls.stop else "none"],
+        ["userdata", f"{found.userdata} to {model.nuserdata - 1}"],
+    ]
+    print_table(f"{found.orthosis.name} on {leg.shank} and {found.bodies['foot']}", ["", ""], rows)
+    kinds = {
+        "network": (found.ids.networks, "0: do not write"),
+        "muscle": (found.muscles, "do not write"),
+        "chamber": (found.chambers, "supply, gauge [Pa]"),
+        "valve": (found.valves, "1 with current, else 0"),
+        "friction": (found.ids.frictions, "none"),
+    }
+    added = []
+    for kind, (ids, ctrl) in kinds.items():
+        for number in ids.values():
+            first, count = int(model.actuator_actadr[number]), int(model.actuator_actnum[number])
+            act = f"{first} to {first + count - 1}" if count > 0 and first >= 0 else ""
+            added.append([model.actuator(number).name, kind, str(number), act, ctrl])
+    print_table(f"{len(added)} actuators added", ["actuator", "kind", "ctrl", "act", "what ctrl is"], added)

@@ -1,42 +1,43 @@
-"""Commands on finished runs: view, figure, video, check-run."""
+"""Commands on finished runs and designs: view, figure, report, video, check-run, draw, export."""
 
-import pathlib
 import sys
 import tempfile
+from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from afo_sim.cli.apps import app
-from afo_sim.cli.common import Rate, hertz_of, progress, quantity
-from afo_sim.common.errors import InputError
+from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
+from afo_sim.cli.overwriting import KNOWN_BY
+from afo_sim.common.errors import InputError, unknown
 
 
 @app.command()
 def view(
-    paths: Annotated[list[pathlib.Path], typer.Argument(help="run folders, or .rrd files")],
+    paths: Annotated[list[Path], Argument(help="run folders, or .rrd files")],
     picture: Annotated[
-        pathlib.Path | None, typer.Option("--screenshot", help="write a PNG instead; needs no display")
+        Path | None, Option("--screenshot", help="write a PNG instead; needs no display")
     ] = None,
-    at: Annotated[str | None, typer.Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
+    at: Annotated[str | None, Option(help='time shown in the screenshot, for example "2.5 s"')] = None,
     rate: Rate = None,
-    colour: Annotated[str, typer.Option(help="what colours the muscles: force|pressure")] = "force",
+    colour: Annotated[str, Option(help="what colours the muscles: force|pressure")] = "force",
 ) -> None:
     """Open a run, or several side by side, in the Rerun viewer (on this machine only)."""
     if colour not in ("force", "pressure"):
-        raise InputError("is no choice", field="--colour", value=colour, allowed="force, pressure")
+        raise InputError("is not a valid choice", field="--colour", value=colour, allowed="force, pressure")
     if at is not None and picture is None:
         raise InputError("goes with --screenshot", field="--at", value=at)
     moment = None if at is None else quantity("--at", at, "s")
     hertz = None if rate is None else hertz_of(rate)
     if picture is not None and picture.suffix.lower() != ".png":
         raise InputError(
-            "is no PNG", field="--screenshot", value=str(picture), allowed="a name ending in .png"
+            "is not a PNG file", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
         from afo_sim.common.writing import check_writable, replacing
 
-        files = _rerun_files(paths, pathlib.Path(scratch), hertz, colour)
+        files = _rerun_files(paths, Path(scratch), hertz, colour)
         from afo_sim.show import rerun as viewer
 
         if moment is not None and paths[0].is_dir():
@@ -51,9 +52,7 @@ def view(
         print(f"written to {picture}")
 
 
-def _rerun_files(
-    paths: list[pathlib.Path], scratch: pathlib.Path, rate: float | None, colour: str
-) -> list[pathlib.Path]:
+def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: str) -> list[Path]:
     """The Rerun files to show: those given, one made anew, or one made of several runs."""
     folders = [path for path in paths if path.is_dir()]
     if not folders and all(path.is_file() and path.suffix == ".rrd" for path in paths):
@@ -78,10 +77,8 @@ def _rerun_files(
 
 @app.command("figure")
 def figure_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; the run's own by default")
-    ] = None,
+    folder: Annotated[Path, Argument(help="a run's folder")],
+    out: Annotated[Path | None, Option(help="folder to write to; the run's own by default")] = None,
 ) -> None:
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
@@ -99,9 +96,9 @@ def figure_command(
 
 @app.command("report")
 def report_command(
-    folders: Annotated[list[pathlib.Path], typer.Argument(help="folders of runs; compared with the first")],
+    folders: Annotated[list[Path], Argument(help="folders of runs; compared with the first")],
     out: Annotated[
-        pathlib.Path | None, typer.Option(help="HTML file; report.html in the first run's folder by default")
+        Path | None, Option(help="HTML file; report.html in the first run's folder by default")
     ] = None,
 ) -> None:
     """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
@@ -117,14 +114,14 @@ def report_command(
 
 @app.command("video")
 def video_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
-    out: Annotated[pathlib.Path, typer.Argument(help="MP4 file to write")],
-    rate: Annotated[str, typer.Option(help="pictures a second")] = "30 Hz",
+    folder: Annotated[Path, Argument(help="a run's folder")],
+    out: Annotated[Path, Argument(help="MP4 file to write")],
+    rate: Annotated[str, Option(help="pictures a second")] = "30 Hz",
 ) -> None:
     """A film of a run through MuJoCo's own renderer (needs an OpenGL backend and ffmpeg)."""
     hertz = hertz_of(rate)
     if out.suffix.lower() != ".mp4":
-        raise InputError("is no MP4", field="OUT", value=str(out), allowed="a name ending in .mp4")
+        raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
         from afo_sim.common.writing import check_writable
         from afo_sim.show.video import write_video
@@ -138,9 +135,9 @@ def video_command(
 
 @app.command("check-run")
 def check_run_command(
-    folder: Annotated[pathlib.Path, typer.Argument(help="a run's folder")],
+    folder: Annotated[Path, Argument(help="a run's folder")],
     checks: Annotated[
-        pathlib.Path | None, typer.Argument(help="checks file; the shipped scenario's own by default")
+        Path | None, Argument(help="checks file; the shipped scenario's own by default")
     ] = None,
 ) -> None:
     """Hold a run against a file of checks; exit code 1 when one fails."""
@@ -157,3 +154,147 @@ def check_run_command(
     print(f"{len(results) - failed} passed, {failed} failed")
     if failed:
         sys.exit(1)
+
+
+_Paths = list[Path]
+_Report = Callable[[int, int, str], None]
+
+
+@app.command()
+def draw(
+    orthosis: Annotated[
+        str, Argument(help="a shipped orthosis or scenario, or the TOML file or folder of one")
+    ],
+    leg: Annotated[
+        str | None, Option(help="a shipped leg, or its TOML file; the scenario's own by default")
+    ] = None,
+    pressure: Annotated[
+        str | None, Option(help='of the muscles, for example "4 bar"; the supply\'s by default')
+    ] = None,
+    out: Annotated[
+        list[Path] | None,
+        Option(
+            help="file to write, png, pdf, svg or, of a design, rrd, again for more; NAME-design.pdf or "
+            "NAME-air.pdf by default"
+        ),
+    ] = None,
+    view: Annotated[
+        str, Option(help='"design", or "air": a schematic of the air path, from source to muscles')
+    ] = "design",
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
+) -> None:
+    """The design picture: the orthosis to scale with dimensions, and what its muscles do over the angle.
+
+    With --view air a schematic of its air path, with the narrowest part on the way to each muscle.
+    """
+    full = None if pressure is None else quantity("--pressure", pressure, "Pa")
+    if full is not None and not 0.0 < full <= 2e6:
+        raise InputError(
+            "is out of range", field="--pressure", value=pressure, allowed="above 0 bar, to 20 bar"
+        )
+    paths = list(out or [])
+    with progress("reading") as report:
+        from afo_sim.show.drawing import AIR, VIEWS
+
+        if view not in VIEWS:
+            raise unknown(view, VIEWS, field="--view", problem="is not a valid view")
+        draw_view = _draw_air if view == AIR else _draw_design
+        paths, lines = draw_view(orthosis, leg, full, paths, force, report)
+    for line in lines:
+        print(line)
+    for path in paths:
+        print(f"written to {path}")
+
+
+def _draw_design(
+    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
+) -> tuple[_Paths, list[str]]:
+    """The files that are written, and what is to be reported."""
+    from afo_sim.model.design import design
+    from afo_sim.show.drawing import check_files, write_drawing
+
+    check_files(paths, force=force)
+    found = design(orthosis, leg=leg, pressure=full)
+    if not paths:
+        paths = [Path(f"{found.built.scenario.orthosis.name or 'orthosis'}-design.pdf")]
+        check_files(paths, force=force)
+    for done, path in enumerate(paths):
+        report(done, len(paths), "drawing")
+        write_drawing(found, path)
+    return paths, [f"warning: {warning}" for warning in found.warnings]
+
+
+def _draw_air(
+    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
+) -> tuple[_Paths, list[str]]:
+    """The files that are written, and each chamber's ways."""
+    from afo_sim.show.air_drawing import scheme_of, ways, write_air
+    from afo_sim.show.drawing import AIR, check_files, refuse_leg
+
+    refuse_leg(leg, "--leg")
+    check_files(paths, force=force, view=AIR)
+    scheme = scheme_of(orthosis, full)
+    if not paths:
+        paths = [Path(f"{scheme.name}-air.pdf")]
+        check_files(paths, force=force, view=AIR)
+    for done, path in enumerate(paths):
+        report(done, len(paths), "drawing")
+        write_air(scheme, path)
+    return paths, ways(scheme)
+
+
+_STUDIES = {
+    "sweep": "a run's folder: afo-sim replay DIR CASE makes one of a case; results.parquet has all",
+    "search": "a run's folder: afo-sim run DIR/best.toml makes one of the best design",
+}
+
+
+@app.command("export")
+def export_command(
+    folder: Annotated[Path, Argument(help="a run's folder, or its recording.parquet")],
+    to: Annotated[str | None, Option(help="sto|mot|csv|mat|mjb; that of --out by default")] = None,
+    out: Annotated[
+        Path | None, Option(help="file to write; recording.FORMAT beside the run by default")
+    ] = None,
+    rate: Annotated[str | None, Option(help='rows a second, "200 Hz"; all by default')] = None,
+    column: Annotated[
+        list[str] | None,
+        Option(metavar="NAME", help='a column, or several as "ankle/*" (sto, csv, mat); all by default'),
+    ] = None,
+    force: Annotated[bool, Option("--force", help="replace files that are there")] = False,
+) -> None:
+    """A run for OpenSim (sto, mot), spreadsheets (csv), MATLAB and Octave (mat), or MuJoCo (mjb)."""
+    hertz = None if rate is None else hertz_of(rate)
+    if to is None and out is None:
+        raise InputError("is needed", field="--to", allowed="sto, mot, csv, mat, mjb")
+    with progress("reading the run") as report:
+        from afo_sim.export.exported import export, format_of
+        from afo_sim.simulation.recording import read_recording
+
+        if out is None:
+            beside = folder if folder.is_dir() else folder.parent
+            out = beside / f"recording.{format_of(to or '').name}"
+        _check_is_run(folder)
+        exported = export(
+            read_recording(folder),
+            out,
+            to,
+            rate=hertz,
+            columns=column or (),
+            force=force,
+            report=lambda done, total: report(done, total, "writing"),
+        )
+    for note in exported.notes:
+        print(f"note: {note}", file=sys.stderr)
+    for file in exported.files:
+        print(f"written to {file}")
+    print(f"open it with {exported.opens}")
+    if exported.minds:
+        print(f"mind: {exported.minds}")
+
+
+def _check_is_run(folder: Path) -> None:
+    """Refuse the folder of a study with the way to a run of it."""
+    for file, kind in KNOWN_BY.items():
+        if kind in _STUDIES and (folder / file).is_file():
+            raise InputError(f"holds a {kind} ({file})", file=folder, allowed=_STUDIES[kind])

@@ -1,14 +1,14 @@
 """Refusals to write over another run, or into a folder of another kind of output."""
 
 import json
-import pathlib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from afo_sim.common.errors import InputError
 
 # A file by which a folder is known, and what the folder then is.
-KINDS = {
+KNOWN_BY = {
     "sweep.json": "sweep",
     "search.json": "search",
     "both.json": "run of both legs",
@@ -21,38 +21,77 @@ KINDS = {
     "fit.json": "fit of a muscle's law",
     "recording.parquet": "run",
 }
-OTHER = "another folder with --out"
+_OTHER = "another folder with --out"
 
 
-def check_folder(folder: pathlib.Path, kind: str = "") -> None:
-    """Refuse a folder that holds another kind of output; any kind if `kind` is ""."""
-    for file, found in KINDS.items():
+def check_folder(folder: Path, kind: str = "") -> None:
+    """Refuse a folder that cannot be written to, or holds another kind of output than `kind`."""
+    from afo_sim.common.writing import check_writable
+
+    _check_kind(folder, kind)
+    check_writable(folder)
+
+
+def _check_kind(folder: Path, kind: str) -> None:
+    for file, found in KNOWN_BY.items():
         if (folder / file).is_file():
             if found != kind:
                 problem = f"holds a {found} ({file})"
-                raise InputError(problem, field="out", value=str(folder), allowed=OTHER)
+                raise InputError(problem, field="out", value=str(folder), allowed=_OTHER)
             return
 
 
-def check_run_folder(folder: pathlib.Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
-    """Refuse a folder that holds the run of another description."""
-    from afo_sim.common.writing import settle
+def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
+    """Refuse a folder that cannot be written to, or holds the run of another description."""
+    from afo_sim.common.writing import check_writable
 
-    check_folder(folder, "run")
-    settle(folder)
-    if force or not (folder / "recording.parquet").is_file():
-        return
-    try:
-        before = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["scenario"]
-    except (OSError, ValueError, KeyError, TypeError):
-        before = None
-    if before != json.loads(json.dumps(scenario)):
-        name = before.get("name") if isinstance(before, dict) else None
+    before = _other(folder, "run", "recording.parquet", "summary.json", {"scenario": scenario}, force=force)
+    if before is not None:
+        found = before.get("scenario")
+        name = found.get("name") if isinstance(found, dict) else None
         what = f"the run of another scenario, {name!r}" if name not in (None, scenario["name"]) else ""
         what = what or f"a run of {scenario['name']!r} with other values"
-        raise InputError(
-            f"holds {what}",
-            field="out",
-            value=str(folder),
-            allowed=f"--force, which replaces it, or {OTHER}",
-        )
+        raise _refused(folder, f"holds {what}", "it")
+    check_writable(folder)
+
+
+def check_same(
+    folder: Path,
+    kind: str,
+    file: str,
+    now: Mapping[str, Any],
+    problem: str,
+    *,
+    force: bool,
+    whom: str = "it",
+) -> None:
+    """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
+    from afo_sim.common.writing import check_writable
+
+    before = _other(folder, kind, file, file, now, force=force)
+    if before is not None:
+        raise _refused(folder, problem.format(**(dict.fromkeys(now) | before)), whom)
+    check_writable(folder)
+
+
+def _other(
+    folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
+) -> dict[str, Any] | None:
+    """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
+    from afo_sim.common.writing import settle
+
+    _check_kind(folder, kind)
+    settle(folder)
+    if force or not (folder / there).is_file():
+        return None
+    try:
+        table = json.loads((folder / file).read_text(encoding="utf-8"))
+        before = {key: table[key] for key in now}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+    return None if before == json.loads(json.dumps(now)) else before
+
+
+def _refused(folder: Path, problem: str, whom: str) -> InputError:
+    allowed = f"--force, which replaces {whom}, or {_OTHER}"
+    return InputError(problem, field="out", value=str(folder), allowed=allowed)

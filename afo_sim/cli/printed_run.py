@@ -1,45 +1,46 @@
 """A run on the terminal: of walking the verdict and what may change it, of others every number."""
 
 import os
-import pathlib
 import re
 import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from afo_sim.cli.common import print_table
 
-QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
-STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-FEW = 2  # changes that are told on a screen
-SPELLED = str.maketrans(  # for a terminal that does not know them
+_QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
+_STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
+_FEW = 2  # changes that are listed on a screen
+_SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
 )
 
 
-def print_run(recording: Any, folder: pathlib.Path, *, numbers: bool = False) -> None:
+def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print a run."""
-    told = bool(recording.verdict)
-    if told:
+    has_verdict = bool(recording.verdict)
+    if has_verdict:
         _print_verdict(recording)
-    if numbers or not told:
+    if numbers or not has_verdict:
         _print_numbers(recording)
-    _print_warnings(recording, told)
-    if numbers or not told:
+    _print_warnings(recording, has_verdict)
+    if numbers or not has_verdict:
         timing = recording.timing
         print_line(
             f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
             f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
         )
-    more = "" if numbers or not told else "; every number: --numbers"
+    more = "" if numbers or not has_verdict else "; every number: --numbers"
     print_line(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
 
 
 def _print_verdict(recording: Any) -> None:
     """The answers, what to change first, and bands."""
-    from afo_sim.show import bands, effects, verdict
+    from afo_sim.show import bands, effects
+    from afo_sim.show import verdict_texts as verdict
 
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name
@@ -54,7 +55,7 @@ def _print_verdict(recording: Any) -> None:
 
 def _first(lines: list[str]) -> list[str]:
     """The title of a list and its first lines, for one screen; the report has all."""
-    return lines if _width() is None else lines[: 1 + FEW]
+    return lines if _width() is None else lines[: 1 + _FEW]
 
 
 def _print_numbers(recording: Any) -> None:
@@ -69,14 +70,14 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def _print_warnings(recording: Any, judged: bool) -> None:
+def _print_warnings(recording: Any, has_verdict: bool) -> None:
     """Warnings, and notes of what is not to be believed."""
     from afo_sim.show.numbers import cautions, decisive, of_walker
 
     for warning in recording.warnings:
         print_line(f"warning: {warning}", hang=9)
-    told = recording.scenario, recording.metrics, recording.strides
-    notes = decisive(*told) if judged else [*cautions(*told), *of_walker(recording.scenario)]
+    of_run = recording.scenario, recording.metrics, recording.strides
+    notes = decisive(*of_run) if has_verdict else [*cautions(*of_run), *of_walker(recording.scenario)]
     for note in notes:
         print_line(f"note: {note}", hang=6)
 
@@ -88,12 +89,13 @@ def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> 
 
     shown = Text("\n".join(_wrapped(text, hang)), style=style)
     if badge:
-        shown.stylize(STYLES.get(text[0], ""), 0, badge)
+        shown.stylize(_STYLES.get(text[0], ""), 0, badge)
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     try:
         shown.plain.encode(encoding)
     except UnicodeEncodeError:
-        plain = shown.plain.replace(" °", "°").translate(SPELLED).encode(encoding, "replace").decode(encoding)
+        spelled = shown.plain.replace(" °", "°").translate(_SPELLED)
+        plain = spelled.encode(encoding, "replace").decode(encoding)
         print(plain)
         return
     if sys.stdout.isatty():
@@ -107,7 +109,7 @@ def _wrapped(text: str, hang: int) -> Iterator[str]:
     if width is None or len(text) <= width:
         yield text
         return
-    kept = QUANTITY.sub("\N{NO-BREAK SPACE}", text)
+    kept = _QUANTITY.sub("\N{NO-BREAK SPACE}", text)
     for line in textwrap.wrap(
         kept,
         max(width, hang + 20),

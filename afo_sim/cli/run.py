@@ -1,53 +1,52 @@
-"""Commands that simulate: run, torque-map."""
+"""Commands that simulate: run, compare, torque-map, both."""
 
-import pathlib
 import sys
+from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Option
 
-from afo_sim.cli.apps import app
 from afo_sim.cli.common import (
     Plain,
     Rate,
     Scenario,
     Sets,
+    app,
     hertz_of,
     plainly,
     print_table,
+    print_tables,
     progress,
     quantity,
     read_sets,
     short_lived,
     watching,
 )
-from afo_sim.cli.overwriting import check_folder, check_run_folder
-from afo_sim.cli.printed_run import print_run
+from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
+from afo_sim.cli.printed_run import print_line, print_run
 from afo_sim.common.errors import InputError
 
 
 @app.command()
 def run(
     scenario: Scenario = "seated",
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario> by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario> by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
     rate: Rate = None,
     plain: Plain = False,
     change: Annotated[
-        bool, typer.Option("--change/--no-change", help="find out what to change first (walking)")
+        bool, Option("--change/--no-change", help="find out what to change first (walking)")
     ] = True,
     uncertainty: Annotated[
-        int, typer.Option(help="draws of what is not known, for bands (walking); 0 for none")
+        int, Option(help="draws of what is not known, for bands (walking); 0 for none")
     ] = 0,
     spreads: Annotated[
-        str, typer.Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
+        str, Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
     ] = "usual",
-    numbers: Annotated[bool, typer.Option("--numbers", help="print every number of a walk")] = False,
-    live: Annotated[bool, typer.Option("--live", help="watch in the Rerun viewer while it runs")] = False,
-    force: Annotated[bool, typer.Option("--force", help="replace the run of another description")] = False,
+    numbers: Annotated[bool, Option("--numbers", help="print every number of a walk")] = False,
+    live: Annotated[bool, Option("--live", help="watch in the Rerun viewer while it runs")] = False,
+    force: Annotated[bool, Option("--force", help="replace the run of another description")] = False,
 ) -> None:
     """Simulate one scenario; without an argument, the seated solenoid-timer test.
 
@@ -57,7 +56,6 @@ def run(
     hertz = None if rate is None else hertz_of(rate)
     short_lived()
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.description.reader import load
         from afo_sim.model.person import with_person
         from afo_sim.simulation.run import run_scenario
@@ -66,17 +64,22 @@ def run(
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
         check_studies(description, draws=uncertainty, spreads=spreads)
-        folder = out or pathlib.Path("runs") / description.name
+        folder = out or Path("runs") / description.name
         check_run_folder(folder, with_person(description).resolved(), force=force)
-        check_writable(folder)
         recording = run_scenario(description, progress=report, watch=watch)
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
         )
         recording.save(folder, rrd=rrd, rate=hertz)
     print_run(recording, folder, numbers=numbers)
-    if not recording.ok:
-        print(f"afo-sim: {recording.status.removeprefix('failed: ')}", file=sys.stderr)
+    _stop({} if recording.ok else {"": recording.status})
+
+
+def _stop(failed: dict[str, str]) -> None:
+    """Say why runs ended before their end, and stop with their exit code."""
+    for name, status in failed.items():
+        print(f"afo-sim: {name}{status.removeprefix('failed: ')}", file=sys.stderr)
+    if failed:
         sys.exit(3)
 
 
@@ -84,78 +87,68 @@ def run(
 def compare(
     scenario: Scenario,
     laws: Annotated[
-        str, typer.Option(help="names with commas between; by default every law that all muscles know")
+        str, Option(help="names with commas between; by default every law that all muscles know")
     ] = "",
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; runs/<scenario>-laws by default")
-    ] = None,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
-        from afo_sim.show.compare import write
+        from afo_sim.show.compared_figures import write
         from afo_sim.simulation import compare as comparing
 
-        folder = out or pathlib.Path("runs") / f"{pathlib.Path(scenario).stem}-laws"
+        folder = out or Path("runs") / f"{Path(scenario).stem}-laws"
         check_folder(folder, "comparison of laws")
-        check_writable(folder)
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
         write(runs, folder, rrd=rrd)
-    for title, header, rows in comparing.tables(runs):
-        print_table(title, header, rows)
+    print_tables(comparing.tables(runs))
     for name, recording in runs.items():
         for warning in recording.warnings:
             print(f"warning: {name}: {warning}")
     print(f"written to {folder}" + (f"; look at it with: afo-sim view {folder}/recording.rrd" if rrd else ""))
-    failed = {name: recording.status for name, recording in runs.items() if not recording.ok}
-    for name, status in failed.items():
-        print(f"afo-sim: {name}: {status.removeprefix('failed: ')}", file=sys.stderr)
-    if failed:
-        sys.exit(3)
+    _stop({f"{name}: ": recording.status for name, recording in runs.items() if not recording.ok})
 
 
 @app.command("torque-map")
 def torque_map_command(
     scenario: Scenario = "seated",
-    out: Annotated[pathlib.Path, typer.Option(help="folder to write to")] = pathlib.Path("runs/torque-map"),
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
     sets: Sets = None,
-    angle: Annotated[tuple[str, str, str], typer.Option(help="from, to, step", metavar="FROM TO STEP")] = (
+    angle: Annotated[tuple[str, str, str], Option(help="from, to, step", metavar="FROM TO STEP")] = (
         "-20 deg",
         "25 deg",
         "1 deg",
     ),
-    pressure: Annotated[
-        list[str] | None, typer.Option(help="gauge pressure; may be given several times")
-    ] = None,
+    pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
 ) -> None:
     """Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
     values = read_sets(sets)
     start, stop, step = (quantity("--angle", text, "rad") for text in angle)
     pressures = [quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
-        raise InputError("is no range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0")
+        raise InputError(
+            "is not a valid range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0"
+        )
     for text, value in zip(pressure or [], pressures, strict=False):
         if not 0.0 <= value <= 2e6:
             raise InputError("is out of range", field="--pressure", value=text, allowed="0 bar to 20 bar")
     with progress("computing torques"):
         import numpy as np
 
-        from afo_sim.common.writing import check_writable, together
+        from afo_sim.common.writing import together
         from afo_sim.description.reader import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
-        from afo_sim.show.torque_map import draw
+        from afo_sim.show.torque_map_figure import draw
 
         built = build(load("scenario", scenario, values))
         if not built.index.chambers:
             problem = "has no chamber: there is no torque to map"
             raise InputError(problem, field="orthosis", value=built.scenario.orthosis.name)
         check_folder(out)
-        check_writable(out)
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
         supply = built.scenario.supply.pressure
         tm.require_angles(built, angles)
@@ -172,7 +165,7 @@ def torque_map_command(
         print(f"warning: {warning}")
 
 
-def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: pathlib.Path) -> None:
+def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: Path) -> None:
     import numpy as np
 
     for found in maps:
@@ -191,3 +184,144 @@ def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, 
             )
             print(f"{chamber}: enough for {need} {reach}, at the supply's {supply * 1e-5:g} bar")
     print(f"written to {out}")
+
+
+# Rows of the table: (beginning of the number's name, words); each stands for right, left and both.
+ROWS = (
+    ("air_per_stride", "air per stride [g]"),
+    ("air_per_cycle", "air per cycle [g]"),
+    ("mean_flow", "mean flow from the source [l/min ANR]"),
+    ("peak_flow", "peak flow from the source [l/min ANR]"),
+    ("strides_per_bottle", "strides on one bottle"),
+    ("way_per_bottle", "way on one bottle [km]"),
+    ("hours_per_bottle", "hours on one bottle [h]"),
+    ("source_share", "mean flow of the compressor's [%]"),
+    ("compressor_duty", "duty of the compressor [%]"),
+    ("compressor_power", "mean electric power [W]"),
+)
+SHOWN = (  # metrics of either leg that stand on the screen without --numbers
+    "toe_clearance",
+    "lowest_toe_clearance_first_ten",
+    "foot_pitch_at_contact",
+    "torque_against_push_off_10ms",
+    "peak_dorsiflexion_angle",
+    "peak_plantarflexion_angle",
+    "range_of_motion",
+    "peak_dorsiflexion_torque_10ms",
+    "orthosis_peak_dorsiflexion_torque_10ms",
+    "cuff_skin_pressure",
+)
+
+
+@app.command("both")
+def both_command(
+    scenario: Scenario,
+    left: Annotated[
+        str, Option(help="scenario of the left leg; the same by default", metavar="SCENARIO")
+    ] = "",
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-both by default")] = None,
+    sets: Sets = None,
+    left_sets: Annotated[
+        list[str] | None, Option("--set-left", metavar="KEY=VALUE", help="of the left leg alone")
+    ] = None,
+    apart: Annotated[
+        float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
+    ] = None,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = True,
+    rate: Rate = None,
+    numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
+    force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
+) -> None:
+    """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
+    values, others = read_sets(sets), read_sets(left_sets, "--set-left")
+    hertz = None if rate is None else hertz_of(rate)
+    short_lived()
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.model.person import with_person
+        from afo_sim.simulation.bilateral import both as legs
+
+        pair = legs.described(scenario, left or None, sets=values, left_sets=others)
+        folder = out or Path("runs") / f"{pair[0].name}-both"
+        shift = legs.checked(*pair, apart)
+        _check_folder(folder, [with_person(each).resolved() for each in pair], shift, force=force)
+        found = legs.both(*pair, apart=shift, progress=report)
+        found.save(folder, rrd=rrd, rate=hertz)
+    _print_both(found, folder, numbers=numbers)
+    _stop({} if found.ok else {"": found.status})
+
+
+def _check_folder(folder: Path, pair: list[dict[str, Any]], apart: float, *, force: bool) -> None:
+    """Refuse a folder that holds other legs' runs, or anything else."""
+    check_folder(folder, "run of both legs")
+    for side, scenario in zip(("right", "left"), pair, strict=True):
+        check_run_folder(folder / side, scenario, force=force)
+    problem = "holds the same legs {apart} of a stride apart"
+    check_same(folder, "run of both legs", "both.json", {"apart": apart}, problem, force=force, whom="them")
+
+
+def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
+    """Print two legs' runs."""
+    names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
+    print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
+    header = ["", "right", "left", "both"]
+    print_table(
+        "air on one supply", header, [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
+    )
+    shared = [n for n in legs.right.metrics if n in legs.left.metrics and (numbers or n in SHOWN)]
+    rows = [[_named(legs, n), *(f"{leg.metrics[n].value:.4g}" for leg in legs.legs.values())] for n in shared]
+    print_table("either leg", ["", "right", "left"], rows)
+    _print_peak(legs)
+    for worse in legs.verdict:
+        _print_worse(legs, worse)
+    for warning in legs.warnings:
+        print_line(f"warning: {warning}", hang=9)
+    for note in legs.notes:
+        print_line(f"note: {note}", hang=6)
+    print(f"written to {folder}; compare the legs with: afo-sim report {folder}/right {folder}/left")
+
+
+def _has(legs: Any, name: str) -> bool:
+    return any(found.startswith(f"{name}_") for found in legs.numbers)
+
+
+def _air_row(numbers: Any, name: str, words: str) -> list[str]:
+    """A row for right, left and both; a way in kilometres."""
+    factor = 1e-3 if name.startswith("way") else 1.0
+    cells = (numbers.get(f"{name}_{who}") for who in ("right", "left", "both"))
+    return [words, *("–" if cell is None else f"{factor * cell.value:.4g}" for cell in cells)]
+
+
+def _named(legs: Any, name: str) -> str:
+    unit = legs.right.metrics[name].unit
+    return f"{name} [{unit}]" if unit else name
+
+
+def _print_peak(legs: Any) -> None:
+    """What the source must give at once, against one leg's need."""
+    if "peak_flow_both" not in legs.numbers:
+        return
+    peaks = [legs.numbers[f"peak_flow_{who}"].value for who in ("right", "left", "both")]
+    highest = max(peaks[:2])
+    if highest > 0.0:
+        print(
+            f"the source must give {peaks[2]:.3g} l/min (ANR) at once, "
+            f"{peaks[2] / highest:.2f} times one leg's"
+        )
+
+
+def _print_worse(legs: Any, worse: Any) -> None:
+    """One question of the verdict: the worse leg's answer; where they are alike but for numbers, both."""
+    from afo_sim.show.verdict_texts import INDENT, badge, limit
+
+    answers = worse.answers
+    if "both" in answers:
+        key, text = "both", f"both legs together: {answers['both'].text}"
+    elif worse.leg != "both":
+        key, text = worse.leg, f"the {worse.leg} leg, the worse one: {answers[worse.leg].text}"
+    elif answers["right"].text == answers["left"].text:
+        key, text = "right", f"both legs: {answers['right'].text}"
+    else:
+        key, text = "right", f"right: {answers['right'].text} Left: {answers['left'].text}"
+    answer = answers[key]
+    against = limit(legs.left if key == "left" else legs.right, answer)
+    print_line(f"{badge(answer):<{INDENT}}{worse.question} {text} ({against})", hang=INDENT, badge=INDENT)

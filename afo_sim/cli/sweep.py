@@ -1,25 +1,28 @@
-"""Commands over many cases: sweep, replay."""
+"""Commands over many cases: sweep, replay, optimise."""
 
-import pathlib
 import re
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
-from afo_sim.cli.apps import app
 from afo_sim.cli.common import (
     Plain,
     Scheduler,
     Threads,
     Workers,
+    app,
     check_changed,
     check_counts,
     duration,
+    one_group,
     print_table,
+    print_tables,
     progress,
 )
 from afo_sim.cli.overwriting import check_folder
@@ -27,74 +30,73 @@ from afo_sim.common.errors import InputError
 
 if TYPE_CHECKING:
     from afo_sim.study.runner import SweepProgress, Workload
+    from afo_sim.study.search.runner import Opened
     from afo_sim.study.store import Store
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
-CHANGED = ("refuse", "restart", "continue")
+
+
+@dataclass(frozen=True)
+class _Sweep:
+    """Options of `sweep`: which cases, and who computes them."""
+
+    source: Annotated[str, Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")] = ""
+    out: Annotated[
+        Path | None, Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures")
+    ] = None
+    threads: Threads = 0
+    workers: Workers = 0
+    scheduler: Scheduler = ""
+    part: Annotated[str, Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1"
+    if_changed: Annotated[
+        str, Option(help="where sweep file or code changed: refuse, restart or continue")
+    ] = "refuse"
+    plain: Plain = False
+    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False
+    yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are no slip")] = False
+    show: Annotated[Path | None, Option(help="a sweep's folder: print its tables, draw its figures")] = None
+    metric: Annotated[
+        list[str] | None, Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
+    ] = None
+    best: Annotated[int, Option(help="with --show: how many best cases")] = 5
 
 
 @app.command()
-def sweep(
-    source: Annotated[
-        str, typer.Argument(metavar="[SWEEP]", help="a shipped sweep's name, or a TOML file")
-    ] = "",
-    out: Annotated[
-        pathlib.Path | None,
-        typer.Option(help="folder to write to; runs/<sweep> by default; of --show, DIR/figures"),
-    ] = None,
-    threads: Threads = 0,
-    workers: Workers = 0,
-    scheduler: Scheduler = "",
-    part: Annotated[str, typer.Option(help="K/N: the K-th of N parts only, for a job array")] = "1/1",
-    if_changed: Annotated[
-        str, typer.Option(help="where sweep file or code changed: refuse, restart or continue")
-    ] = "refuse",
-    plain: Plain = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what it would take, and stop")] = False,
-    yes_many: Annotated[
-        bool, typer.Option("--yes-many", help="more than ten million cases are no slip")
-    ] = False,
-    show: Annotated[
-        pathlib.Path | None, typer.Option(help="a sweep's folder: print its tables, draw its figures")
-    ] = None,
-    metric: Annotated[
-        list[str] | None, typer.Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
-    ] = None,
-    best: Annotated[int, typer.Option(help="with --show: how many best cases")] = 5,
-) -> None:
+@one_group
+def sweep(given: _Sweep) -> None:
     """Many cases of one scenario; started again, it goes on where it was stopped."""
-    if show is not None:
-        show_folder(show, out, metric or [], best)
+    if given.show is not None:
+        show_folder(given.show, given.out, given.metric or [], given.best)
         return
-    if not source:
+    if not given.source:
         raise InputError("is missing", field="SWEEP", allowed="a sweep file, or --show DIR")
-    check_changed(if_changed, CHANGED, dry_run)
-    check_counts(threads, workers)
-    which = _part(part)
+    check_changed(given.if_changed, given.dry_run)
+    check_counts(given.threads, given.workers)
+    which = _part(given.part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show.numbers import unseen
-        from afo_sim.study import design, pool, runner, sweep_plan
+        from afo_sim.study import design, pool, runner, sweep_file
         from afo_sim.study.store import SWEEP
 
-        plan = sweep_plan.read(source)
-        plan = plan.walked() if plain else plan
-        folder = out or pathlib.Path("runs") / plan.file.stem
-        cases = design.cases_of(plan, sys.maxsize if yes_many else design.MOST)
-        store = runner.open_store(plan, cases, folder, if_changed)  # type: ignore[arg-type]
-        threads = threads or pool.processors()
-        workload = runner.estimate(store, workers or (1 if scheduler else threads), which)
-        print(_workload_text(workload, scheduler))
+        plan = sweep_file.read(given.source)
+        plan = plan.walked() if given.plain else plan
+        folder = given.out or Path("runs") / plan.file.stem
+        cases = design.cases_of(plan, sys.maxsize if given.yes_many else design.MOST)
+        store = runner.open_store(plan, cases, folder, given.if_changed)  # type: ignore[arg-type]
+        threads = given.threads or pool.processors()
+        workload = runner.estimate(store, given.workers or (1 if given.scheduler else threads), which)
+        print(_workload_text(workload, given.scheduler))
         for note in plan.notes:
             print(f"note: {note}")
-        if dry_run:
+        if given.dry_run:
             return
         begun = time.monotonic()
         with _interruptible():
-            on = {"threads": threads, "workers": workers, "scheduler": scheduler}
+            on = {"threads": threads, "workers": given.workers, "scheduler": given.scheduler}
             state = runner.run(store, part=which, report=reporter(report), **on)  # type: ignore[arg-type]
         took = time.monotonic() - begun
         _keep_recordings(store)
-    print(_end_text(store, state, took, "" if part == "1/1" else f" of part {part}"))
+    print(_end_text(store, state, took, "" if given.part == "1/1" else f" of part {given.part}"))
     for line in unseen(SWEEP.read(folder)["scenario"], store.metrics):
         print(line)
 
@@ -124,10 +126,10 @@ def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -
     return f"{state.new} cases computed{speed}{failed}; {done}: {store.folder}"
 
 
-def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[str], best: int) -> None:
+def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
     """Print what a sweep's cases say, and write its figures."""
     with progress("reading"):
-        from afo_sim.show.sweep import FIGURES, write_figures
+        from afo_sim.show.sweep_figures import FIGURES, write_figures
         from afo_sim.show.sweep_tables import tables
         from afo_sim.study.findings import findings
         from afo_sim.study.results import read
@@ -135,8 +137,7 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
-    for title, header, rows in tables(found, best):
-        print_table(title, header, rows)
+    print_tables(tables(found, best))
     for remark in found.remarks:
         print(remark)
     target = out or folder / FIGURES
@@ -147,21 +148,17 @@ def show_folder(folder: pathlib.Path, out: pathlib.Path | None, metrics: list[st
 
 @app.command()
 def replay(
-    folder: Annotated[pathlib.Path, typer.Argument(metavar="DIR", help="a sweep's folder")],
-    case: Annotated[int, typer.Argument(help="the case's number")],
-    out: Annotated[
-        pathlib.Path | None, typer.Option(help="folder to write to; DIR/recordings/case_N by default")
-    ] = None,
-    rrd: Annotated[bool, typer.Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    folder: Annotated[Path, Argument(metavar="DIR", help="a sweep's folder")],
+    case: Annotated[int, Argument(help="the case's number")],
+    out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
 ) -> None:
     """One case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import check_writable
         from afo_sim.study import replay as replaying
 
         target = out or replaying.recording_folder(folder, case)
         check_folder(target, "run")
-        check_writable(target)
         again = replaying.replay(folder, case, progress=report)
         again.recording.save(target, rrd=rrd)
     if again.different:
@@ -188,7 +185,9 @@ def _interruptible() -> Iterator[None]:
 def _part(text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d+)/(\d+)", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise InputError("is no part", field="--part", value=text, allowed="K/N with 1 ≤ K ≤ N, such as 3/20")
+        raise InputError(
+            "is not a valid part", field="--part", value=text, allowed="K/N with 1 ≤ K ≤ N, such as 3/20"
+        )
     return int(found[1]), int(found[2])
 
 
@@ -221,3 +220,62 @@ def _line(state: "SweepProgress", seconds: float) -> str:
     rate = state.new / max(seconds, 1e-9)
     left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
     return f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
+
+
+@app.command()
+def optimise(
+    source: Annotated[str, Argument(metavar="SEARCH", help="a shipped search's name, or a TOML file")],
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<search> by default")] = None,
+    threads: Threads = 0,
+    workers: Workers = 0,
+    scheduler: Scheduler = "",
+    if_changed: Annotated[
+        str, Option(help="where search file or code changed: refuse, restart or continue")
+    ] = "refuse",
+    plain: Plain = False,
+    dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False,
+) -> None:
+    """Search the design that serves an objective best within limits; started again, it goes on."""
+    check_changed(if_changed, dry_run)
+    check_counts(threads, workers)
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.common.writing import replacing
+        from afo_sim.metrics.metric_words import words
+        from afo_sim.show.numbers import unseen
+        from afo_sim.show.search_figure import draw_search
+        from afo_sim.study.pool import pool, processors
+        from afo_sim.study.search import plan, runner, store
+
+        search = plan.read(source)
+        search = search.walked() if plain else search
+        folder = out or Path("runs") / search.file.stem
+        opened = runner.open_search(search, folder, if_changed)  # type: ignore[arg-type]
+        threads = threads or processors()
+        print(_plan_text(opened, workers or (1 if scheduler else threads)))
+        if dry_run:
+            return
+        with pool(threads, workers, scheduler) as who:
+            best = runner.run(
+                opened,
+                who,
+                lambda p: report(p.generations, p.most, f"{p.generations} of {p.most} generations"),
+            )
+        figure = folder / store.FIGURE
+        if not opened.finished or not figure.is_file():
+            with replacing(figure) as path:
+                draw_search(opened.problem, opened.units, store.read_designs(folder), path)
+    print_tables(words.tables(best), words.statement(best))
+    for line in unseen(opened.scenario, opened.problem.aim.metrics):
+        print(line)
+    print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")
+
+
+def _plan_text(opened: "Opened", workers: int) -> str:
+    if opened.finished:
+        return "the search is finished: nothing is computed"
+    search = opened.search
+    count = search.starts * search.generations * opened.cases
+    time = duration(count * opened.seconds / workers)
+    each = f"up to {search.generations} generations of {opened.cases} cases"
+    starts = f"{search.starts} starts, each " if search.starts > 1 else ""
+    return f"{starts}{each}: {count} runs; about {time} in all"

@@ -43,9 +43,10 @@ def _without_docstrings(tree: ast.Module) -> ast.Module:
 
 
 @functools.cache
-def versions() -> dict[str, str]:
+def versions(
+    packages: tuple[str, ...] = ("afo-sim", "mujoco", "numpy", "numba", "rerun-sdk"),
+) -> dict[str, str]:
     """{package: version} of Python, this package and what it computes with."""
-    packages = ("afo-sim", "mujoco", "numpy", "numba", "rerun-sdk")
     found = {"python": platform.python_version()}
     for package in packages:
         try:

@@ -9,7 +9,7 @@ import numpy as np
 INK, THIN, WIDE = "0.1", 1.1, 1.9
 TRIANGLE = 0.11  # of the ambient air: its width
 DROP = 0.09  # from a port to the line that goes down to it
-BALL = 0.045
+_BALL = 0.045
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,9 @@ class Pen:
 def _seat(pen: Pen, y: float, *, spring: bool = False, x: float = 0.0) -> None:
     """A ball on its seat, which flow to the right lifts."""
     pen.line((x + 0.03, y + 0.075), (x - 0.045, y), (x + 0.03, y - 0.075))
-    pen.circle(x + 0.018, y, BALL)
+    pen.circle(x + 0.018, y, _BALL)
     if spring:
-        pen.zigzag((x + 0.018 + BALL, y), (x + 0.17, y), 0.03)
+        pen.zigzag((x + 0.018 + _BALL, y), (x + 0.17, y), 0.03)
 
 
 def _blocked(pen: Pen, x: float, y: float, inwards: float) -> None:
@@ -260,8 +260,8 @@ def chamber(pen: Pen, marks: frozenset[str]) -> None:
     pen.box(0.24, -0.05, 0.3, 0.05, face="0.3")
 
 
-Draw = Callable[[Pen, frozenset[str]], None]
-SYMBOLS: dict[str, tuple[Draw, Symbol]] = {
+_Draw = Callable[[Pen, frozenset[str]], None]
+SYMBOLS: dict[str, tuple[_Draw, Symbol]] = {
     "valve": (valve, Symbol(0.15, 0.4, 0.2)),
     "valve_3_2": (valve_3_2, Symbol(0.15, 0.4, 0.25, (-0.22, -0.15))),
     "tube": (tube, Symbol(0.2, 0.07, 0.07)),

@@ -11,15 +11,15 @@ from afo_sim.metrics.verdict import of_draws, percent
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation.recording import Recording
 
-STUDY = "uncertainty"
-CLEARANCE, TORQUE, AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
-MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
-LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
-OF_METRICS = {CLEARANCE: "toe clearance", TORQUE: "torque against push-off", AIR: "air"}
+_STUDY = "uncertainty"
+_CLEARANCE, _TORQUE, _AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
+_MANY_FAILED = 0.1  # share of draws that fail from which on that is told first [-]
+_LEAST_SHARE = 0.01  # of the variance, below which a group has no row [-]
+_OF_METRICS = {_CLEARANCE: "toe clearance", _TORQUE: "torque against push-off", _AIR: "air"}
 
 
 @dataclass(frozen=True)
-class Row:
+class _Row:
     """A number of the table: its label, the run's own value, 5, 50 and 95 % of the draws, its unit."""
 
     label: str
@@ -31,7 +31,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Bar:
+class _Bar:
     """A group's shares of the variance of each metric [%]; `each_stride` ones no measurement takes away."""
 
     name: str
@@ -41,22 +41,22 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Part:
+class _Part:
     """One run's part of the report: warnings that stand first, rows, bars, and what was drawn."""
 
     run: RunView
     draws: int
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[_Row, ...]
     explained: tuple[str, ...]
-    bars: tuple[Bar, ...]
+    bars: tuple[_Bar, ...]
     drawn: tuple[tuple[str, str, str, str], ...]
     notes: tuple[str, ...]
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal; none where there is nothing to tell."""
+    """For the terminal; none where there is nothing to report."""
     study = _study(recording)
     if study is None:
         return []
@@ -65,7 +65,7 @@ def lines(recording: Recording) -> list[str]:
 
 
 def markdown(recording: Recording) -> str:
-    """For the viewer; "" where there is nothing to tell."""
+    """For the viewer; "" where there is nothing to report."""
     study = _study(recording)
     if study is None:
         return ""
@@ -75,32 +75,32 @@ def markdown(recording: Recording) -> str:
     return "\n\n".join([*parts, "\n".join(table), *_notes(study)])
 
 
-def of_report(runs: Sequence[RunView]) -> list[Part]:
-    """What the report's part report_bands.html.j2 draws; empty where there is nothing to tell."""
+def of_report(runs: Sequence[RunView]) -> list[_Part]:
+    """What the report's part report_bands.html.j2 draws; empty where there is nothing to report."""
     return [_part(run, study) for run in runs if (study := _study(run.recording)) is not None]
 
 
 def _study(recording: Recording) -> Mapping[str, Any] | None:
-    found = recording.studies.get(STUDY)
+    found = recording.studies.get(_STUDY)
     return found if isinstance(found, Mapping) else None
 
 
-def _part(run: RunView, study: Mapping[str, Any]) -> Part:
-    names = [name for name in OF_METRICS if name in study.get("rest", {})]
+def _part(run: RunView, study: Mapping[str, Any]) -> _Part:
+    names = [name for name in _OF_METRICS if name in study.get("rest", {})]
     bars = [
-        Bar(_plain(g["name"]), g["each_stride"], g["measure"], tuple(_percent(g, name) for name in names))
+        _Bar(_plain(g["name"]), g["each_stride"], g["measure"], tuple(_percent(g, name) for name in names))
         for g in study["groups"]
     ]
     rest = tuple(100.0 * study["rest"][name] for name in names)
-    kept = [bar for bar in bars if max(bar.shares, default=0.0) >= 100.0 * LEAST_SHARE]
-    return Part(
+    kept = [bar for bar in bars if max(bar.shares, default=0.0) >= 100.0 * _LEAST_SHARE]
+    return _Part(
         run,
         study["draws"],
         tuple(_warnings(study)),
         tuple(_sentences(study)),
         tuple(_rows(study)),
-        tuple(OF_METRICS[name] for name in names),
-        (*kept, Bar("together, and what is left", True, "", rest)) if kept else (),
+        tuple(_OF_METRICS[name] for name in names),
+        (*kept, _Bar("together, and what is left", True, "", rest)) if kept else (),
         tuple(_drawn(one) for one in study["drawn"]),
         tuple(_notes(study)),
     )
@@ -109,7 +109,7 @@ def _part(run: RunView, study: Mapping[str, Any]) -> Part:
 def _warnings(study: Mapping[str, Any]) -> list[str]:
     """What stands first: bands of draws of which many failed."""
     failed, count = study["failed"], study["draws"]
-    if failed["count"] <= MANY_FAILED * count:
+    if failed["count"] <= _MANY_FAILED * count:
         return []
     reasons = "; ".join(f"{one['count']} × {one['reason']}" for one in failed["reasons"][:2])
     left = count - failed["count"]
@@ -120,17 +120,17 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
     """The answer in words: clearance, trips, the other bands, what to measure next."""
     found = []
     metrics = study["metrics"]
-    if CLEARANCE in metrics:
-        found.append(f"toe clearance {_band(CLEARANCE, metrics)}")
+    if _CLEARANCE in metrics:
+        found.append(f"toe clearance {_band(_CLEARANCE, metrics)}")
     if study["trips"]:
         found.append(_trips(study["trips"], study["draws"] - study["failed"]["count"]))
-    others = [f"{OF_METRICS[name]} {_band(name, metrics)}" for name in (TORQUE, AIR) if name in metrics]
+    others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     if others:
         found.append("; ".join(others))
     named = {group["name"]: group for group in study["groups"]}
     if study["measure_next"]:
         each = [
-            f"{_plain(name)} ({_percent(named[name], CLEARANCE):.0f} %)" for name in study["measure_next"]
+            f"{_plain(name)} ({_percent(named[name], _CLEARANCE):.0f} %)" for name in study["measure_next"]
         ]
         found.append(f"measure next, by share of the clearance's variance: {', '.join(each)}")
     return found
@@ -155,11 +155,11 @@ def _trips(trips: Mapping[str, Any], draws: int) -> str:
     )
 
 
-def _rows(study: Mapping[str, Any]) -> list[Row]:
+def _rows(study: Mapping[str, Any]) -> list[_Row]:
     found = []
     for name, facts in study["metrics"].items():
         own, (low, middle, high), of = _told(name, facts)
-        found.append(Row(words(name).label, own, low, middle, high, of))
+        found.append(_Row(words(name).label, own, low, middle, high, of))
     return found
 
 
@@ -196,7 +196,7 @@ def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
 def _short_notes(study: Mapping[str, Any]) -> list[str]:
     """For the terminal: what failed or was left out, on one line."""
     found = [*study["notes"], *_undefined(study)]
-    if 0 < study["failed"]["count"] <= MANY_FAILED * study["draws"]:
+    if 0 < study["failed"]["count"] <= _MANY_FAILED * study["draws"]:
         found.append(f"{study['failed']['count']} of {study['draws']} draws failed and are in no band")
     if study["left_out"]:
         names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])

@@ -10,17 +10,17 @@ from afo_sim.simulation.recording import Recording
 from afo_sim.study.effects import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect, Effects
 from afo_sim.study.run_studies import EFFECTS, LEFT_OUT
 
-TOP = 5
-LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
-APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
-WHY = {
+_TOP = 5
+_LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
+_APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
+_WHY = {
     "lift": "the toe is to clear more: by the gain in its lowest clearance",
     "heel": "the foot does not land on its heel: by the gain in its pitch at contact",
     "push_off": "push-off is hindered: by the relief, while the toe stays clear",
     "air": "a bottle lasts too short: by the air saved, while the toe stays clear",
     "spare": "nothing is lacking: by what still spares push-off, then air, while the toe stays clear",
 }
-SHORT = {
+_SHORT = {
     CLEARANCE: "toe",
     FIRST: "first stride",
     TORQUE: "against push-off",
@@ -28,7 +28,7 @@ SHORT = {
     PITCH: "pitch",
     AIR: "air",
 }
-HEADS = {
+_HEADS = {
     CLEARANCE: "toe",
     FIRST: "toe, first stride",
     TORQUE: "against push-off",
@@ -36,13 +36,13 @@ HEADS = {
     PITCH: "pitch at contact",
     AIR: "air per stride",
 }
-BARS = (CLEARANCE, TORQUE)  # columns that are drawn, too
-MEASURE = "assumed: measure it first"
-NONE = "no single step helps: it takes a larger step, several together, or another design"
+_BARS = (CLEARANCE, TORQUE)  # columns that are drawn, too
+_MEASURE = "assumed: measure it first"
+_NONE = "no single step helps: it takes a larger step, several together, or another design"
 
 
 @dataclass(frozen=True)
-class EffectCell:
+class _EffectCell:
     """A difference as a number, and as a bar of `share` percent of the longest; `up` fills it."""
 
     text: str
@@ -52,19 +52,19 @@ class EffectCell:
 
 
 @dataclass(frozen=True)
-class EffectRow:
+class _EffectRow:
     """One step: `name` and `steps` (rows that it heads) only at a parameter's first."""
 
     name: str
     steps: int
     change: str
     helps: bool
-    cells: tuple[EffectCell, ...]
+    cells: tuple[_EffectCell, ...]
     note: str
 
 
 @dataclass(frozen=True)
-class EffectsTable:
+class _EffectsTable:
     """The effects of a run's parameters, those of which a step helps first; or why they are left out."""
 
     run: RunView
@@ -72,8 +72,8 @@ class EffectsTable:
     heads: tuple[tuple[str, str], ...] = ()
     base: tuple[str, ...] = ()
     drawn: tuple[bool, ...] = ()
-    first: tuple[EffectRow, ...] = ()
-    others: tuple[EffectRow, ...] = ()
+    first: tuple[_EffectRow, ...] = ()
+    others: tuple[_EffectRow, ...] = ()
     none: str = ""
     idle: str = ""
     not_run: tuple[str, ...] = ()
@@ -87,47 +87,47 @@ def effects_of(recording: Recording) -> Effects | None:
 
 
 def lines(recording: Recording) -> list[str]:
-    """For the terminal, at most six; none where there is nothing to tell."""
+    """For the terminal, at most six; none where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
-    told = [f"What to change first, since {WHY[found.aim]} (each alone, from a run of its own)"]
-    told += [f"  {change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:TOP]]
-    return told if found.helping else [*told, f"  {NONE}"]
+    told = [f"What to change first, since {_WHY[found.aim]} (each alone, from a run of its own)"]
+    told += [f"  {change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:_TOP]]
+    return told if found.helping else [*told, f"  {_NONE}"]
 
 
 def markdown(recording: Recording) -> str:
-    """For the viewer; "" where there is nothing to tell."""
+    """For the viewer; "" where there is nothing to report."""
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return f"*Left out: {left_out}.*" if left_out else ""
-    told = [f"Since {WHY[found.aim]}. Each step alone, from a run of its own.", ""]
+    told = [f"Since {_WHY[found.aim]}. Each step alone, from a run of its own.", ""]
     if not found.helping:
-        return "\n".join([*told, f"**{NONE[0].upper()}{NONE[1:]}.**"])
-    names = [name for name in SHORT if name in found.base]
-    told.append("| step | " + " | ".join(f"{SHORT[n]} [{_unit(found, n)}]" for n in names) + " |")
+        return "\n".join([*told, f"**{_NONE[0].upper()}{_NONE[1:]}.**"])
+    names = [name for name in _SHORT if name in found.base]
+    told.append("| step | " + " | ".join(f"{_SHORT[n]} [{_unit(found, n)}]" for n in names) + " |")
     told.append("|---|" + "---:|" * len(names))
-    for effect in found.helping[:TOP]:
+    for effect in found.helping[:_TOP]:
         numbers = (_number(effect, found, name) for name in names)
         told.append(f"| {change(effect)} | {' | '.join(numbers)} |")
     return "\n".join(told)
 
 
-def of_report(runs: Sequence[RunView]) -> list[EffectsTable]:
-    """What the report's part report_effects.html.j2 draws; empty where there is nothing to tell."""
+def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:
+    """What the report's part report_effects.html.j2 draws; empty where there is nothing to report."""
     tables = []
     for run in runs:
         found, left_out = effects_of(run.recording), _left_out(run.recording)
         if found is not None:
             tables.append(_table(run, found))
         elif left_out:
-            tables.append(EffectsTable(run, "", left_out=left_out))
+            tables.append(_EffectsTable(run, "", left_out=left_out))
     return tables
 
 
 def change(effect: Effect) -> str:
     """A step in words, as "dorsiflexor link_length 11.2 → 10.7 cm"."""
-    return f"{effect.name} {_values(effect)}" + (f" ({MEASURE})" if effect.assumed else "")
+    return f"{effect.name} {_values(effect)}" + (f" ({_MEASURE})" if effect.assumed else "")
 
 
 def _values(effect: Effect) -> str:
@@ -142,14 +142,14 @@ def _spelled(unit: str) -> str:
 
 def _in_short(effect: Effect, found: Effects) -> str:
     """The differences that count, in a line."""
-    apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= APART
+    apart = abs(effect.by(FIRST) - effect.by(CLEARANCE)) >= _APART
     names = [CLEARANCE, *([FIRST] if apart else []), TORQUE]
     names += [*([WORK] if found.aim == "push_off" else []), AIR]
     told = [n for n in names if n == CLEARANCE or abs(effect.by(n)) >= NOTICED[n]]
-    told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -LANDING else []
-    lost = [n for n, value in effect.differences.items() if n in SHORT and math.isnan(value)]
+    told += [PITCH] if found.aim == "heel" or effect.by(PITCH) <= -_LANDING else []
+    lost = [n for n, value in effect.differences.items() if n in _SHORT and math.isnan(value)]
     told += [n for n in lost if n not in told]
-    text = ", ".join(f"{SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
+    text = ", ".join(f"{_SHORT[n]} {_number(effect, found, n)} {_unit(found, n)}" for n in told)
     return f"{text} ({'; '.join(effect.notes)})" if effect.notes else text
 
 
@@ -168,20 +168,20 @@ def _left_out(recording: Recording) -> str:
     return str(recording.studies.get(EFFECTS, {}).get(LEFT_OUT, ""))
 
 
-def _table(run: RunView, found: Effects) -> EffectsTable:
-    names = [name for name in HEADS if name in found.base]
+def _table(run: RunView, found: Effects) -> _EffectsTable:
+    names = [name for name in _HEADS if name in found.base]
     shown = [e for e in found.ranked if e.status == "run" and e.name not in found.idle]
-    best = {effect.name for effect in found.helping[:TOP]}
+    best = {effect.name for effect in found.helping[:_TOP]}
     longest = {n: max((abs(e.by(n)) for e in shown), default=0.0) or 1.0 for n in names}
-    return EffectsTable(
+    return _EffectsTable(
         run,
-        WHY[found.aim],
-        heads=tuple((HEADS[n], _unit(found, n)) for n in names),
+        _WHY[found.aim],
+        heads=tuple((_HEADS[n], _unit(found, n)) for n in names),
         base=tuple(number(found.base[n].value, found.base[n].unit) for n in names),
-        drawn=tuple(n in BARS for n in names),
+        drawn=tuple(n in _BARS for n in names),
         first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
         others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
-        none="" if found.helping else NONE,
+        none="" if found.helping else _NONE,
         idle="; ".join(found.idle),
         not_run=tuple(_not_run(found)),
     )
@@ -189,23 +189,23 @@ def _table(run: RunView, found: Effects) -> EffectsTable:
 
 def _rows(
     found: Effects, shown: Sequence[Effect], names: Sequence[str], longest: dict[str, float]
-) -> Iterator[EffectRow]:
+) -> Iterator[_EffectRow]:
     """Both steps of a parameter together, in the order of the better one."""
     for parameter in dict.fromkeys(effect.name for effect in shown):
         steps = [effect for effect in shown if effect.name == parameter]
         for k, effect in enumerate(steps):
             cells = tuple(
-                EffectCell(
+                _EffectCell(
                     _number(effect, found, n),
                     100.0 * abs(effect.by(n)) / longest[n],
                     effect.by(n) > 0.0,
-                    n in BARS,
+                    n in _BARS,
                 )
                 for n in names
             )
-            told = MEASURE if effect.assumed and k == 0 else ""
+            told = _MEASURE if effect.assumed and k == 0 else ""
             note = "; ".join(text for text in (told, effect.reason, *effect.beyond, *effect.notes) if text)
-            yield EffectRow(
+            yield _EffectRow(
                 parameter if k == 0 else "", len(steps), _values(effect), effect.helps, cells, note
             )
 

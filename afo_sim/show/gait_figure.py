@@ -16,20 +16,20 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab.trial.importing import Imported
 from afo_sim.gait_lab.trial.verdict import taken_words
-from afo_sim.show import stride_panels, trial_panels
+from afo_sim.show import gait_panels
 from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 
-POSES = 11  # of the leg in a stride: every 10 %
-WARNED = 3  # warnings that stand on the page
-SMALL, SMALL_LINE = 7.5, 120  # size of a warning's letters [points], and letters of its line
-LONGEST_WARNING = 230  # letters of one; the file has it whole
-FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
-HINGE = 0.70  # of the toes, from heel to tip [-]; scaled adult of the leg's toes
-EXTENSION = 11.0  # drawn of the toes in swing, over the stride the published mean [deg]
-SHANK = 0.38  # drawn [m]
-FORCE = 0.35  # drawn length of one body weight [m]
-DORSAL, PLANTAR, GREY = COLOURS[0], COLOURS[1], "0.6"
-STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
+_POSES = 11  # of the leg in a stride: every 10 %
+_WARNED = 3  # warnings that stand on the page
+_SMALL, _SMALL_LINE = 7.5, 120  # size of a warning's letters [points], and letters of its line
+_LONGEST_WARNING = 230  # letters of one; the file has it whole
+_FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
+_HINGE = 0.70  # of the toes, from heel to tip [-]; scaled adult of the leg's toes
+_EXTENSION = 11.0  # drawn of the toes in swing, over the stride the published mean [deg]
+_SHANK = 0.38  # drawn [m]
+_FORCE = 0.35  # drawn length of one body weight [m]
+_DORSAL, _PLANTAR, GREY = COLOURS[0], COLOURS[1], "0.6"
+_STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
 
 
 def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = None) -> None:
@@ -47,7 +47,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
         The suffix is no format.
     """
     height = 9.0 if imported is None else 11.5
-    height += SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
+    height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
     write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
 
 
@@ -56,17 +56,17 @@ def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
     rows = [["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
     if imported is None:
         axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
-        _leg(axes["leg"], cycle, FOOT, alone)
+        _leg(axes["leg"], cycle, _FOOT, alone)
     else:
         trial, leg, strides = figure.subfigures(3, 1, height_ratios=[3.5, 2.3, 5.1])
-        foot = stride_panels.foot_ends(imported, FOOT)
-        trial_panels.draw_trial(trial, imported)
+        foot = gait_panels.foot_ends(imported, _FOOT)
+        gait_panels.draw_trial(trial, imported)
         points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])
-        stride_panels.draw_points(points, imported)
+        gait_panels.draw_points(points, imported)
         _leg(motion, cycle, foot, alone)
         axes = strides.subplot_mosaic([*rows[:2], ["force", "foot"]], height_ratios=[1.0, 1.0, 1.15])
-        stride_panels.draw_strides(strides, axes, imported)
-        stride_panels.draw_foot(axes["foot"], imported, foot)
+        gait_panels.draw_strides(strides, axes, imported)
+        gait_panels.draw_foot(axes["foot"], imported, foot)
     _angles(axes, cycle, alone)
     _moment(axes["moment"], cycle, imported)
     _force(axes["force"], cycle)
@@ -74,7 +74,7 @@ def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
         _pressure(axes["pressure"], cycle)
     figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
     if cycle.warnings:
-        figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=SMALL, color=DORSAL)
+        figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
 
 
 def _title(cycle: GaitCycle, imported: Imported | None) -> str:
@@ -88,34 +88,34 @@ def _title(cycle: GaitCycle, imported: Imported | None) -> str:
 def _warned(warnings: Sequence[str]) -> str:
     """How many warnings there are, and the first of them, a paragraph each."""
     lines = [f"{len(warnings)} warning{'s' * (len(warnings) > 1)}:"]
-    for warning in warnings[:WARNED]:
-        short = textwrap.shorten(warning, LONGEST_WARNING, placeholder=" …")
-        lines += textwrap.wrap(f"– {short}", SMALL_LINE, subsequent_indent="   ")
-    if len(warnings) > WARNED:
-        lines.append(f"– {len(warnings) - WARNED} more in the CSV's header")
+    for warning in warnings[:_WARNED]:
+        short = textwrap.shorten(warning, _LONGEST_WARNING, placeholder=" …")
+        lines += textwrap.wrap(f"– {short}", _SMALL_LINE, subsequent_indent="   ")
+    if len(warnings) > _WARNED:
+        lines.append(f"– {len(warnings) - _WARNED} more in the CSV's header")
     return "\n".join(plain(line, None) for line in lines)
 
 
 def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) -> None:
     """Shank and foot through the stride, with the ground's force where it presses."""
-    phases = np.linspace(0.0, 1.0, POSES)
+    phases = np.linspace(0.0, 1.0, _POSES)
     shank, ankle, x, z = (
         cycle.signal(n, phases) for n in ("shank_angle", "ankle_angle", "ankle_x", "ankle_z")
     )
-    extension = toe_extension(np.radians(EXTENSION))(phases)
+    extension = toe_extension(np.radians(_EXTENSION))(phases)
     force_x, force_z, cop = cycle.ground(phases)
     off = stance(cycle)
     drawn = "; foot drawn 25 cm long, toes bent as usual" if alone else ""
     for k, phase in enumerate(phases):
         colour = "black" if phase <= off else GREY
-        knee = x[k] + SHANK * np.sin(shank[k]), z[k] + SHANK * np.cos(shank[k])
+        knee = x[k] + _SHANK * np.sin(shank[k]), z[k] + _SHANK * np.cos(shank[k])
         foot = _foot((x[k], z[k]), ankle[k] - shank[k], extension[k], cycle.ankle_height, ends)
         axis.plot([knee[0], x[k]], [knee[1], z[k]], color=colour, lw=0.8)
         axis.plot(*foot.T, color=colour, lw=0.6)
         if phase <= off and force_z[k] > 0.05:
             start = x[k] + cop[k], 0.0
-            tip = start[0] + FORCE * force_x[k], FORCE * force_z[k]
-            look = {"arrowstyle": "-|>", "color": DORSAL, "lw": 0.8, "mutation_scale": 7.0}
+            tip = start[0] + _FORCE * force_x[k], _FORCE * force_z[k]
+            look = {"arrowstyle": "-|>", "color": _DORSAL, "lw": 0.8, "mutation_scale": 7.0}
             axis.annotate("", tip, start, arrowprops={**look, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3)
     axis.axhline(0.0, color="0.3", lw=0.8, zorder=0)
     axis.set_aspect("equal")
@@ -134,7 +134,7 @@ def _foot(
     along = np.array([np.cos(pitch), np.sin(pitch)])
     toes = np.array([np.cos(pitch + extension), np.sin(pitch + extension)])
     under = np.asarray(ankle) + height * np.array([along[1], -along[0]])
-    hinge = ends[0] + HINGE * (ends[1] - ends[0])
+    hinge = ends[0] + _HINGE * (ends[1] - ends[0])
     ball = under + hinge * along
     return np.array([ankle, under + ends[0] * along, ball, ball + (ends[1] - hinge) * toes, ball, ankle])
 
@@ -156,8 +156,8 @@ def _angles(axes: dict[str, Any], cycle: GaitCycle, alone: bool) -> None:
     for name in ("shank", "knee", "ankle"):
         field = f"{name}_angle"
         for stride in strides:
-            axes[name].plot(100 * stride.phase, np.degrees(getattr(stride, field)), **STRIDE)
-        axes[name].plot(percent, np.degrees(getattr(cycle, field)), color=PLANTAR, label=recorded)
+            axes[name].plot(100 * stride.phase, np.degrees(getattr(stride, field)), **_STRIDE)
+        axes[name].plot(percent, np.degrees(getattr(cycle, field)), color=_PLANTAR, label=recorded)
         series = np.degrees(cycle.signal(field, fine))
         axes[name].plot(100 * fine, series, color="black", lw=0.8, ls="--", label="Fourier series")
         error = round(closing[f"{field}_deg"], 2) + 0.0  # no "-0.00"
@@ -184,11 +184,11 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
     look = {"color": NORM, "lw": 1.5, "label": "published means" if alone else None}  # two means, often alike
     axis.fill_between(100.0 * fine, low, high, **look)
     for stride in _strides(cycle) if alone else []:
-        axis.plot(100.0 * stride.phase, -stride.ankle_moment, **STRIDE)
-    axis.plot(percent, -cycle.ankle_moment, color=PLANTAR, label="of the file" if alone else "taken")
+        axis.plot(100.0 * stride.phase, -stride.ankle_moment, **_STRIDE)
+    axis.plot(percent, -cycle.ankle_moment, color=_PLANTAR, label="of the file" if alone else "taken")
     axis.plot(percent, -cycle.ground_moment(), color="black", lw=0.8, ls="--", label="from force")
     if imported is not None and imported.reference is not None:
-        look = {"color": DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
+        look = {"color": _DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
         axis.plot(percent, -imported.reference, label="reference", **look)
     axis.set_ylim(top=1.6 * axis.get_ylim()[1])  # room for the legend above the push-off
     axis.legend(loc="upper left")
@@ -196,15 +196,15 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
 
 def _force(axis: Any, cycle: GaitCycle) -> None:
     _over_stride(axis, cycle, "ground on foot\n[body weights]")
-    axis.plot(100.0 * cycle.phase, cycle.grf_z, color=PLANTAR, label="up")
-    axis.plot(100.0 * cycle.phase, cycle.grf_x, color=DORSAL, label="forward")
+    axis.plot(100.0 * cycle.phase, cycle.grf_z, color=_PLANTAR, label="up")
+    axis.plot(100.0 * cycle.phase, cycle.grf_x, color=_DORSAL, label="forward")
     axis.legend(loc="upper right")
 
 
 def _pressure(axis: Any, cycle: GaitCycle) -> None:
     _over_stride(axis, cycle, "[cm]")
-    axis.plot(100.0 * cycle.phase, 100.0 * cycle.cop_x, color=DORSAL, label="pressure ahead of ankle")
-    axis.plot(100.0 * cycle.phase, 100.0 * cycle.ankle_z, color=PLANTAR, label="ankle above floor")
+    axis.plot(100.0 * cycle.phase, 100.0 * cycle.cop_x, color=_DORSAL, label="pressure ahead of ankle")
+    axis.plot(100.0 * cycle.phase, 100.0 * cycle.ankle_z, color=_PLANTAR, label="ankle above floor")
     axis.set_ylim(top=1.5 * axis.get_ylim()[1])
     axis.legend(loc="upper left")
 

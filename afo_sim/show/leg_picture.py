@@ -14,9 +14,9 @@ from afo_sim.legs.tree import Part, Shape, Tree
 from afo_sim.model.outsole import OLD, POINTS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 
-SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
-VIEWS = (("from the right", (0, 2), "forward [mm]"), ("from ahead", (1, 2), "left [mm]"))
-MANY = 20_000  # faces of a mesh above which its outline is drawn alone
+_SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
+_VIEWS = (("from the right", (0, 2), "forward [mm]"), ("from ahead", (1, 2), "left [mm]"))
+_MANY = 20_000  # faces of a mesh above which its outline is drawn alone
 
 
 def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
@@ -40,10 +40,10 @@ def _page(figure: Any, leg: Tree, title: str) -> None:
     axes = figure.subplots(1, 2, sharey=True)
     numbers = LegNumbers.of(leg)
     foot = {part.name for part in leg.below(FOOT)}
-    for axis, (name, columns, label) in zip(axes, VIEWS, strict=True):
+    for axis, (name, columns, label) in zip(axes, _VIEWS, strict=True):
         for part in leg.parts.values():
             for shape in part.shapes:
-                colour = SKIN[FOOT if part.name in foot else SHANK]
+                colour = _SKIN[FOOT if part.name in foot else SHANK]
                 _silhouette(axis, _from_ankle(leg, part), shape, columns, colour)
         _signs(axis, numbers, columns)
         _sole(axis, leg, columns)
@@ -76,7 +76,7 @@ def _foot_reach(leg: Tree) -> float:
 def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:
     points = 1e3 * moved(pose, surface(shape))[:, columns]
     look = {"facecolor": colour, "edgecolor": "0.35", "lw": 0.5, "alpha": 0.8, "zorder": 1}
-    if shape.kind == "mesh" and 0 < len(shape.faces) <= MANY:
+    if shape.kind == "mesh" and 0 < len(shape.faces) <= _MANY:
         from matplotlib.collections import PolyCollection
 
         axis.add_collection(PolyCollection(points[shape.faces], facecolor=colour, edgecolor="none", zorder=1))

@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice, with_code
 from afo_sim.common.units import parse_quantity
 from afo_sim.description.words import body_height, body_mass, reference, worn
 from afo_sim.metrics.first_strides import NAMES
@@ -14,27 +15,27 @@ from afo_sim.metrics.metric_words import lift, number
 if TYPE_CHECKING:
     from afo_sim.gait.cycle import GaitCycle
 
-UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
+_UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
-UNSEEN = (
+_UNSEEN = (
     "note: the numbers are not of the first strides, which the wearer walks after every stop too and may "
     "trip in: ask for toe_clearance_stride_1 or lowest_toe_clearance_first_ten, too"
 )
-CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
-NUMBERS = "the numbers are"  # of a note of which strides they are
+_CHANGES = (("walked_clearance_change", "mm", "toe clearance"), ("walked_air_change", "%", "air"))
+_WHICH_STRIDES = "which-strides"  # code of the note of which strides the numbers are
 FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
-SAME_MASS, SAME_HEIGHT = 0.05, 0.01
-IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
-SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
-STILL = 1e-6  # range of motion below which a joint does not move [deg]
+_SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
+_IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
+_SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
+_STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
 def undefined(name: str, metric: Metric) -> str | None:
     """The reason why a metric says nothing; None where it says something."""
     if not math.isfinite(metric.value):
-        return UNDEFINED.get(name, "undefined")
-    if name == "range_of_motion" and metric.unit == "deg" and abs(metric.value) < STILL:
+        return _UNDEFINED.get(name, "undefined")
+    if name == "range_of_motion" and metric.unit == "deg" and abs(metric.value) < _STILL:
         return "does not move"
     return None
 
@@ -59,7 +60,7 @@ def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     scenario : of a sweep or search, resolved
     metrics : names that are looked at
     """
-    return [UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
+    return [_UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
 
 
 def cautions(
@@ -94,52 +95,58 @@ def decisive(
         lifted = [f"{number(round(metrics['lift_over_reference'].value), '')} mm of lift over {over}"]
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
-        known = [note for note in known if not note.startswith(NUMBERS)]  # the verdict tells each stride
+        said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
+        known = [note for note in known if note not in said]
     return [*lifted, *known, *of_walker(scenario)]
 
 
-def side_of(scenario: Mapping[str, Any]) -> str:
+def _side_of(scenario: Mapping[str, Any]) -> str:
     """Side of the leg that is simulated, of a resolved scenario; of one older than sides the right."""
     return scenario.get("side") or scenario["leg"].get("side", "right")
 
 
-def of_leg(scenario: Mapping[str, Any]) -> list[str]:
+def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     """What is mirrored onto the simulated leg, and what of it does not move."""
-    side, found = side_of(scenario), []
+    side = _side_of(scenario)
+    found: list[Notice] = []
     worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
     parts = {"leg": "leg file"} | worn
     mirrored = [word for part, word in parts.items() if scenario[part].get("side", "right") != side]
     if mirrored:
         other = "right" if side == "left" else "left"
         verb = "are" if len(mirrored) > 1 else "is"
-        found.append(
-            f"the {side} leg is simulated: {' and '.join(mirrored)} of the {other} one {verb} mirrored"
-        )
+        words = "the {subject} leg is simulated: {what} of the {other} one {verb} mirrored"
+        what = " and ".join(mirrored)
+        found.append(Notice("mirrored", words, subject=side, what=what, other=other, verb=verb))
     if scenario["leg"].get("subtalar") and scenario.get("gait"):
-        found.append(
+        words = (
             "recorded walking tells nothing of the subtalar joint: it does not turn here, and the moment "
             "about it is told (subtalar/moment/orthosis)"
         )
+        found.append(Notice("subtalar-still", words))
     return [*found, *_of_own_leg(scenario)]
 
 
-def _of_own_leg(scenario: Mapping[str, Any]) -> list[str]:
+def _of_own_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     """What an imported leg takes from its file that decides how the foot hangs and where its toe is."""
-    leg, found = scenario["leg"], []
+    leg = scenario["leg"]
+    found: list[Notice] = []
     sources = leg.get("provenance") or {}
     passive = leg.get("passive") or {}
     spring = (passive.get("provenance") or {}).get("scale", {}).get("source", "")
     if passive.get("scale") == 0.0 and "spring" in spring:
-        found.append(
+        words = (
             "the ankle has no tissue but the spring of the leg's file: a person's resists more or less "
             "(leg.passive.scale)"
         )
+        found.append(Notice("no-tissue", words, subject="leg.passive.scale"))
     shapes = (sources.get("foot_length") or {}).get("kind") == "derived"
     if shapes and scenario.get("gait"):
-        found.append(
+        words = (
             "the leg is an imported one: toe clearance is that of its sole's points, which its shapes tell "
             "unless the file has them"
         )
+        found.append(Notice("imported-sole", words, subject="toe_clearance"))
     return found
 
 
@@ -147,7 +154,7 @@ def doubts(
     scenario: Mapping[str, Any],
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
-) -> list[str]:
+) -> list[Notice]:
     """Strides that are left out, stance that is not to be believed, assumed stiffness that decides.
 
     Parameters are those of `cautions`.
@@ -159,23 +166,23 @@ def doubts(
             if "strides_solved" in metrics
             else _walked(metrics, strides)
         )
-        found.append(f"{NUMBERS} {of}; the wearer walks the first ones too{_from_start(strides)}")
+        words = "the numbers are {of}; the wearer walks the first ones too{start}"
+        found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     slap = metrics.get("foot_slap_velocity")
     recorded = (scenario.get("ground") or {}).get("mode", "recorded") == "recorded"
-    if recorded and slap is not None and slap.value > SLAPS:
-        found.append(
-            f"no floor stops the foot ({slap.value:.0f} °/s): believe swing, not landing "
-            "(--set ground.mode=contact)"
+    if recorded and slap is not None and slap.value > _SLAPS:
+        words = (
+            "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing (--set ground.mode=contact)"
         )
+        found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value))
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
-        found.append(
-            "how far the cuff gives is assumed (orthosis.anchor.shank) and decides: run half and double"
-        )
+        words = "how far the cuff gives is assumed ({subject}) and decides: run half and double"
+        found.append(Notice("cuff-assumed", words, subject="orthosis.anchor.shank"))
     return [*found, *_of_muscles(scenario)]
 
 
-def _of_muscles(scenario: Mapping[str, Any]) -> list[str]:
+def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
     """What is not measured of the muscles' force, by muscle group."""
     found = []
     for name, group in scenario["orthosis"].get("muscle", {}).items():
@@ -183,17 +190,19 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[str]:
         law = muscle["law"]
         numbers = (muscle.get("laws", {}).get(law) or {}).get("provenance") or {}
         kinds = {told["kind"] for told in numbers.values()}
-        if law in IDEAL and not kinds & {"fitted", "published", "measured"}:
-            found.append(
-                f"the {name}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
+        if law in _IDEAL and not kinds & {"fitted", "published", "measured"}:
+            words = (
+                "the {subject}'s law {law} is the braid's geometry alone, an upper bound that nobody has "
                 "measured on this muscle: test it on a stand (afo-sim fit), and expect less"
             )
+            found.append(Notice("ideal-law", words, subject=name, law=law))
         elif kinds and kinds <= {"derived", "assumed"} and muscle.get("grade") == "D":
-            found.append(f"the {name}'s force is derived, not measured: {muscle.get('description', '')}")
+            words = "the {subject}'s force is derived, not measured: {what}"
+            found.append(Notice("derived-force", words, subject=name, what=muscle.get("description", "")))
     return found
 
 
-def of_walker(scenario: Mapping[str, Any]) -> list[str]:
+def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     """What a reader must know of a run's gait cycle: doubts of its import, another mass or height.
 
     Parameters
@@ -209,28 +218,36 @@ def of_walker(scenario: Mapping[str, Any]) -> list[str]:
         cycle = read(find_gait(scenario["gait"]["cycle"]))
     except InputError:
         return []
-    found = [f"the gait cycle was imported with a warning: {warning}" for warning in cycle.warnings]
+    words = "the gait cycle was imported with a warning: {subject}"
+    found = [Notice("gait-import", words, subject=str(warning)) for warning in cycle.warnings]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
-        told = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
-        found.append(told)
+        words = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
+        found.append(Notice("ankle-derived", words, subject="toe_clearance"))
     mass = body_mass(scenario)
-    if abs(cycle.body_mass / mass - 1.0) > SAME_MASS:
-        found.append(
-            f"the recorded walker weighs {cycle.body_mass:.1f} kg, the patient {mass:g} kg: force and moment "
-            "are scaled to the patient (patient.body_mass)"
+    if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
+        words = (
+            "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
+            "are scaled to the patient ({subject})"
         )
+        subject, walker = "patient.body_mass", cycle.body_mass
+        found.append(Notice("walker-mass", words, subject=subject, walker=walker, patient=mass))
     return [*found, *_of_height(cycle, scenario)]
 
 
-def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[str]:
+def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     """A recorded walker's height that is not known, or that is not the patient's."""
     height, leg = body_height(scenario), parse_quantity(scenario["leg"]["body_height"], "m")
     trial = cycle.body_height or leg
-    told = f"is {trial:.2f} m tall" if cycle.body_height else f"is of unknown height, {leg:.2f} m is assumed"
-    if abs(trial / height - 1.0) > SAME_HEIGHT:
-        to = f"the stride is scaled to the patient's {height:.2f} m (patient.body_height)"
-        return [f"the recorded walker {told}: {to}"]
-    return [] if cycle.body_height else [f"the recorded walker {told}, the leg's"]
+    known = bool(cycle.body_height)
+    is_tall = "is {walker:.2f} m tall" if known else "is of unknown height, {walker:.2f} m is assumed"
+    if abs(trial / height - 1.0) > _SAME_HEIGHT:
+        end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m ({{subject}})"
+    elif cycle.body_height:
+        return []
+    else:
+        end = f"{is_tall}, the leg's"
+    words, subject = f"the recorded walker {end}", "patient.body_height"
+    return [Notice("walker-height", words, subject=subject, walker=trial, patient=height)]
 
 
 def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Metric]]) -> str:
@@ -238,7 +255,7 @@ def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Me
     last, counted = max(strides, default=0), round(float(metrics["strides_counted"]))
     changes = [
         f"{number(metrics[name].value, metrics[name].unit, signed=True)} {unit} of {what}"
-        for name, unit, what in CHANGES
+        for name, unit, what in _CHANGES
         if name in metrics
     ]
     if counted < 2 or not changes:

@@ -8,31 +8,78 @@ import numpy as np
 
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait import norm as gait_norm
-from afo_sim.show.air_panels import set_pressure, volumes
-from afo_sim.show.line import marked as marked
-from afo_sim.show.line import mean_and_spread as mean_and_spread
-from afo_sim.show.run_view import PERCENT, PHASE, Over, RunView
+from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
 from afo_sim.show.style import (
+    BLUE,
+    COLOURS,
     GREY,
     LINE_STYLES,
     MOMENT_STYLES,
     MOMENTS,
+    MOUNTINGS,
     NORM,
+    ORANGE,
     SOLE,
     STANCE,
     ZERO,
     plain,
 )
-from afo_sim.show.unknown_band import unknown_band
+
+_MARKER_EVERY = 0.13  # of the axis' diagonal, from marker to marker
+
+
+def mean_and_spread(
+    axis: Any,
+    values: np.ndarray,
+    colour: str,
+    label: str | None,
+    x: np.ndarray,
+    style: Any = "-",
+    marker: str | None = None,
+) -> None:
+    """Mean of the strides as a line, lowest to highest as a band; one row is a line.
+
+    Units: x (n,).
+    """
+    if len(values) > 1:
+        low, high = values.min(axis=0), values.max(axis=0)
+        axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
+    axis.plot(x, values.mean(axis=0), color=colour, ls=style, label=label, zorder=3, **marked(x, marker))
+
+
+def marked(x: np.ndarray, marker: str | None) -> dict[str, Any]:
+    """Markers of a line at every MARKER_EVERY of the axis' width; a dot for a single row."""
+    if len(x) == 1:
+        return {"marker": "."}
+    return {"marker": marker, "markevery": _MARKER_EVERY, "ms": 3.2} if marker else {}
+
+
+_UNKNOWN = "uncertainty"
+UNKNOWN_LABEL = "5–95 % of what is not known"
+_UNKNOWN_DASHES = (0, (1.5, 1.5))
+
+
+def unknown_band(axis: Any, run: RunView, column: str, scale: float = 1.0, colour: str | None = None) -> None:
+    """5 to 95 % of a column over the gait cycle, light, with dotted edges; nothing where none were drawn."""
+    study = run.recording.studies.get(_UNKNOWN) or {}
+    curves = study.get("curves", {}).get(column)
+    if curves is None:
+        return
+    low, _, high = (np.interp(PHASE, study["phase"], scale * np.array(quantile)) for quantile in curves)
+    paint = run.colour if colour is None else colour
+    axis.fill_between(PERCENT, low, high, color=paint, alpha=0.1, lw=0.0, zorder=1.5, label=UNKNOWN_LABEL)
+    for edge in (low, high):
+        axis.plot(PERCENT, edge, color=paint, lw=0.7, ls=_UNKNOWN_DASHES, zorder=1.6)
+
 
 HEALTHY = {"color": "black", "lw": 1.0, "ls": (0, (3, 2)), "zorder": 4}  # line of who walked
 NORM_LABEL = "norm: published means"
-COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
-STILL = 1e-6  # range below which an angle is no motion [deg]
-LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
-SETTLED = "settled"  # beside the line at which settled strides begin
-REFERENCE = "controller/reference"
-OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
+_COINCIDENCE = 1e-3  # of the largest value: curves nearer than this are drawn as one
+_STILL = 1e-6  # range below which an angle is no motion [deg]
+_LEAST_SPAN = 0.1  # that an axis of angles shows [deg]
+_SETTLED = "settled"  # beside the line at which settled strides begin
+_REFERENCE = "controller/reference"
+_OF_WALKING = ("biological", "ground", "frame")  # moments that are left out elsewhere, where they are zero
 
 
 def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
@@ -53,8 +100,8 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     if first.walks and (over == "cycle" or len(runs) == 1):
         x, values = first.curves("gait/ankle_angle", over)
         axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.healthy)
-    if over == "time" and len(runs) == 1 and REFERENCE in first.recording.columns:
-        reference = np.degrees(first.recording[REFERENCE])
+    if over == "time" and len(runs) == 1 and _REFERENCE in first.recording.columns:
+        reference = np.degrees(first.recording[_REFERENCE])
         axis.step(
             first.recording["time"], reference, where="post", color=GREY, lw=0.8, ls=":", label="asked for"
         )
@@ -73,11 +120,11 @@ def _directions(run: RunView, over: Over) -> str:
 def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
     """Rounding errors of a joint that does not move fill no axis, and a word says that it is still."""
     ranges = [np.ptp(np.degrees(run.recording["ankle/angle"])) for run in runs]
-    if max(ranges) < STILL:
+    if max(ranges) < _STILL:
         axis.annotate("does not move", (0.5, 0.08), xycoords="axes fraction", ha="center", color="0.4")
     low, high = axis.get_ylim()
-    if high - low < LEAST_SPAN:
-        axis.set_ylim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))
+    if high - low < _LEAST_SPAN:
+        axis.set_ylim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
 
 
 def _mark_range(axis: Any, run: RunView) -> None:
@@ -99,7 +146,7 @@ def moments(axis: Any, runs: Sequence[RunView]) -> None:
             if absent or f"ankle/moment/{name}" not in run.recording.columns:
                 continue
             time, values = run.curves(f"ankle/moment/{name}", "time")
-            if name in OF_WALKING and not run.walks and not values.any():
+            if name in _OF_WALKING and not run.walks and not values.any():
                 continue
             style = MOMENT_STYLES.get(name, "-") if single else run.style
             mean_and_spread(axis, values, colour, name if single else run.name, time, style)
@@ -130,7 +177,7 @@ def _healthy_heights(run: RunView) -> dict[str, np.ndarray]:
 def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run; thin, those of volumes in its air path."""
     run = runs[0]
-    set_pressure(axis, run, over)
+    _set_pressure(axis, run, over)
     x, supply = run.curves("supply/pressure", over)
     axis.plot(x, 1e-5 * supply.mean(axis=0), color=GREY, lw=0.8, ls="--", label="supply")
     for name in run.chambers:
@@ -193,7 +240,7 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
     muscles = [f"{group}_{k}" for k in range(1, count + 1)]
     for quantity in quantities:
         values = np.array([run.recording[f"muscle/{muscle}/{quantity}"] for muscle in muscles])
-        if np.ptp(values, axis=0).max() > COINCIDENCE * np.abs(values).max():
+        if np.ptp(values, axis=0).max() > _COINCIDENCE * np.abs(values).max():
             labels = [f"{name} {k}" for k in range(1, count + 1)]
             return list(zip(labels, muscles, itertools.cycle(LINE_STYLES)))
     return [(name if count == 1 else f"{name} 1–{count}", muscles[0], "-")]
@@ -218,11 +265,11 @@ def shade_stance(axis: Any, run: RunView) -> None:
 def _mark_settled(axis: Any, time: float) -> None:
     whole = axis.get_xaxis_transform()
     axis.vlines(time, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
-    if any(text.get_text() == SETTLED for other in axis.figure.axes for text in other.texts):
+    if any(text.get_text() == _SETTLED for other in axis.figure.axes for text in other.texts):
         return
     look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 8.0, "color": "0.3"}
     look |= {"zorder": 6, "bbox": {"facecolor": "white", "alpha": 0.85, "lw": 0.0, "pad": 0.6}}
-    axis.annotate(SETTLED, (time, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
+    axis.annotate(_SETTLED, (time, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
 
 
 def keys(axes: Iterable[Any]) -> dict[str, Any]:
@@ -246,3 +293,141 @@ def legend(figure: Any, axes: Iterable[Any]) -> None:
     found = keys(axes)
     if found:
         figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=3)
+
+
+# The air before and behind the chambers: volumes, flow of the supply, the source.
+_THIN = 0.75  # of the lines of volumes beside chambers
+_VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
+_FLOWS = {  # of an orthosis' air: name, colour, style
+    "supply/mass_flow": ("from the supply", BLUE, "-"),
+    "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
+}
+_ALIKE = 1e-3  # of the set pressure: a supply that stays this near to it is drawn once
+_PER_MINUTE = 6e4  # l/min in a m³/s
+_ICE = 273.15  # [K]
+QUANTITIES = ("pressure", "mass", "temperature")  # of a source
+
+
+def volumes(axis: Any, run: RunView, over: Over) -> None:
+    """Pressure in each volume of a run's air path, in thin lines."""
+    free = COLOURS[len(run.colours) :] or COLOURS
+    looks = itertools.cycle(zip(free, itertools.cycle(LINE_STYLES[1:]), strict=False))
+    for name, label in run.volumes.items():
+        chamber = next((each for each in run.chambers if label.startswith(f"{each}, ")), None)
+        colour, style = (run.colours[chamber], _VALVE_END) if chamber else next(looks)
+        x, values = run.curves(f"volume/{name}/pressure", over)
+        look = {"color": colour, "ls": style, "lw": _THIN, "label": plain(label), "zorder": 4}
+        axis.plot(x, 1e-5 * values.mean(axis=0), **look)
+
+
+def _set_pressure(axis: Any, run: RunView, over: Over) -> None:
+    """The pressure that a run's supply is set to, where the supply does not hold it."""
+    if SET_PRESSURE not in run.recording.columns:
+        return
+    wanted, had = (run.recording[name] for name in (SET_PRESSURE, "supply/pressure"))
+    if np.abs(wanted - had).max(initial=0.0) > _ALIKE * np.abs(wanted).max(initial=0.0):
+        x, values = run.curves(SET_PRESSURE, over)
+        axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=_THIN, ls=":", label="supply, set")
+
+
+def has_flow(run: RunView) -> bool:
+    """Whether a run has an air path, and tells the flow into it and out of it."""
+    return run.has_network and tells_flow(run)
+
+
+def tells_flow(run: RunView) -> bool:
+    """Whether a run tells the flow from its supply or to the ambient air."""
+    return any(name in run.recording.columns for name in _FLOWS)
+
+
+def air_flow(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Flow from the supply and to the ambient air, as free air (ANR)."""
+    run = runs[0]
+    litres = _PER_MINUTE / run.gas.free_density
+    for name, (label, colour, style) in _FLOWS.items():
+        if name in run.recording.columns:
+            x, values = run.curves(name, over)
+            mean_and_spread(axis, litres * values, colour, label, x, style)
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
+    axis.set_ylabel("air flow\n[l/min ANR]")
+
+
+def source(axis: Any, run: RunView, quantity: str) -> None:
+    """Pressure, mass or temperature of what is in a run's bottle, cartridge or tank, over time."""
+    time, values = run.curves(f"{run.source}/{quantity}", "time")
+    scaled, label = {
+        "pressure": (1e-5 * values, "gauge pressure\n[bar]"),
+        "mass": (1e3 * values, "content\n[g]"),
+        "temperature": (values - _ICE, "temperature\n[°C]"),
+    }[quantity]
+    mean_and_spread(axis, scaled, run.colour, run.name, time, run.style)
+    axis.ticklabel_format(axis="y", useOffset=False)
+    axis.set_ylabel(label)
+
+
+# Muscles and what they depend on: own contraction beside the path's, cuff and plate.
+_PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
+_SLACK = ":"  # line style of a muscle that pulls on nothing
+_NAMES = {"shank": "cuff", "foot": "plate"}  # of the anchors
+
+
+def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path.
+
+    A path's contraction is that of a muscle on rigid cable, cuff and plate. Where a muscle is shorter, they
+    give; where it is longer, its cable hangs slack. A group is drawn once where its muscles coincide.
+    """
+    run = runs[0]
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    for group in run.groups:
+        colour = run.colours[group]
+        for label, muscle, _ in group_curves(run, group, "contraction", "path_length"):
+            x, own = run.curves(f"muscle/{muscle}/contraction", over)
+            _, force = run.curves(f"muscle/{muscle}/force", over)
+            look = {"color": colour, "zorder": 3, **marked(x, run.markers[group])}
+            _own(axis, x, 100.0 * own, force.max(axis=0) <= 0.0, label, look)
+            path = run.path_contraction(group, muscle, over)
+            axis.plot(x, 100.0 * path.mean(axis=0), color=colour, **_PATH)
+    axis.plot([], [], color="0.4", ls=_SLACK, label="slack")
+    axis.plot([], [], color="0.4", lw=_PATH["lw"], label="of its path")
+    axis.set_ylabel("contraction\n[%]")
+    if over == "time":
+        shade_stance(axis, run)
+
+
+def _own(
+    axis: Any, x: np.ndarray, values: np.ndarray, slack: np.ndarray, label: str, look: dict[str, Any]
+) -> None:
+    """A muscle's curves, with a dotted mean where it is slack in every one of them."""
+    if len(values) > 1:
+        low, high = values.min(axis=0), values.max(axis=0)
+        axis.fill_between(x, low, high, color=look["color"], alpha=0.25, lw=0.0, zorder=2)
+    mean = values.mean(axis=0)
+    if slack.all() or len(x) == 1:
+        axis.plot(x, mean, ls=_SLACK, label=label, **look)
+        return
+    reach = slack.copy()  # up to the first taut row, so that no gap is seen
+    reach[1:] |= slack[:-1]
+    reach[:-1] |= slack[1:]
+    axis.plot(x, np.where(slack, np.nan, mean), label=label, **look)
+    axis.plot(x, np.where(reach, mean, np.nan), color=look["color"], ls=_SLACK, zorder=3)
+
+
+def displacements(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """How far the cuff and the plate of a run give along the pull of the muscles."""
+    _mountings(axis, runs[0], over, "displacement", 1e3)
+    axis.set_ylabel("mounting gives\n[mm]")
+
+
+def pulls(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
+    """Pull of all muscles of a run on its cuff and on its plate."""
+    _mountings(axis, runs[0], over, "force", 1.0)
+    axis.set_ylabel("pull on the\nmounting [N]")
+
+
+def _mountings(axis: Any, run: RunView, over: Over, quantity: str, factor: float) -> None:
+    for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
+        x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
+        mean_and_spread(axis, factor * values, MOUNTINGS[anchor], _NAMES[anchor], x, style)
+    if over == "time":
+        shade_stance(axis, run)

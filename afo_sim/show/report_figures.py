@@ -15,21 +15,20 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show import air_panels, muscle_panels, panels, walk_panels
-from afo_sim.show.contrast import ink
+from afo_sim.show import panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
-from afo_sim.show.style import STYLE, plain
+from afo_sim.show.style import STYLE, ink, plain
 
 WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
-KEY = (0.36, 0.13)  # of a legend's sample [inch]
-MINUS = str.maketrans("-", "−")
+_KEY = (0.36, 0.13)  # of a legend's sample [inch]
+_MINUS = str.maketrans("-", "−")
 
-MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
+_MusclePanel = Callable[[Any, Sequence[RunView], Over], None]
 Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for each panel
 
 
 @dataclass(frozen=True)
-class Drawing:
+class _Drawing:
     """One figure of a report, with its caption.
 
     panels : SVG text of each
@@ -42,7 +41,7 @@ class Drawing:
     text: str
 
 
-def svgs(
+def _svgs(
     name: str, count: int, height: float, title: str, fill: Callable[[Sequence[Any]], None]
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
     """Draw panels as SVG elements that need nothing outside themselves, and their common legend.
@@ -89,7 +88,7 @@ def described(figure: Any) -> str:
         for line in axis.lines:
             label, values = str(line.get_label()), np.asarray(line.get_ydata(), float)
             if not label.startswith("_") and np.isfinite(values).any():
-                low, high = (f"{end(values):.3g}".translate(MINUS) for end in (np.nanmin, np.nanmax))
+                low, high = (f"{end(values):.3g}".translate(_MINUS) for end in (np.nanmin, np.nanmax))
                 ranges.append(f"{_unescaped(label)} {low} to {high}")
         words = (" ".join(text.split()) for text in (axis.get_title(loc="left"), axis.get_ylabel()) if text)
         if ranges:
@@ -108,7 +107,7 @@ def _sample(name: str, handle: Any) -> str:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Rectangle
 
-    figure = Figure(figsize=KEY)
+    figure = Figure(figsize=_KEY)
     if isinstance(handle, Line2D):
         line = Line2D([0.0, 0.5, 1.0], [0.5, 0.5, 0.5])
         line.update_from(handle)
@@ -141,7 +140,7 @@ def draw_clearance(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Pressures and, below, valves of each run: over the gait cycle or over time."""
-    flowing = any(air_panels.has_flow(run) for run in runs)
+    flowing = any(panels.has_flow(run) for run in runs)
     for figure, run in zip(figures, runs, strict=True):
         heights = [2.2, 1.2, 1.0] if flowing else [2.2, 1.0]
         pressure, *between, lanes = figure.subplots(len(heights), 1, height_ratios=heights, sharex=True)
@@ -160,23 +159,23 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
     panels.share_scale([figure.axes[0] for figure in figures])
     if flowing:
         drawn = zip(figures, runs, strict=True)
-        panels.share_scale([figure.axes[1] for figure, run in drawn if air_panels.tells_flow(run)])
+        panels.share_scale([figure.axes[1] for figure, run in drawn if panels.tells_flow(run)])
 
 
 def _flow(axis: Any, run: RunView, over: Over) -> None:
     """The air's flow; nothing of a recording that does not tell it."""
-    if air_panels.tells_flow(run):
-        air_panels.air_flow(axis, [run], over)
+    if panels.tells_flow(run):
+        panels.air_flow(axis, [run], over)
     else:
         axis.set_axis_off()
 
 
 def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
     """What is in the bottle, cartridge or tank of each run, over time."""
-    for figure, quantity in zip(figures, air_panels.QUANTITIES, strict=True):
+    for figure, quantity in zip(figures, panels.QUANTITIES, strict=True):
         axis = figure.subplots()
         for run in runs:
-            air_panels.source(axis, run, quantity)
+            panels.source(axis, run, quantity)
         axis.set_xlabel("time [s]")
         axis.margins(y=0.1)
 
@@ -196,11 +195,11 @@ def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "
         panels.share_scale(row)
 
 
-def muscle_rows(runs: Sequence[RunView]) -> list[MusclePanel]:
+def muscle_rows(runs: Sequence[RunView]) -> list[_MusclePanel]:
     """The panels of muscles that any of some runs has."""
-    rows: list[MusclePanel] = [muscle_panels.contractions, panels.forces]
+    rows: list[_MusclePanel] = [panels.contractions, panels.forces]
     if any(run.anchors for run in runs):
-        rows += [muscle_panels.displacements, muscle_panels.pulls]
+        rows += [panels.displacements, panels.pulls]
     return rows
 
 
@@ -245,13 +244,13 @@ def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
         axis.set_xlabel("time [s]")
 
 
-ANKLE = (
+_ANKLE = (
     "Ankle angle and whole internal ankle moment",
     "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
     "moment, children's among them. Dashed: the healthy walking that drives the run. The moment is the sum "
     "of muscles, tissue and orthosis.",
 )
-CLEARANCE = (
+_CLEARANCE = (
     "Height of the outsole above the floor in swing",
     "Left the lowest of heel, ball, pulp and tip, right the ball alone, from toe-off to heel strike, above "
     "the floor on which the same outsole stands flat. The dot is the clearance: the minimum while the foot's "
@@ -259,78 +258,78 @@ CLEARANCE = (
     "assumed. Dashed: this foot with the healthy ankle angle. Below the floor is a trip, unless the dashed "
     "line is there, too.",
 )
-PRESSURES = (
+_PRESSURES = (
     "Pressures and valves",
     "Pressure in each chamber above the surrounding air, and the opening of its valves.",
 )
-FLOW = (
+_FLOW = (
     " Thin: volumes on the way from the supply to the chambers. Air flow: what the supply gives and what "
     "leaves to the ambient air, in litres of free air (ANR: 20 °C, 1 bar)."
 )
-SOURCES = (
+_SOURCES = (
     "Source of air",
     "What is in the bottle, cartridge or tank over time: its pressure above the surrounding air, its mass, "
     "and its temperature.",
 )
-MUSCLES = (
+_MUSCLES = (
     "Muscles, cuff and plate",
     "Contraction: solid the muscle's own, dotted where it is slack; thin that which its path would give on "
     "a rigid cable, cuff and plate. Where a muscle is shorter than its path asks, they give; where it is "
     "longer, its cable hangs slack. The mounting gives along the pull of all muscles on it.",
 )
-TORQUE = (
+_TORQUE = (
     "Torque needed and torque available",
     "Needed: the torque of a healthy ankle's muscles in this walking, less the torque that the patient's own "
     "muscles still give. Orthosis torque outside the grey area is not needed there.",
 )
-WORK = (
+_WORK = (
     "Power and work of the orthosis",
     "Torque times ankle velocity, per kilogram of body mass: given to the ankle, or taken from it as by a "
     "brake.",
 )
-TIME = ("Angle and moments over time", "Of several runs, the moment is the orthosis'.")
+_TIME = ("Angle and moments over time", "Of several runs, the moment is the orthosis'.")
 
 
-def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[Drawing]:
+def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The figures of runs that walk at least one whole stride."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("ankle", 2, 2.8, draw_ankle, runs, ANKLE)
-    yield _figure("clearance", 2, 2.8, draw_clearance, runs, CLEARANCE)
+    yield _figure("ankle", 2, 2.8, draw_ankle, runs, _ANKLE)
+    yield _figure("clearance", 2, 2.8, draw_clearance, runs, _CLEARANCE)
     if worn:
         yield _pressures("pressures", worn, "cycle")
-        yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, MUSCLES)
-    yield _figure("torque", len(runs), 2.8, draw_torque, runs, TORQUE)
+        yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, _MUSCLES)
+    yield _figure("torque", len(runs), 2.8, draw_torque, runs, _TORQUE)
     if worn:
-        yield _figure("work", 2, 2.6, draw_work, worn, WORK)
+        yield _figure("work", 2, 2.6, draw_work, worn, _WORK)
     yield from _sources(runs)
 
 
-def figures_over_time(runs: Sequence[RunView]) -> Iterator[Drawing]:
+def figures_over_time(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The figures of all other runs."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("time", 2, 2.6, draw_over_time, runs, TIME)
+    yield _figure("time", 2, 2.6, draw_over_time, runs, _TIME)
     if worn:
         yield _pressures("air", worn, "time")
         yield _figure(
-            "fibres", len(worn), _muscles_tall(worn), partial(draw_muscles, over="time"), worn, MUSCLES
+            "fibres", len(worn), _muscles_tall(worn), partial(draw_muscles, over="time"), worn, _MUSCLES
         )
     yield from _sources(runs)
 
 
-def _pressures(name: str, runs: Sequence[RunView], over: Over) -> Drawing:
+def _pressures(name: str, runs: Sequence[RunView], over: Over) -> _Drawing:
     """Pressures and valves, with the air's flow where any run has an air path."""
-    flowing = any(air_panels.has_flow(run) for run in runs)
-    caption = (PRESSURES[0], PRESSURES[1] + (FLOW if flowing else ""))
+    flowing = any(panels.has_flow(run) for run in runs)
+    caption = (_PRESSURES[0], _PRESSURES[1] + (_FLOW if flowing else ""))
     height = 4.2 if flowing else 3.1
     return _figure(name, len(runs), height, partial(draw_pressures, over=over), runs, caption)
 
 
-def _sources(runs: Sequence[RunView]) -> Iterator[Drawing]:
+def _sources(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The sources of runs that have one."""
     with_source = [run for run in runs if run.source]
     if with_source:
         kind = "walked" if with_source[0].walks else "sat"
-        yield _figure(f"sources-{kind}", 3, 2.2, draw_sources, with_source, SOURCES)
+        yield _figure(f"sources-{kind}", 3, 2.2, draw_sources, with_source, _SOURCES)
 
 
 def _muscles_tall(runs: Sequence[RunView]) -> float:
@@ -340,7 +339,7 @@ def _muscles_tall(runs: Sequence[RunView]) -> float:
 
 def _figure(
     name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], caption: tuple[str, str]
-) -> Drawing:
+) -> _Drawing:
     title, text = caption
-    drawn, keys = svgs(name, count, height, title, lambda figures: draw(figures, runs))
-    return Drawing(drawn, keys, title, text)
+    drawn, keys = _svgs(name, count, height, title, lambda figures: draw(figures, runs))
+    return _Drawing(drawn, keys, title, text)

@@ -3,24 +3,61 @@
 import functools
 import itertools
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import together
-from afo_sim.show import air_panels, muscle_panels, panels
-from afo_sim.show.electronics_panel import electronics, told
+from afo_sim.control.controller import TOLD
+from afo_sim.show import panels
+from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
-from afo_sim.show.style import FORMATS, SCALE, SCALE_END, paragraph, write_figure
+from afo_sim.show.style import (
+    COLOURS,
+    FORMATS,
+    LINE_STYLES,
+    SCALE,
+    SCALE_END,
+    paragraph,
+    plain,
+    write_figure,
+)
+from afo_sim.simulation.columns import SENSOR
 from afo_sim.simulation.recording import Recording
 
-LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
-LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
-SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
+_PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
 
-Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
+
+def plain_numbers(recording: Recording) -> list[str]:
+    """Columns of a controller, and of sensors, that are plain numbers."""
+    sensors = [
+        name for name in recording.columns if name.startswith(SENSOR) and recording.describe(name)[0] == ""
+    ]
+    return [name for name in _PLAIN if name in recording.columns] + sensors
+
+
+def electronics(axis: Any, runs: Sequence[RunView]) -> None:
+    """What the electronics of a run tell in plain numbers: state, phase, output, activation, switches."""
+    run = runs[0]
+    styles = itertools.cycle(zip(COLOURS, itertools.cycle(LINE_STYLES)))
+    for name, (colour, style) in zip(plain_numbers(run.recording), styles, strict=False):
+        values = run.recording[name]
+        if np.isfinite(values).any():
+            label = plain(name.removeprefix("controller/"))
+            axis.step(
+                run.recording["time"], values, where="post", color=colour, ls=style, lw=0.9, label=label
+            )
+    axis.set_ylabel("electronics\n[1]")
+    shade_stance(axis, run)
+
+
+_LEAST_SPAN = 1.0  # that an axis of contractions shows [%]
+_LOOP_POINTS = 600  # of a force-contraction curve, evenly spaced on the page
+_SMALL = (3.6, 2.5)  # of a figure of one panel [inch]
+
+_Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
@@ -41,29 +78,29 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
         The recording has no rows, or the suffix is no format.
     """
     run = alone(recording)
-    rows: list[Panel] = [panels.angle, panels.moments]
+    rows: list[_Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
     if run.groups:
-        rows += [panels.pressures, *flows(run), panels.valves, panels.forces, muscle_panels.contractions]
-    rows += [muscle_panels.displacements] if run.anchors else []
-    rows += [electronics] if told(recording) else []
+        rows += [panels.pressures, *flows(run), panels.valves, panels.forces, panels.contractions]
+    rows += [panels.displacements] if run.anchors else []
+    rows += [electronics] if plain_numbers(recording) else []
     size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
 
 
 def draw_angle(recording: Recording, path: pathlib.Path) -> None:
     """Draw the ankle angle over time; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.angle,)), SMALL, alone(recording), path)
+    _draw(functools.partial(_stack, rows=(panels.angle,)), _SMALL, alone(recording), path)
 
 
 def draw_torque(recording: Recording, path: pathlib.Path) -> None:
     """Draw the moments about the ankle over time; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.moments,)), SMALL, alone(recording), path)
+    _draw(functools.partial(_stack, rows=(panels.moments,)), _SMALL, alone(recording), path)
 
 
 def draw_clearance(recording: Recording, path: pathlib.Path) -> None:
     """Draw the heights of toe and ball in walking; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.sole,)), SMALL, alone(recording), path)
+    _draw(functools.partial(_stack, rows=(panels.sole,)), _SMALL, alone(recording), path)
 
 
 def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
@@ -79,8 +116,8 @@ def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
     Parameters and errors as in `draw_run`.
     """
     run = alone(recording)
-    rows: list[Panel] = [muscle_panels.contractions, panels.forces]
-    rows += [muscle_panels.displacements, muscle_panels.pulls] if run.anchors else []
+    rows: list[_Panel] = [panels.contractions, panels.forces]
+    rows += [panels.displacements, panels.pulls] if run.anchors else []
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), (7.1, 0.8 + 1.6 * len(rows)), run, path)
 
 
@@ -90,13 +127,13 @@ def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
     _draw(_force_contraction, (1.1 + 3.0 * len(run.groups), 2.9), run, path)
 
 
-def flows(run: RunView) -> list[Panel]:
+def flows(run: RunView) -> list[_Panel]:
     """The panel of the air's flow, where a run has an air path."""
-    return [_air_flow] if air_panels.has_flow(run) else []
+    return [_air_flow] if panels.has_flow(run) else []
 
 
 def _air_flow(axis: Any, runs: list[RunView]) -> None:
-    air_panels.air_flow(axis, runs)
+    panels.air_flow(axis, runs)
     panels.shade_stance(axis, runs[0])
 
 
@@ -151,7 +188,7 @@ def _draw(fill: Callable[..., None], size: tuple[float, float], run: RunView, pa
     write_figure(path, size, functools.partial(fill, run=run))
 
 
-def _stack(figure: Any, run: RunView, rows: tuple[Panel, ...], title: bool = False) -> None:
+def _stack(figure: Any, run: RunView, rows: tuple[_Panel, ...], title: bool = False) -> None:
     """Panels under one another on one time axis."""
     heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
@@ -194,8 +231,8 @@ def _force_contraction(figure: Any, run: RunView) -> None:
             _loop(axis, contraction, recording[f"muscle/{muscle}/force"], pressure, colour, run.first_solved)
         axis.margins(0.06)
         low, high = axis.get_xlim()
-        if high - low < LEAST_SPAN:  # a muscle that never leaves its rest
-            axis.set_xlim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))
+        if high - low < _LEAST_SPAN:  # a muscle that never leaves its rest
+            axis.set_xlim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
         axis.set_title(", ".join(label for label, _, _ in curves), loc="left")
         axis.set_xlabel("contraction [%]")
     axes[0].set_ylabel("muscle force [N]")
@@ -210,7 +247,7 @@ def _loop(
 
     steps = np.hypot(np.diff(x) / (np.ptp(x) or 1.0), np.diff(y) / (np.ptp(y) or 1.0))
     way = np.r_[0.0, np.cumsum(steps)]
-    even = np.searchsorted(way, np.linspace(0.0, way[-1], LOOP_POINTS))
+    even = np.searchsorted(way, np.linspace(0.0, way[-1], _LOOP_POINTS))
     rows = np.unique(np.r_[even, x.argmin(), x.argmax(), y.argmin(), y.argmax()])
     points = np.column_stack([x, y])[rows]
     segments = np.stack([points[:-1], points[1:]], axis=1)

@@ -23,15 +23,15 @@ from afo_sim.simulation.recording import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE
-MEAN_CURVE = "curve of"  # begins the note of a gait that is the mean curve of several people
-ADULTS, TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "healthy walking"
+_MEAN_CURVE = "curve of"  # begins the note of a gait that is the mean curve of several people
+_ADULTS, _TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "healthy walking"
 ANCHOR = r"cuff/\w+/displacement"
-VOLUME = r"volume/([\w-]+)/pressure"
-OPENING = r"valve/([\w-]+)/opening"
-SIDES = {"inlet": 1.0, "outlet": 0.5}  # valves of a chamber, with the opacity of their lanes
+_VOLUME = r"volume/([\w-]+)/pressure"
+_OPENING = r"valve/([\w-]+)/opening"
+_SIDES = {"inlet": 1.0, "outlet": 0.5}  # valves of a chamber, with the opacity of their lanes
 SET_PRESSURE = "supply/set_pressure"
 
-NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
+_NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
 
 Over = Literal["time", "cycle"]  # the abscissa
 
@@ -130,7 +130,7 @@ class RunView:
 
         A regulator's outlet is left out where the recording tells the supply's own pressure.
         """
-        found = [m[1] for name in self.recording.columns if (m := re.fullmatch(VOLUME, name))]
+        found = [m[1] for name in self.recording.columns if (m := re.fullmatch(_VOLUME, name))]
         names = {VALVE_END.format(chamber): f"{chamber}, valve end" for chamber in self.chambers}
         names |= {TUBE_END.format(chamber): f"{chamber}, tube end" for chamber in self.chambers}
         names[OUTLET] = "regulator's outlet"
@@ -140,8 +140,8 @@ class RunView:
     @property
     def lanes(self) -> list[tuple[str, str, float]]:
         """(valve, its chamber or "", opacity) of every valve: chambers' in their order, then all others."""
-        found = [(f"{c}_{side}", c, shade) for c in self.chambers for side, shade in SIDES.items()]
-        valves = [m[1] for name in self.recording.columns if (m := re.fullmatch(OPENING, name))]
+        found = [(f"{c}_{side}", c, shade) for c in self.chambers for side, shade in _SIDES.items()]
+        valves = [m[1] for name in self.recording.columns if (m := re.fullmatch(_OPENING, name))]
         named = {valve for valve, _, _ in found}
         return [*found, *((valve, "", 1.0) for valve in valves if valve not in named)]
 
@@ -154,7 +154,7 @@ class RunView:
     @property
     def has_network(self) -> bool:
         """True where something lies between endless air and the valves, or behind them."""
-        return any(name.startswith(NETWORK) for name in self.recording.columns)
+        return any(name.startswith(_NETWORK) for name in self.recording.columns)
 
     @property
     def gas(self) -> Gas:
@@ -184,7 +184,7 @@ class RunView:
             mean = read(find_gait(str(self.recording.scenario["gait"]["cycle"]))).notes.get("mean", "")
         except InputError:
             return UNKNOWN
-        return ADULTS if mean.startswith(MEAN_CURVE) else TRIAL
+        return _ADULTS if mean.startswith(_MEAN_CURVE) else _TRIAL
 
     def cycles(self, column: str) -> np.ndarray:
         """A column over PHASE, one row for each stride (strides, 201)."""

@@ -13,13 +13,13 @@ from afo_sim.study.scales import human_scale
 from afo_sim.study.search.aim import OBJECTIVE, Limit
 from afo_sim.study.search.loop import Columns, Problem, best_of
 
-LABEL = 24  # characters of a line beside an axis
-ACROSS = 3  # panels side by side
-PANEL = (2.5, 2.0)  # [inch]
-NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
-KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
+_LABEL = 24  # characters of a line beside an axis
+_ACROSS = 3  # panels side by side
+_PANEL = (2.5, 2.0)  # [inch]
+_NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
+_KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
 BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
-BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
+_BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
 
 
 def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, path: pathlib.Path) -> None:
@@ -38,9 +38,9 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
 
     aim = problem.aim
     count = 1 + len(aim.limits) + len(problem.parameters)
-    rows, across = -(-count // ACROSS), min(count, ACROSS)
+    rows, across = -(-count // _ACROSS), min(count, _ACROSS)
     with rc_context(STYLE):
-        figure = Figure((PANEL[0] * across, PANEL[1] * rows + 0.5), layout="constrained")
+        figure = Figure((_PANEL[0] * across, _PANEL[1] * rows + 0.5), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
         so_far = _best_so_far(problem, columns)
@@ -70,8 +70,8 @@ def _dots(
 ) -> None:
     """All designs' values; grey those that violate something, a line along the best where `shown`."""
     generation, keeps = columns["generation"] + 1, problem.aim.feasible(columns)
-    axis.plot(generation[~keeps], values[~keeps], label="violates a limit or constraint", zorder=2, **NOT)
-    axis.plot(generation[keeps], values[keeps], label="feasible", zorder=3, **KEEPS)
+    axis.plot(generation[~keeps], values[~keeps], label="violates a limit or constraint", zorder=2, **_NOT)
+    axis.plot(generation[keeps], values[keeps], label="feasible", zorder=3, **_KEEPS)
     line = np.where(shown, values[so_far], np.nan)
     axis.plot(np.arange(1, len(so_far) + 1), line, label="best so far", zorder=4, **BEST)
     axis.set_xlim(0.5, len(so_far) + 0.5)
@@ -99,7 +99,7 @@ def _limit(
     so_far: np.ndarray,
 ) -> None:
     _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, np.full(len(so_far), True))
-    axis.axhline(limit.bound, zorder=1, **BOUND)
+    axis.axhline(limit.bound, zorder=1, **_BOUND)
     axis.set_ylabel(_title(limit.metric, units))
     title = f"kept by {100.0 * limit.share:.3g} %; limit dashed"
     axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
@@ -125,4 +125,4 @@ def _title(metric: str, units: Mapping[str, str]) -> str:
         plain(metric_words.words(metric).label),
         metric_words.UNITS.get(units[metric], units[metric]),
     )
-    return textwrap.fill(f"{label} [{unit}]" if unit else label, LABEL)
+    return textwrap.fill(f"{label} [{unit}]" if unit else label, _LABEL)

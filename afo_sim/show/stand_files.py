@@ -9,11 +9,11 @@ from afo_sim.lab.bench.stand import Stand
 from afo_sim.lab.bench.table import write_csv, write_parquet, write_summary
 from afo_sim.show.stand_figure import draw_trials
 
-TABLES = {".csv": write_csv, ".parquet": write_parquet}
+_TABLES = {".csv": write_csv, ".parquet": write_parquet}
 
 
 @dataclass(frozen=True)
-class Target:
+class _Target:
     """A place for files: a folder, their stem, and the formats of the table."""
 
     folder: pathlib.Path
@@ -25,7 +25,7 @@ class Target:
         return self.folder / f"{self.stem}{suffix}"
 
 
-def target(out: pathlib.Path, kind: str) -> Target:
+def target(out: pathlib.Path, kind: str) -> _Target:
     """The place that `out` names: a table, or a folder for both tables.
 
     Raises
@@ -34,17 +34,17 @@ def target(out: pathlib.Path, kind: str) -> Target:
         A file of another kind is asked for, or one table for several tests ("all").
     """
     suffix = out.suffix.lower()
-    if suffix in TABLES and kind != "all":
-        return Target(out.parent, out.stem, (suffix,))
+    if suffix in _TABLES and kind != "all":
+        return _Target(out.parent, out.stem, (suffix,))
     if suffix and not out.is_dir():
-        problem, allowed = ("is no table", "a name ending in .csv or .parquet, or a folder")
-        if suffix in TABLES:
+        problem, allowed = ("is not a table", "a name ending in .csv or .parquet, or a folder")
+        if suffix in _TABLES:
             problem, allowed = "is one table", "a folder"
         raise InputError(problem, field="out", value=str(out), allowed=allowed)
-    return Target(out, kind, tuple(TABLES))
+    return _Target(out, kind, tuple(_TABLES))
 
 
-def write_stand_files(tests: Stand, place: Target, *, rrd: bool = True) -> list[pathlib.Path]:
+def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list[pathlib.Path]:
     """Write table, figure, summary and recording of tests of one kind; all together or none.
 
     Parameters
@@ -60,16 +60,16 @@ def write_stand_files(tests: Stand, place: Target, *, rrd: bool = True) -> list[
     trials, compared = tests.trials, tests.compared
     suffixes = [*place.formats, ".png", ".pdf", ".json"]
     suffixes += [".rrd"] if rrd and not trials[0].static else []
-    group = [place.path(suffix).name for suffix in (*TABLES, ".png", ".pdf", ".json", ".rrd")]
+    group = [place.path(suffix).name for suffix in (*_TABLES, ".png", ".pdf", ".json", ".rrd")]
     with together(place.folder, group) as scratch:
-        new = Target(scratch, place.stem, place.formats)
+        new = _Target(scratch, place.stem, place.formats)
         for suffix in place.formats:
-            TABLES[suffix](trials, new.path(suffix))
+            _TABLES[suffix](trials, new.path(suffix))
         for suffix in (".png", ".pdf"):
             draw_trials(trials, compared, new.path(suffix))
         write_summary(trials, compared, new.path(".json"))
         if ".rrd" in suffixes:
-            from afo_sim.show.rerun.stand import write_stand
+            from afo_sim.show.rerun.stand_recording import write_stand
 
             write_stand(trials, new.path(".rrd"))
     return [place.path(suffix) for suffix in suffixes]

@@ -1,7 +1,8 @@
-"""The look of every picture: colours, resolution, fonts; user-given text made safe; files written whole."""
+"""Pages of drawings as files: their formats, and PNGs of few colours."""
 
 import functools
 import pathlib
+import tempfile
 import textwrap
 from collections.abc import Callable
 from typing import Any
@@ -63,11 +64,11 @@ STYLE = {
     "lines.linewidth": 1.3,
     "pdf.fonttype": 42,  # text stays text
 }
-LONGEST = 34  # letters of a name in a legend
+_LONGEST = 34  # letters of a name in a legend
 LINE = 95  # letters of a line above a whole page
 
 
-def plain(text: str, longest: int | None = LONGEST) -> str:
+def plain(text: str, longest: int | None = _LONGEST) -> str:
     """A user's text as a figure can show it: no mathematics, no character that the font lacks."""
     shown = "".join(c if c.isprintable() and _has_glyph(c) else "?" for c in text)
     if longest is not None and len(shown) > longest:
@@ -93,11 +94,11 @@ def _font() -> Any:
     return get_font(findfont(FontProperties()))
 
 
-def format_of(path: pathlib.Path) -> str:
+def _format_of(path: pathlib.Path) -> str:
     """The format that a figure's name asks for."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise InputError("is no format of a figure", file=path, allowed=", ".join(FORMATS))
+        raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
     return suffix
 
 
@@ -106,7 +107,7 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
 
     Units: size [inch].
     """
-    suffix = format_of(path)
+    suffix = _format_of(path)
     import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
@@ -115,3 +116,60 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
         fill(figure)
         with replacing(path) as temporary:
             figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+
+
+_TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
+STEP = 0.97  # by which a colour is darkened at a time
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of an sRGB colour, 0 of black to 1 of white [-].
+
+    Source: WCAG 2.2, "relative luminance".
+    """
+    from matplotlib.colors import to_rgb
+
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in to_rgb(colour)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def ratio(one: str, other: str = "white") -> float:
+    """Contrast ratio of two sRGB colours, (brighter + 0.05)/(darker + 0.05), 1 to 21 [-]."""
+    brighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
+    return (brighter + 0.05) / (darker + 0.05)
+
+
+def ink(colour: str) -> str:
+    """A line's colour, darkened as far as words in it on white need it."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    shade = colour
+    while ratio(shade) < _TEXT:
+        shade = to_hex([STEP * part for part in to_rgb(shade)])
+    return shade
+
+
+SHADES = 96  # colours of a PNG
+
+
+def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """Draw a page and write it, whole or not at all; a PNG in few colours.
+
+    Units: size [inch].
+    """
+    if path.suffix.lower() == ".png":
+        _write_png(path, size, fill)
+    else:
+        write_figure(path, size, fill)
+
+
+def _write_png(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """A page of few colours, a third as large as one of all."""
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as scratch, replacing(path) as temporary:
+        whole = pathlib.Path(scratch) / "page.png"
+        write_figure(whole, size, fill)
+        with Image.open(whole) as picture:
+            few = picture.convert("RGB").quantize(SHADES, dither=Image.Dither.NONE)
+        few.save(temporary, format="PNG", optimize=True, dpi=(RESOLUTION, RESOLUTION))

@@ -1,24 +1,95 @@
-"""Figures of a sweep: distributions, main effects, heat maps, Pareto fronts, Sobol' indices."""
+"""Figures of a sweep as PNG."""
 
-from collections.abc import Mapping, Sequence
+import pathlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from afo_sim.show.style import COLOURS, plain
-from afo_sim.study.analysis import Effect, ranks, spread
-from afo_sim.study.findings import Indices
+from afo_sim.common.writing import check_writable, together
+from afo_sim.show.style import COLOURS, plain, write_figure
+from afo_sim.study import pareto, sobol
+from afo_sim.study.analysis import Effect, spread
+from afo_sim.study.findings import Findings, Indices, findings
 from afo_sim.study.results import Results
-from afo_sim.study.scales import Better, Scale, scale
+from afo_sim.study.scales import Better, Scale, chosen, scale
 
-CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
+FIGURES = "figures"  # the folder in a sweep's own
+_IN_ONE = 3  # metrics in one figure
+_PANEL = (2.5, 2.3)  # [inch]
+
+
+def show(
+    results: Results,
+    out_dir: pathlib.Path,
+    metrics: Sequence[str] | None = None,
+    objectives: Mapping[str, Better] | None = None,
+) -> list[pathlib.Path]:
+    """Write the figures of a sweep as PNG, each whole or not at all."""
+    found = findings(results, chosen(results, list(metrics or ())))
+    asked = [f"{name}:{end}" for name, end in (objectives or {}).items()]
+    return write_figures(found, out_dir, chosen(results, asked) if asked else found.objectives)
+
+
+def write_figures(
+    found: Findings, folder: pathlib.Path, objectives: Mapping[str, Better]
+) -> list[pathlib.Path]:
+    """Write every figure that the findings have something for; parameters as in `show`."""
+    check_writable(folder)
+    names = []
+    with together(folder) as scratch:
+        for name, size, fill in [*_of_metrics(found), *_of_fronts(found.results, objectives)]:
+            names.append(f"{name}.png")
+            write_figure(scratch / names[-1], size, fill)
+    return [folder / name for name in names]
+
+
+_Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
+
+
+def _of_metrics(found: Findings) -> Iterator[_Drawing]:
+    results, count = found.results, len(sobol.varied(found.results))
+    across = min(count, _MOST_PARAMETERS)
+    for suffix, names in _batches(list(found.effects)):
+        high = len(names)
+        some = {name: found.effects[name] for name in names}
+        draw: Callable[[Any], None] = partial(draw_distributions, results=results, metrics=names)
+        yield f"distributions{suffix}", (_PANEL[0] * high + 0.4, _PANEL[1] + 0.2), draw
+        draw = partial(draw_effects, results=results, effects=some)
+        yield f"main_effects{suffix}", (0.85 * _PANEL[0] * across + 1.0, 1.9 * high + 0.8), draw
+        if count > 1:
+            draw = partial(draw_maps, results=results, effects=some)
+            yield f"maps{suffix}", (3.2 * high + 0.2, 3.3), draw
+        if indices := {name: found.indices[name] for name in names if name in found.indices}:
+            draw = partial(_draw_sobol, results=results, found=indices)
+            yield f"sobol{suffix}", (2.6 * len(indices) + 1.2, 0.42 * count + 1.2), draw
+
+
+def _of_fronts(results: Results, objectives: Mapping[str, Better]) -> Iterator[_Drawing]:
+    known = [name for name in objectives if np.isfinite(results[name]).any()]
+    for suffix, names in _batches(known):
+        if len(names) > 1:
+            ends = {name: objectives[name] for name in names}
+            pairs = len(names) * (len(names) - 1) // 2
+            draw = partial(_draw_fronts, results=results, objectives=ends)
+            yield f"pareto{suffix}", (3.3 * pairs + 0.2, 3.4), draw
+
+
+def _batches(names: list[str]) -> Iterator[tuple[str, list[str]]]:
+    """As many metrics as one figure takes, and what its name ends with."""
+    for k in range(0, len(names), _IN_ONE):
+        yield f"_{k // _IN_ONE + 1}" if k else "", names[k : k + _IN_ONE]
+
+
+_CASE = {"color": "0.5", "marker": "o", "ls": "", "mew": 0.0, "alpha": 0.75}
 MOST_DOTS = 3000  # cases drawn as dots
-MOST_PARAMETERS = 6  # side by side
-MOST_LABELS = 9  # cases of a front that have their number written
-LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
-MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
-FULL, PALE = COLOURS[1], "#a9cfe8"
+_MOST_PARAMETERS = 6  # side by side
+_MOST_LABELS = 9  # cases of a front that have their number written
+_LABEL = 0.14, 0.06  # width and height of a case's number, as a share of what all cases span
+_MOST_NUMBERS = 64  # cells of a heat map up to which the value is written into each
+_FULL, _PALE = COLOURS[1], "#a9cfe8"
 
 
 def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) -> None:
@@ -30,8 +101,8 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         found = spread(values)
         bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=_bins(found.count))
         axis.axvspan(found.low_5, found.high_95, color="0.94", lw=0.0, zorder=0)
-        axis.hist(values, bins=bins, color=PALE, edgecolor=FULL, lw=0.6)
-        axis.axvline(found.median, color=FULL, lw=1.3)
+        axis.hist(values, bins=bins, color=_PALE, edgecolor=_FULL, lw=0.6)
+        axis.axvline(found.median, color=_FULL, lw=1.3)
         axis.margins(x=0.02)
         axis.set_xlabel(plain(look.title, None))
         title = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
@@ -46,7 +117,7 @@ def _bins(count: int) -> int:
 
 def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
     """One row for each metric, one panel for each parameter: all cases, and the mean along the parameter."""
-    parameters = most_influential(effects, MOST_PARAMETERS)
+    parameters = most_influential(effects, _MOST_PARAMETERS)
     axes = figure.subplots(len(effects), len(parameters), sharex="col", sharey="row", squeeze=False)
     rows = _some(len(results))
     for row, (metric, found) in zip(axes, effects.items(), strict=True):
@@ -81,7 +152,7 @@ def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect,
     axis.plot(x[rows], y[rows], zorder=1, label="a case", **_dots(len(rows)))
     means, errors = of_metric.factor * effect.means, of_metric.factor * effect.errors
     line = "" if text else "-"
-    look = {"color": FULL, "ecolor": FULL, "ls": line, "marker": "o", "ms": 3.4, "elinewidth": 1.0}
+    look = {"color": _FULL, "ecolor": _FULL, "ls": line, "marker": "o", "ms": 3.4, "elinewidth": 1.0}
     grid = results.levels() is not None and not results.lacking(names[1])  # no cases at random: no error
     label = "mean over the other parameters" if grid else "mean and its standard error"
     bars = None if grid else np.where(np.isfinite(errors), errors, 0.0)
@@ -130,7 +201,7 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
         for cells, labels in ((x, axis.set_xticks), (y, axis.set_yticks)):
             if cells.ticks is not None:
                 labels(*cells.ticks)
-        if x.discrete and y.discrete and means.size <= MOST_NUMBERS:
+        if x.discrete and y.discrete and means.size <= _MOST_NUMBERS:
             _numbers(axis, x, y, means, shown)
         axis.set_xlabel(plain(x.look.title, None))
         axis.set_ylabel(plain(y.look.title, None))
@@ -196,7 +267,7 @@ def _numbers(axis: Any, x: _Cells, y: _Cells, means: np.ndarray, shown: Any) -> 
             axis.annotate(text, place, color="white" if dark else "black", **look)
 
 
-def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]) -> None:
+def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]) -> None:
     """For each two metrics all cases, and the front of those that no other case is better than in both."""
     pairs = list(combinations(objectives, 2))
     axes = figure.subplots(1, len(pairs), squeeze=False)[0]
@@ -204,7 +275,7 @@ def draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better])
         lowest = tuple(objectives[name] == "lowest" for name in names)
         looks = [scale(results, name) for name in names]
         points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])
-        front = np.flatnonzero(ranks(points, lowest) == 0)
+        front = np.flatnonzero(pareto.ranks(points, lowest) == 0)
         front = front[np.lexsort((points[front, 1], points[front, 0]))]
         rest = np.setdiff1d(_some(len(points)), front)
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))
@@ -230,10 +301,10 @@ def _case_numbers(
     size = np.ptp(points[np.isfinite(points).all(axis=1)], axis=0)
     places = points[front] / np.where(size > 0.0, size, 1.0)
     way = np.r_[0.0, np.cumsum(np.hypot(*np.diff(places, axis=0).T))]
-    marks = np.linspace(0.0, way[-1], min(MOST_LABELS, len(front)))
+    marks = np.linspace(0.0, way[-1], min(_MOST_LABELS, len(front)))
     near: list[int] = []
     for row in np.unique([int(np.abs(way - mark).argmin()) for mark in marks]):
-        if not near or (np.abs(places[row] - places[near]) > LABEL).any(axis=1).all():
+        if not near or (np.abs(places[row] - places[near]) > _LABEL).any(axis=1).all():
             near.append(int(row))
     shift = [-4.0 if low else 4.0 for low in lowest]
     look = {"ha": "right" if lowest[0] else "left", "va": "top" if lowest[1] else "bottom"}
@@ -242,7 +313,7 @@ def _case_numbers(
         axis.annotate(f"{cases[row]}", points[row], fontsize=7.0, color="#8a3d00", **where, **look)
 
 
-def draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> None:
+def _draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> None:
     """For each metric the first-order and total index of each parameter, with 95 % intervals."""
     axes = figure.subplots(1, len(found), sharex=True, sharey=True, squeeze=False)[0]
     first = next(iter(found.values()))
@@ -250,8 +321,8 @@ def draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> N
     rows = np.arange(len(order))
     for axis, (metric, each) in zip(axes, found.items(), strict=True):
         bars = (
-            (-0.18, each.first, each.first_interval, FULL, "alone (first order)"),
-            (0.18, each.total, each.total_interval, PALE, "with interactions (total)"),
+            (-0.18, each.first, each.first_interval, _FULL, "alone (first order)"),
+            (0.18, each.total, each.total_interval, _PALE, "with interactions (total)"),
         )
         for shift, values, intervals, colour, label in bars:
             look = {"error_kw": {"lw": 0.9, "ecolor": "0.25"}, "color": colour, "label": label}
@@ -278,7 +349,7 @@ def _some(count: int) -> np.ndarray:
 
 def _dots(count: int) -> dict[str, Any]:
     """The look of a case's dot: the fewer cases, the larger."""
-    return CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}
+    return _CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}
 
 
 def _broken(look: Scale) -> str:

@@ -9,13 +9,13 @@ from afo_sim.study.findings import Findings, Indices, varied
 from afo_sim.study.results import Results
 from afo_sim.study.scales import scale
 
-EFFECTS = "main effects: share of the variance, mean from low to high"
-NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
+_EFFECTS = "main effects: share of the variance, mean from low to high"
+_NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed
 
-Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+_Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
-def tables(found: Findings, best: int) -> list[Table]:
+def tables(found: Findings, best: int) -> list[_Table]:
     """(title, header, rows) to print.
 
     Parameters
@@ -41,7 +41,7 @@ def _lower(found: Findings, metric: str) -> str:
     return label[:1].lower() + label[1:]
 
 
-def _status_table(results: Results) -> Table:
+def _status_table(results: Results) -> _Table:
     count = int(results.ok.sum())
     rows = [["ok", str(count), f"{100.0 * count / len(results):.3g} %", ""]]
     for status, reason, n in analysis.failures(results["status"], results["reason"]):
@@ -49,13 +49,13 @@ def _status_table(results: Results) -> Table:
     return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
 
 
-def _warning_table(results: Results) -> Iterator[Table]:
+def _warning_table(results: Results) -> Iterator[_Table]:
     rows = [[str(count), text] for text, count in analysis.warned(results.warnings)]
     if rows:
         yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
 
 
-def _metric_table(found: Findings) -> Table:
+def _metric_table(found: Findings) -> _Table:
     rows = []
     for metric in found.objectives:
         look = scale(found.results, metric)
@@ -66,7 +66,7 @@ def _metric_table(found: Findings) -> Table:
     return "metrics", header, rows
 
 
-def _effect_table(found: Findings) -> Table:
+def _effect_table(found: Findings) -> _Table:
     results = found.results
     rows = []
     for parameter in varied(results):
@@ -78,21 +78,21 @@ def _effect_table(found: Findings) -> Table:
             ends, arrow = (ordered, "…") if text else (effect.means, "→")
             row.append(f"{share:>5}   {look.text(ends[0])} {arrow} {look.text(ends[-1])}")
         rows.append(row)
-    return EFFECTS, ["parameter", *(_named(found, metric) for metric in found.effects)], rows
+    return _EFFECTS, ["parameter", *(_named(found, metric) for metric in found.effects)], rows
 
 
-def _index_table(results: Results, metric: str, found: Indices) -> Table:
+def _index_table(results: Results, metric: str, found: Indices) -> _Table:
     rows = []
     for k, name in enumerate(found.parameters):
         first = f"{_number(found.first[k])} ± {_number(found.first_interval[k])}"
         rows.append([name, first, f"{_number(found.total[k])} ± {_number(found.total_interval[k])}"])
     for one, other, index, interval in found.pairs():
-        if index - interval > NEGLIGIBLE:
+        if index - interval > _NEGLIGIBLE:
             rows.append([f"{one} × {other}", f"{_number(index)} ± {_number(interval)}", ""])
     return f"Sobol' indices: {metric}", ["parameter", "alone (95 % interval)", "total (95 % interval)"], rows
 
 
-def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
+def _case_table(found: Findings, cases: np.ndarray, title: str) -> _Table:
     results = found.results
     names = [*varied(results), *found.objectives]
     looks = [scale(results, name) for name in names]
@@ -104,7 +104,7 @@ def _case_table(found: Findings, cases: np.ndarray, title: str) -> Table:
     return title, ["case", *(_named(found, name) for name in names)], rows
 
 
-def _front_table(found: Findings, count: int) -> Table:
+def _front_table(found: Findings, count: int) -> _Table:
     """Cases evenly along the Pareto front of the first two metrics."""
     two = list(found.effects)[:2]
     ends = [found.objectives[name] for name in two]

@@ -13,9 +13,9 @@ from afo_sim.lab.fitting.torque_profile import Profile, profile
 from afo_sim.lab.fitting.torque_search import levels
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_figure
 
-MOST_GROUPS = 6  # panels of measured torque
-GRID = 61  # angles of a line
-RIGID = 2.5  # times the largest measured torque: as far as a panel goes
+_MOST_GROUPS = 6  # panels of measured torque
+_GRID = 61  # angles of a line
+_RIGID = 2.5  # times the largest measured torque: as far as a panel goes
 
 
 def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -27,7 +27,7 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
     folder : made if need be
     """
     profiled = profile(found.solution)
-    shown = min(len(found.problem.groups), MOST_GROUPS)
+    shown = min(len(found.problem.groups), _MOST_GROUPS)
     count = shown + 1 + (profiled is not None)
     columns = min(count, 4)
     rows = -(-count // columns)
@@ -42,7 +42,7 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
 
 def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
     axes = list(np.ravel(figure.subplots(rows, columns)))
-    groups = found.problem.groups[:MOST_GROUPS]
+    groups = found.problem.groups[:_MOST_GROUPS]
     level, of_group = levels(found.problem), found.problem.of_group
     for k, group in enumerate(groups):
         _draw_torque(axes[k], found, group, level[of_group == k])
@@ -71,7 +71,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     """Readings, the fit through them, and the same muscles on rigid anchors."""
     readings = group.readings
     reach = (readings.angle.min(), readings.angle.max())
-    grid = np.linspace(*reach, GRID) if reach[1] > reach[0] else np.array(reach)
+    grid = np.linspace(*reach, _GRID) if reach[1] > reach[0] else np.array(reach)
     axis.axhline(0.0, color=ZERO, lw=0.8)
     for k in np.unique(level):
         own = readings.take(level == k)
@@ -94,7 +94,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     axis.plot([], [], color="0.3", label="fitted")
     axis.plot([], [], ":", color="0.3", label="nothing gives way")
     axis.margins(x=0.03)
-    most = RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
+    most = _RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -most), min(high, most))
     axis.set_xlabel("angle [deg], dorsiflexion positive")

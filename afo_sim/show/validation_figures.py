@@ -19,11 +19,11 @@ from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
 from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE
 
-S1_OWN, OURS = COLOURS[0], COLOURS[1]
-ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
-ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
-ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
-S3_LAW = "takosoglu_2016_an"
+_S1_OWN, _OURS = COLOURS[0], COLOURS[1]
+_ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
+_ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
+_ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
+_S3_LAW = "takosoglu_2016_an"
 
 
 def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
@@ -77,15 +77,15 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
     pressure = np.linspace(1.5e5, 4.2e5, 100)
     lifted = as_s1(own.facts["total_length"], np.full(100, loads[bench + 2]), pressure)
     axis.plot(
-        pressure * 1e-5, CM * lifted, "--", color=S1_OWN, label="S1's model as it is run here (37°, r0 5 mm)"
+        pressure * 1e-5, CM * lifted, "--", color=_S1_OWN, label="S1's model as it is run here (37°, r0 5 mm)"
     )
     lifted = ours(reader.load("muscle", TABLES[bench]), np.full(100, loads[bench]), pressure)
-    axis.plot(pressure * 1e-5, CM * lifted, color=OURS, label="muscle fitted here to tables I and II")
+    axis.plot(pressure * 1e-5, CM * lifted, color=_OURS, label="muscle fitted here to tables I and II")
     for number, data, look in (
         (
             bench + 2,
             own,
-            {"marker": "s", "mfc": "white", "color": S1_OWN, "label": "S1's simulation, printed"},
+            {"marker": "s", "mfc": "white", "color": _S1_OWN, "label": "S1's simulation, printed"},
         ),
         (bench, measured, {"marker": "o", "color": "black", "label": "S1's measurement, printed"}),
     ):
@@ -102,7 +102,7 @@ def _s1_panel(axis: Any, bench: int, mass: float) -> None:
             ha="right",
             va="center",
             fontsize=8.0,
-            color=S1_OWN,
+            color=_S1_OWN,
         )
 
 
@@ -117,7 +117,7 @@ def _s3(figure: Any) -> None:
     keys = [
         *axes[0].plot([], [], "o", ms=3.5, label="maker's 10 mm table", **grey),
         *axes[0].plot([], [], "o", ms=3.5, mfc="white", label="interpolated in it", **grey),
-        *axes[0].plot([], [], "-", label=f"{S3_LAW}, fitted here", **grey),
+        *axes[0].plot([], [], "-", label=f"{_S3_LAW}, fitted here", **grey),
         *axes[0].plot([], [], "--", label=f"S3's a = {S3_A:g}, b = {S3_B:g}, n = {S3_N[6.0]:g}", **grey),
     ]
     figure.legend(handles=keys, loc="outside lower center", ncols=4)
@@ -136,9 +136,9 @@ def _colours(count: int) -> Any:
 def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     kappa = np.linspace(0.0, 0.25, 120)
-    for bar, colour in zip(ISOBARS, _colours(len(ISOBARS)), strict=True):
+    for bar, colour in zip(_ISOBARS, _colours(len(_ISOBARS)), strict=True):
         pressure = np.full(len(kappa), bar * 1e5)
-        _pair(axis, 100.0 * kappa, law_force(muscle, S3_LAW, kappa, pressure), "-", colour, f"{bar:g} bar")
+        _pair(axis, 100.0 * kappa, law_force(muscle, _S3_LAW, kappa, pressure), "-", colour, f"{bar:g} bar")
         _pair(axis, 100.0 * kappa, s3_force(data, S3_A, S3_N[6.0], kappa, pressure), "--", colour)
         here = np.isclose(data.pressure, bar * 1e5)
         axis.plot(100.0 * data.contraction[here], data.force[here], "o", ms=3.0, color=colour)
@@ -150,10 +150,10 @@ def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
 def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
-    law = LAWS[S3_LAW]
-    fitted = law.coefficients(muscle.braid, muscle.laws[S3_LAW].parameters)
+    law = LAWS[_S3_LAW]
+    fitted = law.coefficients(muscle.braid, muscle.laws[_S3_LAW].parameters)
     printed = s3_coefficients(data, S3_A, S3_N[6.0])
-    for force, colour in zip(ISOTONES, _colours(len(ISOTONES)), strict=True):
+    for force, colour in zip(_ISOTONES, _colours(len(_ISOTONES)), strict=True):
         pull = np.full(len(pressure), force)
         for coefficients, style, label in ((fitted, "-", f"{force:g} N"), (printed, "--", "")):
             kappa = contractions(law.native_id, coefficients, pull, pressure)
@@ -174,10 +174,10 @@ def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
 def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
-    for kappa, colour in zip(ISOMETERS, _colours(len(ISOMETERS)), strict=True):
+    for kappa, colour in zip(_ISOMETERS, _colours(len(_ISOMETERS)), strict=True):
         held = np.full(len(pressure), kappa)
         label = f"κ = {100.0 * kappa:g} %"
-        _pair(axis, pressure * 1e-5, law_force(muscle, S3_LAW, held, pressure), "-", colour, label)
+        _pair(axis, pressure * 1e-5, law_force(muscle, _S3_LAW, held, pressure), "-", colour, label)
         _pair(axis, pressure * 1e-5, s3_force(data, S3_A, S3_N[6.0], held, pressure), "--", colour)
         here = np.isclose(data.contraction, kappa)
         axis.plot(data.pressure[here] * 1e-5, data.force[here], "o", ms=3.0, color=colour)

@@ -8,18 +8,16 @@ import numpy as np
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.clearance import EXTENSIONS, HEIGHTS
 from afo_sim.metrics.strides import ORTHOSIS
-from afo_sim.show.contrast import ink
-from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread
+from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
-from afo_sim.show.style import GREY, NORM, ZERO, plain
-from afo_sim.show.unknown_band import unknown_band
+from afo_sim.show.style import GREY, NORM, ZERO, ink, plain
 
 INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)
-FLEXION = "plantarflexion –  |  + dorsiflexion"
-TRIP = "below the floor: a trip"
-WIDE = 3.0  # of the gait cycle to each side, over which a number is written [%]
+_FLEXION = "plantarflexion –  |  + dorsiflexion"
+_TRIP = "below the floor: a trip"
+_WIDE = 3.0  # of the gait cycle to each side, over which a number is written [%]
 BAND = "toes less to more extended in swing (assumed)"
-WORK = ("orthosis_positive_work", "orthosis_negative_work")
+_WORK = ("orthosis_positive_work", "orthosis_negative_work")
 
 
 def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0) -> None:
@@ -56,7 +54,7 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
         **HEALTHY,
         label=first.healthy,
     )
-    over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{FLEXION}")
+    over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{_FLEXION}")
 
 
 def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
@@ -106,7 +104,7 @@ def share_floor(axes: Sequence[Any], start: float) -> None:
         axis.set_ylim(min(low, 0.0) - 0.24 * (high - low), high + 8.0)
         axis.axhspan(axis.get_ylim()[0], 0.0, color="#f3dede", lw=0.0, zorder=0)
         look = {"fontsize": 8.0, "color": "#803030"}
-        axis.annotate(TRIP, (0.02, 0.02), xycoords="axes fraction", **look)
+        axis.annotate(_TRIP, (0.02, 0.02), xycoords="axes fraction", **look)
         axis.tick_params(labelleft=True)
 
 
@@ -123,7 +121,7 @@ def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
         _number(axis, (x, height), height, colour, up=-15.0)
     elif dots:
         middle = float(np.mean([x for x, _, _ in dots]))
-        near = np.abs(PERCENT - middle) < WIDE
+        near = np.abs(PERCENT - middle) < _WIDE
         lines = [line.get_ydata() for line in axis.lines]
         top = max(float(line[near].max()) for line in lines if len(line) == len(PHASE))
         for k, (_, height, colour) in enumerate(sorted(dots, key=lambda dot: dot[1])):
@@ -146,7 +144,7 @@ def torque(axis: Any, run: RunView) -> None:
         label = plain(f"available: {run.label}" if run.label else "available")
         mean_and_spread(axis, run.cycles(ORTHOSIS), run.colour, label, PERCENT, run.style)
         unknown_band(axis, run, ORTHOSIS)
-    over_cycle(axis, run.toe_off, f"torque about the ankle [N·m]\n{FLEXION}")
+    over_cycle(axis, run.toe_off, f"torque about the ankle [N·m]\n{_FLEXION}")
     axis.set_title(plain(run.label), loc="left", color=ink(run.colour))
 
 
@@ -161,7 +159,7 @@ def power(axis: Any, runs: Sequence[RunView]) -> None:
 def work(axis: Any, runs: Sequence[RunView]) -> None:
     """Positive and negative work of the orthosis per stride, one row of bars for each run."""
     for k, run in enumerate(runs):
-        found = [run.recording.metrics[name] for name in WORK if name in run.recording.metrics]
+        found = [run.recording.metrics[name] for name in _WORK if name in run.recording.metrics]
         for value in [1e3 * metric.value for metric in found if np.isfinite(metric.value)]:
             axis.barh(k, value, color=run.colour, height=0.6)
             axis.annotate(

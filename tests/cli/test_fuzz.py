@@ -8,11 +8,11 @@ from collections.abc import Callable
 
 import pytest
 
+from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common import assets
 from afo_sim.common.csv_table import read_table
 from afo_sim.common.errors import AfoSimError
 from afo_sim.description.reader import load
-from afo_sim.doctor import check_file
 
 ROOT = pathlib.Path(__file__).parents[2]
 CASES = int(os.environ.get("AFO_SIM_FUZZ_CASES", "24"))  # of each file

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.errors import InputError
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description.catalogue import product
@@ -14,7 +15,6 @@ from afo_sim.description.keys import keys
 from afo_sim.description.new import new
 from afo_sim.description.portable import portable
 from afo_sim.description.reader import load
-from afo_sim.doctor import check_file
 
 LAW = "tondu_lopez_2000_bladder"
 FORCE, STIFFNESS = f"laws.{LAW}.bladder_force", f"laws.{LAW}.bladder_stiffness"

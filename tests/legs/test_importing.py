@@ -10,9 +10,9 @@ import trimesh
 from turned_leg import in_a_body, shipped, told_otherwise, turned_round, with_ankle
 
 import afo_sim as afo
+from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.assets import find as asset
 from afo_sim.common.errors import InputError
-from afo_sim.doctor import check_file
 from afo_sim.legs.exporting import export_leg
 from afo_sim.legs.importing import import_leg
 from afo_sim.legs.leg_file import write_leg_file

@@ -19,10 +19,9 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.air.air_parts import AMBIENT
 from afo_sim.model.air_scheme import AirEdge, AirNode, AirScheme, conductance
 from afo_sim.show import air_symbols, style
-from afo_sim.show.air_drawing import page, page_size, scheme_of, ways
-from afo_sim.show.air_layout import NARROW, Layout, label, layout
+from afo_sim.show.air_drawing import NARROW, Layout, label, layout, page, page_size, scheme_of, ways
 from afo_sim.show.air_routes import ports
-from afo_sim.show.contrast import ink
+from afo_sim.show.style import ink
 
 S1 = pathlib.Path(__file__).parents[2] / "models/orthoses/s1"
 SMALLEST = 5.5  # letters [points]
@@ -363,5 +362,5 @@ def test_wrong_input_is_told_and_nothing_is_written(
     monkeypatch.chdir(tmp_path)
     code, _, said = call(capsys, "draw", *arguments)
     assert (code, list(tmp_path.iterdir())) == (2, []) and says in said
-    with pytest.raises(InputError, match="is no view"):
+    with pytest.raises(InputError, match="is not a valid view"):
         afo.draw("s1", view="water")  # type: ignore[call-overload]

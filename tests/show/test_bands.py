@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 import afo_sim
+from afo_sim.lab.fitting.torque_belief import judged
 from afo_sim.show import bands
+from afo_sim.show.panels import UNKNOWN_LABEL
 from afo_sim.show.report import write_report
-from afo_sim.show.unknown_band import LABEL
-from afo_sim.simulation import recording as judged
 from afo_sim.simulation.recording import Recording
 
 
@@ -99,7 +99,7 @@ def test_the_report_has_table_bars_and_bands_of_curves(tmp_path: pathlib.Path, w
     with_bands = write_report([tmp_path / "walk"]).read_text(encoding="utf-8")
     without = write_report([tmp_path / "plain"]).read_text(encoding="utf-8")
     assert "What is not known" in with_bands and "What is not known" not in without
-    assert LABEL in with_bands and LABEL not in without
+    assert UNKNOWN_LABEL in with_bands and UNKNOWN_LABEL not in without
     assert "no calf cuff was measured" in with_bands  # the source of a spread
     for bar in bands.of_report([_view(walk)])[0].bars:
         assert bar.name in with_bands

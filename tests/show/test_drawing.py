@@ -13,16 +13,14 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim as afo
+from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.errors import InputError
-from afo_sim.doctor import check_file
 from afo_sim.model.design import Design, design
 from afo_sim.model.path_facts import path_facts
 from afo_sim.model.path_words import rows
 from afo_sim.show import style
-from afo_sim.show.drawing import PAGE, SIDE, page
-from afo_sim.show.drawing_leg import Pose, lever, parts
-from afo_sim.show.drawing_table import table
-from afo_sim.show.drawing_views import scale_of, stacked
+from afo_sim.show.drawing import PAGE, SIDE, page, table
+from afo_sim.show.drawing_views import Pose, lever, parts, scale_of, stacked
 
 ROOT = pathlib.Path(__file__).parents[2]
 SMALLEST = 5.5  # letters [points]
@@ -248,7 +246,7 @@ def test_the_command_writes_all_that_is_asked_for(
     ("arguments", "says"),
     [
         (["s1", "--out", "a.docx"], ".png, .pdf, .svg, .rrd"),
-        (["s1", "--out", "."], "no format"),
+        (["s1", "--out", "."], "not a format"),
         (["s1", "--pressure", "4 m"], "does not convert"),
         (["s1", "--pressure", "0 bar"], "above 0 bar"),
         (["s_1"], "did you mean 's1'"),

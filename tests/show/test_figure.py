@@ -18,7 +18,7 @@ from yielding import rigid_run
 
 import afo_sim
 from afo_sim.common.errors import InputError
-from afo_sim.show import panels, run_figure, style, video, video_painter, video_scenery
+from afo_sim.show import panels, run_figure, style, video
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
@@ -215,7 +215,7 @@ def test_pictures_follow_the_ankle_and_the_force() -> None:
     if reason := opengl_missing():
         pytest.skip(reason)
     run = rigid_run("4 s")
-    with video_painter.Painter(run, 320, 240) as painter:
+    with video.Painter(run, 320, 240) as painter:
         high = int(np.searchsorted(run["time"], 3.9))
         rest, again, up = (painter.picture(row).astype(int) for row in (0, 1, high))
     leg = np.s_[100:]  # below the caption
@@ -247,7 +247,7 @@ def test_missing_opengl_says_what_to_install(
     monkeypatch.setattr(
         shutil, "which", lambda _: shutil.__file__
     )  # is not started before there is a picture
-    monkeypatch.setattr(video_scenery.importlib, "import_module", none)
+    monkeypatch.setattr(video.importlib, "import_module", none)
     with pytest.raises(InputError, match=r"no libEGL.*MUJOCO_GL=osmesa.*libegl1.*libosmesa6"):
         video.write_video(seated, tmp_path / "a.mp4")
     assert not list(tmp_path.iterdir())

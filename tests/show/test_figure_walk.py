@@ -10,8 +10,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import afo_sim
-from afo_sim.show import panels, run_figure, video_painter
-from afo_sim.show.carriage import Carriage
+from afo_sim.show import panels, run_figure, video
+from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.run_view import alone
 from afo_sim.simulation.recording import Recording
 
@@ -126,7 +126,7 @@ def test_film_keeps_up_with_the_leg_and_shows_the_ground_force(bare: Recording, 
     if reason := opengl_missing():
         pytest.skip(reason)
     for run in (bare, helped):
-        with video_painter.Painter(run, 640, 480) as painter:
+        with video.Painter(run, 640, 480) as painter:
             later = run["gait/stride"] + run["gait/phase"]
             rows = (100, *np.searchsorted(later, [1.3, 1.8]))
             first, stance, swing = (painter.picture(int(row)).copy() for row in rows)
@@ -144,7 +144,7 @@ def test_films_arrow_is_half_a_metre_for_a_body_weight(bare: Recording) -> None:
         pytest.skip(reason)
     stance = np.flatnonzero((bare["gait/stride"] == 1.0) & (bare["gait/phase"] < 0.5))
     row = int(stance[np.argmin(np.abs(bare["shank/angle"][stance]))])  # upright
-    with video_painter.Painter(bare, 640, 480) as painter:
+    with video.Painter(bare, 640, 480) as painter:
         picture = painter.picture(row)
     arrow, leg = (np.ptp(np.flatnonzero(mask(picture).any(axis=1))) for mask in (green, skin))
     length = 0.5 * bare["ground/force/z"][row] / (68.5 * 9.80665)

@@ -63,17 +63,6 @@ class Reader(html.parser.HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, pathlib.Path]:
-    base = tmp_path_factory.mktemp("runs")
-    made = {
-        "bare": afo_sim.run("walk-dropfoot", {"duration": "4 s"}),
-        "worn": afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"}),
-        "sitting": afo_sim.run("seated", {"duration": "2 s", "record_rate": "100 Hz"}),
-    }
-    return {name: run.save(base / name, rrd=False) for name, run in made.items()}
-
-
-@pytest.fixture(scope="module")
 def compared(folders: dict[str, pathlib.Path]) -> str:
     return page(read_runs([folders["bare"], folders["worn"]]))
 

@@ -11,10 +11,8 @@ import subprocess
 import pytest
 from colour_vision import contrast
 
-import afo_sim
-from afo_sim.show.report import page, read_runs
+from afo_sim.show.report import headed, page, read_runs
 from afo_sim.show.report_figures import WIDTH
-from afo_sim.show.report_words import headed
 from afo_sim.show.style import STYLE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -23,14 +21,8 @@ NARROW = 400  # width of a telephone's page [CSS pixel]
 
 
 @pytest.fixture(scope="module")
-def text(tmp_path_factory: pytest.TempPathFactory) -> str:
-    base = tmp_path_factory.mktemp("page")
-    runs = {
-        "bare": afo_sim.run("walk-dropfoot", {"duration": "3 s"}),
-        "worn": afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"}),
-        "sitting": afo_sim.run("seated", {"duration": "2 s", "record_rate": "100 Hz"}),
-    }
-    return page(read_runs([run.save(base / name, rrd=False) for name, run in runs.items()]))
+def text(folders: dict[str, pathlib.Path]) -> str:
+    return page(read_runs(list(folders.values())))
 
 
 class Outline(html.parser.HTMLParser):

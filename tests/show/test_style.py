@@ -4,7 +4,7 @@ import pytest
 from colour_vision import VISIONS, contrast, nearest
 
 from afo_sim.show import style
-from afo_sim.show.contrast import ink, ratio
+from afo_sim.show.style import ink, ratio
 
 APART = {"all cones": 0.15, "no green": 0.10, "no red": 0.10}  # least distances in OKLab
 

@@ -19,14 +19,19 @@ from afo_sim.lab.bench.stand import Stand, stand
 from afo_sim.lab.bench.trial import Trial
 from afo_sim.metrics.metric import Metric
 from afo_sim.model.torque_map import TorqueMap
-from afo_sim.show import compare, gait_figure, report_figures, run_figure, sweep_figures, torque_map
-from afo_sim.show.fit_figure import write_fit_figure
-from afo_sim.show.log_figure import write_log_figure
+from afo_sim.show import (
+    compared_figures,
+    gait_figure,
+    report_figures,
+    run_figure,
+    sweep_figures,
+    torque_map_figure,
+)
+from afo_sim.show.fit_figure import write_fit_figure, write_log_figure
 from afo_sim.show.numbers import printed, readable
 from afo_sim.show.run_view import RunView
 from afo_sim.show.search_figure import draw_search
-from afo_sim.show.stand_figure import draw_trials
-from afo_sim.show.static_load import draw_study
+from afo_sim.show.stand_figure import draw_study, draw_trials
 from afo_sim.show.style import plain
 from afo_sim.simulation.recording import Recording
 from afo_sim.study import read
@@ -98,7 +103,7 @@ def test_figures_of_a_report(short: Recording) -> None:
 
 @pytest.mark.slow
 def test_figure_of_a_comparison(short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
-    compare.draw({NAME: short, "b": short}, tmp_path / "a.png")
+    compared_figures.draw({NAME: short, "b": short}, tmp_path / "a.png")
     assert_plain(drawn[0])
 
 
@@ -137,7 +142,7 @@ def test_figure_of_a_torque_map(tmp_path: pathlib.Path, drawn: list[Figure]) -> 
     angles, pressures = np.radians([-5.0, 0.0, 5.0]), np.array([1e5, 2e5])
     torque = np.outer([3.0, 2.0, 1.0], [1.0, 2.0])
     found = TorqueMap(NAME, angles, pressures, torque, np.full((3, 2), 0.1))
-    torque_map.draw([found], tmp_path / "a.png", NAME)
+    torque_map_figure.draw([found], tmp_path / "a.png", NAME)
     assert_plain(drawn[0], f"{NAME} chamber alone")
 
 

@@ -12,7 +12,7 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.show import verdict
+from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.notebook import recording_html
 from afo_sim.show.report import page
 from afo_sim.show.run_view import RunView
@@ -21,8 +21,8 @@ from afo_sim.simulation.recording import Recording
 
 
 @pytest.fixture(scope="module")
-def shipped() -> Recording:
-    return afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"})
+def shipped(walks: dict[str, Recording]) -> Recording:
+    return walks["worn"]
 
 
 @pytest.fixture(scope="module")

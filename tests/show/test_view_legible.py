@@ -18,8 +18,8 @@ from afo_sim.show.rerun.curves import compared_curves, curves, plots_of
 from afo_sim.show.rerun.events import BLANK, _fitting
 from afo_sim.show.rerun.layout import TITLE, Contents, _details, blueprint
 from afo_sim.show.rerun.recording_file import RunScene, contents
+from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.rerun.scene import stage
-from afo_sim.show.rerun.source import from_recording
 from afo_sim.show.rerun.walk_scene import Walker, carriage
 from afo_sim.simulation.recording import Recording
 

@@ -10,7 +10,7 @@ from command import call
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.show.compare import write
+from afo_sim.show.compared_figures import write
 from afo_sim.simulation.compare import angle_differences, common_laws, compare_laws, tables
 from afo_sim.simulation.recording import Recording, read_recording
 

@@ -7,6 +7,6 @@ shows the file.
 
 from afo_sim.show.rerun.recording_file import write_comparison as write_comparison
 from afo_sim.show.rerun.recording_file import write_rrd as write_rrd
-from afo_sim.show.rerun.source import require_time as require_time
+from afo_sim.show.rerun.run_rows import require_time as require_time
 from afo_sim.show.rerun.viewer import open_recordings as open_recordings
 from afo_sim.show.rerun.viewer import screenshot as screenshot

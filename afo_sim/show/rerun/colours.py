@@ -72,7 +72,7 @@ def _palette(name: str) -> tuple[tuple[list[int], ...], int]:
     return (PLANTARFLEXOR if cold else DORSIFLEXOR), int(number) - 1
 
 
-def told(lines: Iterable[tuple[str, list[int]]]) -> str:
+def in_words(lines: Iterable[tuple[str, list[int]]]) -> str:
     """Names and colours of lines as a title tells them: "front red (path orange), back blue"."""
     found: dict[str, str] = {}
     for name, colour in lines:

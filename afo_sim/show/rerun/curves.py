@@ -1,25 +1,87 @@
 """Plotted lines: their places, names, colours and values."""
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, field
 
 import numpy as np
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.subtalar import free
-from afo_sim.show.rerun.air import air_curves
-from afo_sim.show.rerun.clock import GAIT, send
-from afo_sim.show.rerun.curve import Curve as Curve
-from afo_sim.show.rerun.source import Columns, Source
+from afo_sim.physics.gas import AIR, Gas
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
-OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
-SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
+_ANGLES = ("ankle/angle", "gait/ankle_angle")
+_USUAL, _THIN = 1.6, 0.8  # widths of lines
 
 
 @dataclass(frozen=True)
-class PathLength(Curve):
+class Curve:
+    """One plotted line: where, its name and colour, and its column × factor."""
+
+    entity: str
+    name: str
+    colour: list[int]
+    column: str
+    factor: float = 1.0
+    width: float = field(default=_USUAL, kw_only=True)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that it reads."""
+        return (self.column,)
+
+    def values(self, block: Columns) -> np.ndarray:
+        """The plotted values. Angles go through `np.degrees`, so that they are its very bits."""
+        values = block[self.column]
+        return np.degrees(values) if self.column in _ANGLES else values * self.factor
+
+
+_FLOWS = {
+    "supply/mass_flow": ("from the supply", colours.SKY),
+    "exhaust/mass_flow": ("to the ambient air", colours.ORANGE),
+}
+_SET_PRESSURE = "supply/set_pressure"
+_PER_MINUTE = 6e4  # l/min in a m³/s
+
+
+def _air_curves(source: Source) -> list[Curve]:
+    """Lines of a run's air path; none where its valves hang on endless air and the ambient air alone."""
+    if not any(source.named(kind) for kind in ("volume", "store", "restriction")):
+        return []
+    found = [Curve("pressure/chambers", "supply", colours.GREY, "supply/pressure", 1e-5, width=_THIN)]
+    free = itertools.cycle(colours.VOLUMES)
+    ends = {VALVE_END.format(chamber): chamber for chamber in source.named("chamber")}
+    far = {TUBE_END.format(chamber): f"{chamber}, tube end" for chamber in source.named("chamber")}
+    for name in source.named("volume"):
+        if name == SOURCE or (name == OUTLET and _SET_PRESSURE in source.columns):
+            continue
+        label, shade = ({OUTLET: "regulator"} | far).get(name, name), list(next(free))
+        if name in ends:
+            label, shade = f"{ends[name]}, valve end", colours.of_path(f"{ends[name]}_1", True)
+        found.append(Curve("pressure/chambers", label, shade, f"volume/{name}/pressure", 1e-5, width=_THIN))
+    litres = _PER_MINUTE / _gas_of(source).free_density
+    for column, (name, colour) in _FLOWS.items():
+        if column in source.columns:
+            found.append(Curve("air/flow", name, colour, column, litres))
+    return found
+
+
+def _gas_of(source: Source) -> Gas:
+    """The gas that drives a run."""
+    described = source.scenario.supply.source
+    return AIR if described is None else described.real_gas
+
+
+_OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
+_SMALL = ("gravity", "frame")  # moments of a few N·m, left out beside walking's hundred
+
+
+@dataclass(frozen=True)
+class _PathLength(Curve):
     """Length that a muscle would have on rigid cable, cuff and plate: its path less all that is in series."""
 
     series: float = 0.0  # [m]
@@ -34,16 +96,16 @@ def curves(source: Source) -> list[Curve]:
     found = [Curve("angle/ankle", "own", colours.WHITE, "ankle/angle")]
     if source.walks:
         found.append(Curve("angle/healthy", "healthy", colours.HEALTHY, "gait/ankle_angle"))
-    absent = (() if source.named("muscle") else ("orthosis",)) + (SMALL if source.walks else ())
+    absent = (() if source.named("muscle") else ("orthosis",)) + (_SMALL if source.walks else ())
     for name, colour in colours.MOMENTS.items():
         if f"ankle/moment/{name}" in source.columns and name not in absent:
-            found.append(Curve("moment/ankle", OWN.get(name, name), colour, f"ankle/moment/{name}"))
+            found.append(Curve("moment/ankle", _OWN.get(name, name), colour, f"ankle/moment/{name}"))
     if source.walks:
         found += _clearance(source)
     for chamber in source.named("chamber"):
         shade = colours.of_muscle(f"{chamber}_1")
         found.append(Curve("pressure/chambers", chamber, shade, f"chamber/{chamber}/pressure", 1e-5))
-    found += air_curves(source)
+    found += _air_curves(source)
     for muscle, label, _ in _drawn_muscles(source):
         shade = colours.of_muscle(muscle)
         found.append(Curve("force/muscles", label, shade, f"muscle/{muscle}/force"))
@@ -72,7 +134,7 @@ def _lengths(source: Source) -> list[Curve]:
         shade, path = colours.of_muscle(muscle), f"muscle/{muscle}/path_length"
         found.append(Curve("length/muscles", label, shade, f"muscle/{muscle}/length", 1e3))
         shade = colours.of_path(muscle, group.alike)
-        found.append(PathLength("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
+        found.append(_PathLength("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
     return found
 
 

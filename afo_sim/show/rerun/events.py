@@ -4,24 +4,21 @@ import numpy as np
 import rerun as rr
 
 from afo_sim.metrics.strides import SOLVED, stance, stance_force
-from afo_sim.show.rerun.clock import GAIT, send, strides
 from afo_sim.show.rerun.colours import of_muscle
-from afo_sim.show.rerun.source import Columns, Source
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 
-KNOTS = 50  # rows from one remembered pair of time and strides to the next
+_KNOTS = 50  # rows from one remembered pair of time and strides to the next
 SHUT = [55, 58, 64]
-STANCE, SWING = [60, 125, 85], [70, 95, 150]
-STRIDES = ([88, 92, 102], [62, 66, 74])  # in turn
+STANCE, _SWING = [60, 125, 85], [70, 95, 150]
+_STRIDES = ([88, 92, 102], [62, 66, 74])  # in turn
 
 BLANK = " "  # the viewer shows the state itself where a label is empty
-LANE_LETTERS, MARGIN = (
-    85,
-    1.5,
-)  # letters along a lane in the smallest usual window, 1280 pixels wide; kept free
+_LANE_LETTERS = 85  # along a lane in the smallest usual window, 1280 pixels wide
+_MARGIN = 1.5  # letters kept free
 
-SETTLED = "settled: from here the strides are solved for, before it they are walked from the start"
+_SETTLED = "settled: from here the strides are solved for, before it they are walked from the start"
 
-Change = tuple[float, str]  # time [s], the state from then on
+_Change = tuple[float, str]  # time [s], the state from then on
 
 
 class EventFinder:
@@ -31,7 +28,7 @@ class EventFinder:
         self.valves, self.walks = source.named("valve"), source.walks
         self._stance = stance_force(source.columns)
         self._body_mass = source.body_mass
-        self.lanes: dict[str, list[Change]] = {}
+        self.lanes: dict[str, list[_Change]] = {}
         self._peaks: dict[str, tuple[float, float]] = {}
         self._solved = (SOLVED,) if source.solved else ()
         self._settled: float | None = None  # time from which strides are solved for [s]
@@ -65,7 +62,7 @@ class EventFinder:
             if self._solved:
                 names = np.where(block[SOLVED] == 1.0, np.char.add(names, ", settled"), names)
             self._lane("gait/stride", time, names)
-            self._knots += zip(time[::KNOTS], strides(block)[::KNOTS], strict=True)
+            self._knots += zip(time[::_KNOTS], strides(block)[::_KNOTS], strict=True)
             self._knots.append((time[-1], strides(block)[-1]))
             peaks["toe lowest in swing"] = np.where(stands, -np.inf, -block["toe/height"])
         if self._solved and self._settled is None and block[SOLVED].any():
@@ -95,7 +92,7 @@ class EventFinder:
         if not source.header.ok:
             found.append((source.n_row / source.rate, "ERROR", source.header.status))
         if self._settled is not None:
-            found.append((self._settled, "INFO", SETTLED))
+            found.append((self._settled, "INFO", _SETTLED))
         for valve in self.valves:
             for time, state in self.lanes[f"valves/{valve}"]:
                 if time > 0.0 or state == "open":
@@ -134,7 +131,7 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
         send(stream, f"events/{prefix.rstrip('/') or 'run'}", finder.rows([e[0] for e in events]), texts)
 
 
-def _fitting(values: list[str], changes: list[Change], end: float) -> list[str]:
+def _fitting(values: list[str], changes: list[_Change], end: float) -> list[str]:
     """Words on a lane's intervals: of each state the longest that fits all of its intervals, or none.
 
     Intervals that the recording cuts short do not count, unless they are the only ones.
@@ -151,9 +148,9 @@ def _fitting(values: list[str], changes: list[Change], end: float) -> list[str]:
         lasts[state] = lasts[state] if cut else min(lasts[state], times[k + 1] - time)
     found = []
     for value in values:
-        room = LANE_LETTERS * lasts[value] / end if end > 0.0 else 0.0
+        room = _LANE_LETTERS * lasts[value] / end if end > 0.0 else 0.0
         words = [value, value.split(",")[0], value.removeprefix("stride ").split(",")[0]]
-        fits = [word for word in words if len(word) + MARGIN <= room]
+        fits = [word for word in words if len(word) + _MARGIN <= room]
         found.append(fits[0] if fits and value != "shut" else BLANK)
     return found
 
@@ -165,6 +162,6 @@ def _usual(what: str) -> tuple[str, ...]:
 
 def _lane_colour(what: str, state: str, number: int) -> list[int]:
     if what == "stride":
-        return STRIDES[number % 2]
-    known = {"stance": STANCE, "swing": SWING, "shut": SHUT}
+        return _STRIDES[number % 2]
+    known = {"stance": STANCE, "swing": _SWING, "shut": SHUT}
     return known[state] if state in known else of_muscle(f"{what.rsplit('_', 1)[0]}_1")

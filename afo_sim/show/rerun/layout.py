@@ -7,16 +7,16 @@ from typing import Any
 import rerun.blueprint as rrb
 from rerun.encodings import AbsoluteTimeRange
 
-from afo_sim.show.rerun.clock import STRIDES, TIMELINE
+from afo_sim.show.rerun.run_rows import STRIDES, TIMELINE
 
 Row = tuple[Any, float]  # a view; its share of a column, or its height as a negative number [pixel]
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]
-CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking one, from the carriage [m]
+_CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking one, from the carriage [m]
 
 
 HEIGHT = 650.0  # that the views share in the smallest usual window, 1280 × 720 [pixel]
-LANE, LANES_HEAD = 40.0, 60.0  # heights of a lane, and of what is above the lanes [pixel]
-ANSWER, ANSWERS = 185.0, 260.0  # heights of the answer of one run, of several [pixel]
+_LANE, _LANES_HEAD = 40.0, 60.0  # heights of a lane, and of what is above the lanes [pixel]
+_ANSWER, _ANSWERS = 185.0, 260.0  # heights of the answer of one run, of several [pixel]
 TITLE = 90  # letters of a plot's title in that window
 
 
@@ -92,7 +92,7 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     rows = [*_answer(contents), (_plots(contents, "/clearance", "sole above the floor [mm]"), 3.0)]
     return rrb.Horizontal(
         rrb.Vertical(
-            _space(_scene_name(contents, "walking leg"), contents.carriage, CARRIAGE_CAMERA, contents),
+            _space(_scene_name(contents, "walking leg"), contents.carriage, _CARRIAGE_CAMERA, contents),
             _lanes("/", title, ["/gait/**", "/valves/**"]),
             row_shares=[HEIGHT - lanes, lanes],
         ),
@@ -107,7 +107,7 @@ def _scene_name(contents: Contents, alone: str) -> str:
 
 def _tall(lanes: int, most: float) -> float:
     """Height of a view of lanes in the smallest window, at most a share of the whole [pixel]."""
-    return min(LANES_HEAD + LANE * lanes, most * HEIGHT)
+    return min(_LANES_HEAD + _LANE * lanes, most * HEIGHT)
 
 
 def _column(rows: list[Row]) -> rrb.Vertical:
@@ -122,9 +122,8 @@ def _answer(contents: Contents) -> list[Row]:
     """The answer to what the run is for, before all else."""
     if not contents.answer:
         return []
-    return [
-        (rrb.TextDocumentView(origin="/answer", name="in short"), -(ANSWERS if contents.compared else ANSWER))
-    ]
+    height = _ANSWERS if contents.compared else _ANSWER
+    return [(rrb.TextDocumentView(origin="/answer", name="in short"), -height)]
 
 
 def _joint(contents: Contents) -> list[Row]:

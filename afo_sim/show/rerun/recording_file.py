@@ -1,8 +1,13 @@
 """The Rerun file of one run, or of several on one timeline."""
 
+import errno
 import pathlib
 import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -13,15 +18,43 @@ import afo_sim.show.rerun.events as events
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.texts as texts
 import afo_sim.show.rerun.walk_scene as walk_scene
-from afo_sim.show.rerun.clock import GAIT
 from afo_sim.show.rerun.layout import Contents, blueprint
-from afo_sim.show.rerun.saving import saving
-from afo_sim.show.rerun.source import Columns, Source, from_folder, from_recording, require_rows
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation.recording import Recording
+
+_END = b"RRF2FOOT"  # stands in the last bytes of a complete file
+_SCARCE = 1 << 20  # free bytes below which a disk counts as full
+
+
+@contextmanager
+def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> Iterator[None]:
+    """Write what is logged in the block to a file.
+
+    Rerun writes in a thread of its own: a full disk stops that thread, and the end of the file is missing.
+    """
+    try:
+        stream.save(path, default_blueprint=blueprint)
+        yield
+        stream.flush()
+        stream.disconnect()
+    except RuntimeError as error:
+        if "writer thread" not in str(error):
+            raise
+    if not _complete(path):
+        full = shutil.disk_usage(path.parent).free < _SCARCE
+        code = errno.ENOSPC if full else errno.EIO
+        raise OSError(code, "Rerun could not write it to its end", str(path))
+
+
+def _complete(path: pathlib.Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - 64, 0))
+        return _END in file.read()
+
 
 APPLICATION = "afo_sim"
 POSE_RATE = 100.0  # poses a second by default [Hz]; signals keep the run's own rate
-GHOST = 0.55  # opacity of every run after the first
+_GHOST = 0.55  # opacity of every run after the first
 
 
 @dataclass(frozen=True)
@@ -67,7 +100,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
     shown: list[RunScene] = []
     for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
-        view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else GHOST)
+        view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else _GHOST)
         leader = next((other.walker for other in shown if other.walker), None)
         walker, first = None, source.walks and leader is None
         if source.walks:
@@ -98,14 +131,14 @@ def contents(shown: list[RunScene]) -> Contents:
         joint=leg.ankle,
         positive=leg.directions[0],
         plots={plot: _legend(lines, len(shown) > 1) for plot, lines in plots.items()},
-        runs=colours.told((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
+        runs=colours.in_words((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
         answer=bool(texts.answer(sources)),
     )
 
 
 def _legend(lines: list[curves.Curve], compared: bool) -> str:
     """Names and colours of a plot's lines, as its title tells them; compared runs are told once for all."""
-    return "" if compared else colours.told((line.name, line.colour) for line in lines)
+    return "" if compared else colours.in_words((line.name, line.colour) for line in lines)
 
 
 def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:

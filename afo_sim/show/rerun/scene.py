@@ -1,5 +1,6 @@
 """The scene in space: segments, orthosis, muscles as tubes, floor, joint axis."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +11,42 @@ import rerun as rr
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.metrics.strides import stance_force
 from afo_sim.model.mounting import ANKLE, muscle_names
-from afo_sim.show.mountings import Mountings
-from afo_sim.show.rerun.clock import GAIT, send
-from afo_sim.show.rerun.guided import guided_lines
-from afo_sim.show.rerun.muscle import DrawnMuscle
-from afo_sim.show.rerun.source import Columns, Source
+from afo_sim.model.path_points import path_points
+from afo_sim.show.moving_parts import Mountings
+from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
-WALKING = (  # columns that walking is shown by, beside the model's coordinates
+
+def guided_lines(
+    model: mujoco.MjModel, block: Columns, groups: Mapping[str, MuscleGroup], mountings: Mountings
+) -> dict[str, np.ndarray]:
+    """Lines of the muscles whose path has points or surfaces, at the coordinates of a block of rows.
+
+    Units: returns [m].
+    """
+    names = [name for name, group in groups.items() if group.path]
+    if not names:
+        return {}
+    data = mujoco.MjData(model)
+    qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
+    found: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    for k, row in enumerate(qpos):
+        mountings.place({anchor: float(block[column][k]) for anchor, column in mountings.columns.items()})
+        data.qpos[:] = row
+        mujoco.mj_fwdPosition(model, data)
+        for name in names:
+            found[name].append(path_points(model, data, name))
+    mountings.place({})
+    return {name: _padded(lines) for name, lines in found.items()}
+
+
+def _padded(lines: list[np.ndarray]) -> np.ndarray:
+    """Lines of different numbers of places as one array."""
+    most = max(map(len, lines), default=0)
+    return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
+
+
+_WALKING = (  # columns that walking is shown by, beside the model's coordinates
     *GAIT,
     "gait/ankle_angle",
     "shank/angle",
@@ -56,7 +86,7 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
     """The stage of a run."""
     model = mujoco.MjModel.from_xml_string(source.header.model_xml)
     toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
-    walking = tuple(dict.fromkeys((*WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
+    walking = tuple(dict.fromkeys((*_WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
     groups = muscle_names(source.scenario.orthosis)
     return Stage(model, groups, root, opacity, colour_by, Mountings(model, groups, source.columns), walking)
 

@@ -9,14 +9,15 @@ import afo_sim.show.rerun.colours as colours
 from afo_sim.description.words import reference, worn
 from afo_sim.metrics.metric import GROUPS
 from afo_sim.metrics.metric_words import unit, words
-from afo_sim.show import bands, effects, verdict
+from afo_sim.show import bands, effects
+from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import readable
-from afo_sim.show.rerun.source import Source
+from afo_sim.show.rerun.run_rows import Source
 
-Sources = list[tuple[str, Source]]  # runs by their names
+_Sources = list[tuple[str, Source]]  # runs by their names
 
 
-def answer(sources: Sources) -> str:
+def answer(sources: _Sources) -> str:
     """What the runs are for, answered: verdict, what to change first, bands; "" where nothing is told."""
     found = []
     for label, source in sources:
@@ -28,14 +29,14 @@ def answer(sources: Sources) -> str:
     return "\n\n".join(found)
 
 
-def log_texts(stream: rr.RecordingStream, sources: Sources) -> None:
+def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
     """The answer, the table of metrics and the resolved scenario(s)."""
     if found := answer(sources):
         _document(stream, "answer", found)
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     if len(sources) > 1:
         lines += [
-            f"Colours: {colours.told((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))}.",
+            f"Colours: {colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))}.",
             "",
         ]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
@@ -51,7 +52,7 @@ def log_texts(stream: rr.RecordingStream, sources: Sources) -> None:
     _document(stream, "scenario", "\n".join(texts))
 
 
-def _metrics(sources: Sources) -> Iterator[str]:
+def _metrics(sources: _Sources) -> Iterator[str]:
     """The table of metrics: each under its group, with the words, digits and unit that people read."""
     names = list(dict.fromkeys(n for _, s in sources for n in s.header.metrics))
     yield f"| number |{'|'.join(f' {label} ' for label, _ in sources)}| unit |"

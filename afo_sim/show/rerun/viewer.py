@@ -1,4 +1,4 @@
-"""The Rerun viewer: on a screen, or without one for pictures. It listens on this machine only."""
+"""Watching a run while it is computed: its rows stream into a viewer on this machine."""
 
 import os
 import pathlib
@@ -7,23 +7,30 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO
 
 import numpy as np
+import rerun as rr
 
+import afo_sim.show.rerun.curves as curves
+import afo_sim.show.rerun.scene as scene
+import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.common.errors import InputError
-from afo_sim.show.rerun.clock import TIMELINE
+from afo_sim.show.rerun.layout import blueprint
+from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
+from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
+from afo_sim.simulation.recording import Recording
 
-LOOPBACK = "127.0.0.1"
-START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
+_LOOPBACK = "127.0.0.1"
+_START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
 
 
 def open_recordings(paths: Sequence[pathlib.Path]) -> None:
     """Show Rerun files in a window, until it is closed."""
     require_display(paths[0])
-    subprocess.run([str(_binary()), *map(str, paths), "--bind", LOOPBACK], check=False)
+    subprocess.run([str(_binary()), *map(str, paths), "--bind", _LOOPBACK], check=False)
 
 
 def require_display(file: pathlib.Path | None = None) -> None:
@@ -61,7 +68,7 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
     port = _free_port()
     environment = os.environ | {"RUST_LOG": "error"}
     environment.setdefault("XDG_RUNTIME_DIR", str(pathlib.Path.home()))
-    command = [str(_binary()), "--bind", LOOPBACK, "--port", str(port), *options]
+    command = [str(_binary()), "--bind", _LOOPBACK, "--port", str(port), *options]
     with tempfile.TemporaryFile("w+") as complaint:
         process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=complaint)
         try:
@@ -70,7 +77,7 @@ def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> I
             if process.poll() is not None:
                 raise _no_viewer(complaint)
             try:
-                yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+                yield f"rerun+http://{_LOOPBACK}:{port}/proxy"
             except ConnectionError:  # it may end later than that, while it is asked for a picture
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(3.0)
@@ -108,20 +115,72 @@ def _binary() -> pathlib.Path:
 
 def _free_port() -> int:
     with socket.socket() as probe:
-        probe.bind((LOOPBACK, 0))
+        probe.bind((_LOOPBACK, 0))
         return int(probe.getsockname()[1])
 
 
 def _listens(port: int) -> bool:
     with socket.socket() as probe:
         probe.settimeout(0.2)
-        return probe.connect_ex((LOOPBACK, port)) == 0
+        return probe.connect_ex((_LOOPBACK, port)) == 0
 
 
 def _wait(done: object) -> None:
     """Poll until `done()` is true."""
-    limit = time.monotonic() + START_LIMIT
+    limit = time.monotonic() + _START_LIMIT
     while not done():  # type: ignore[operator]
         if time.monotonic() > limit:
-            raise InputError(f"the Rerun viewer did not answer within {START_LIMIT:g} s")
+            raise InputError(f"the Rerun viewer did not answer within {_START_LIMIT:g} s")
         time.sleep(0.05)
+
+
+_Watch = Callable[[Recording], None]
+
+
+@contextmanager
+def live_viewer(*, headless: bool = False) -> Iterator[_Watch]:
+    """Open a viewer, and yield what takes each new stretch of a run (as a Recording of its rows).
+
+    The window stays until it is closed; the viewer listens on this machine only.
+    """
+    if not headless:
+        require_display()
+    options = ["--headless"] if headless else ["--hide-welcome-screen"]
+    rr.set_strict_mode(True)
+    with viewer_process(options, wait_for_close=not headless) as url:
+        stream = rr.RecordingStream(APPLICATION)
+        stream.set_log_time_enabled(False)
+        try:
+            yield _stream_to(stream, url)
+        finally:
+            stream.flush()
+            stream.disconnect()
+
+
+def _stream_to(stream: rr.RecordingStream, url: str) -> _Watch:
+    started: list[RunScene] = []
+
+    def watch(stretch: Recording) -> None:
+        source = from_recording(stretch)
+        if not started:
+            started.append(_shown(source))
+            stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
+            stream.send_recording_name(source.name)
+            log_still(stream, started)
+        run = started[0]
+        for block in source.read(curves.columns_of(source, run.lines), 1):
+            curves.log_curves(stream, run.lines, block)
+        for block in source.read(run.view.columns, source.every(POSE_RATE)):
+            log_poses(stream, run, block)
+        stream.flush()
+
+    return watch
+
+
+def _shown(source: Source) -> RunScene:
+    """The view of a run that has only begun."""
+    view = scene.stage(source)
+    walker = None
+    if source.walks:
+        walker = walk_scene.Walker(view, source, walk_scene.expected_carriage(source))
+    return RunScene(source, view, curves.curves(source), walker)

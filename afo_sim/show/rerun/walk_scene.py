@@ -19,21 +19,20 @@ from afo_sim.metrics.strides import loaded, stance_force
 from afo_sim.model.foot import TOE_POINTS, foot_of
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.walk import phase_at
-from afo_sim.show.carriage import Carriage
-from afo_sim.show.rerun.clock import GAIT, send, strides
+from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
+from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 from afo_sim.show.rerun.scene import Stage, log_body, replay
-from afo_sim.show.rerun.source import Columns, Source
 
 CARRIAGE = "world/carriage"
-TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
+_TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
 SUNK = [255, 40, 40]  # where a point is below the floor in swing
 ARROW = 0.5  # length of a force of one body weight [m]
-ARROW_COLOUR = [110, 235, 120]
-GHOST_COLOUR = [150, 205, 255, 90]
+_ARROW_COLOUR = [110, 235, 120]
+_GHOST_COLOUR = [150, 205, 255, 90]
 SIDE = -0.065  # arrow and trails are drawn beside the foot, towards the camera [m]
-EDGE, FAR = -0.06, 0.4  # sides of the walkway [m]
-PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 2010
+_EDGE, _FAR = -0.06, 0.4  # sides of the walkway [m]
+_PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 2010
     (0.0, "loading response"),
     (0.12, "mid-stance"),
     (0.31, "terminal stance"),
@@ -62,13 +61,13 @@ def expected_carriage(source: Source) -> Carriage:
     return Carriage.beside(time, walked, cycle.signal("ankle_x", walked))
 
 
-def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
+def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     """A walkway with a line every 10 cm and a stronger one every metre, once.
 
     It is cut along the foot's side, as in a section: what sinks below the floor is seen.
     """
     left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
-    size, centre = (np.array([right, FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
+    size, centre = (np.array([right, _FAR]) - s * np.array([left, _EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
         half_sizes=[[*(0.5 * size), 0.002]],
         centers=[[*(0.5 * centre), -0.002]],
@@ -77,7 +76,7 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     )
     stream.log("world/floor", floor, static=True)
     places = np.arange(round(10 * left), round(10 * right) + 1)
-    ends = np.array([[0.0, side, 0.0005] for side in (EDGE, FAR)])
+    ends = np.array([[0.0, side, 0.0005] for side in (_EDGE, _FAR)])
     strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
     metre = places % 10 == 0
     lines = rr.LineStrips3D(
@@ -88,10 +87,10 @@ def log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     stream.log("world/floor/lines", lines, static=True)
 
 
-def log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
+def _log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
     """The leg's own foot, translucent, once; the orthosis on it is left out."""
     for part, name in _ghost_bodies(source).items():
-        log_body(stream, view, view.model.body(name).id, f"{view.root}/healthy/{part}", GHOST_COLOUR)
+        log_body(stream, view, view.model.body(name).id, f"{view.root}/healthy/{part}", _GHOST_COLOUR)
 
 
 def _ghost_bodies(source: Source) -> dict[str, str]:
@@ -119,7 +118,7 @@ class Walker:
     @property
     def trails(self) -> list[str]:
         """The entities of its trails; among several runs only the toe leaves one."""
-        return [f"/{self.view.root}/trail/{name}" for name in TRAILS if name == "toe" or not self.colour]
+        return [f"/{self.view.root}/trail/{name}" for name in _TRAILS if name == "toe" or not self.colour]
 
     @property
     def stride_time(self) -> float:
@@ -144,7 +143,7 @@ class Walker:
 
     def _log_caption(self, stream: rr.RecordingStream, block: Columns) -> None:
         """Stride and phase in words, above the knee."""
-        starts, names = zip(*PHASES, strict=True)
+        starts, names = zip(*_PHASES, strict=True)
         which = np.searchsorted(starts, block["gait/phase"], side="right") - 1
         texts = [
             f"stride {stride + 1:.0f} · {100.0 * phase:.0f} % · {names[k]}"
@@ -158,7 +157,7 @@ class Walker:
         new = np.r_[True, np.diff(nearest) != 0.0]
         rows = {name: block[name][new] for name in ("time", *GAIT)}
         metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
-        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
+        places = np.column_stack([metres, np.full_like(metres, _EDGE - 0.06), np.zeros_like(metres)])
         counts = np.full(len(rows["time"]), 3)
         marks = rr.Points3D.columns(
             positions=places.astype(np.float32),
@@ -209,7 +208,7 @@ class Walker:
             path = np.vstack([self._ends.get(name, path[:1]), path])
             self._ends[name] = path[-1:]
             strips = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
-            colours = np.where((swings & (z < 0.0))[:, None], SUNK, self.colour or TRAILS[name])
+            colours = np.where((swings & (z < 0.0))[:, None], SUNK, self.colour or _TRAILS[name])
             trail = rr.LineStrips3D.columns(strips=list(strips), colors=colours.astype(np.uint8))
             send(stream, entity, block, trail)
 
@@ -221,10 +220,10 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
     if not walker.first:
         return
-    log_walkway(stream, walker.way)
-    log_ghost_shapes(stream, walker.view, walker.source)
+    _log_walkway(stream, walker.way)
+    _log_ghost_shapes(stream, walker.view, walker.source)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)
     stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
-    arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[ARROW_COLOUR])
+    arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[_ARROW_COLOUR])
     stream.log(f"{root}/ground_force", arrow, static=True)

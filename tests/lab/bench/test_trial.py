@@ -325,7 +325,7 @@ REFUSED = {
     "test": ("isobar dmsp_20", "is no test", "did you mean 'isobaric'"),
     "option": ("isobaric dmsp_20 --load 5kg", "is nothing that isobaric takes", "isotonic, step, release"),
     "formula": ("step dmsp_20 --static", "has no static formula", "isobaric, isotonic, isometric"),
-    "table": ("isobaric dmsp_20 --out x.xls", "is no table", ".csv or .parquet"),
+    "table": ("isobaric dmsp_20 --out x.xls", "is not a table", ".csv or .parquet"),
     "unit": ("isobaric dmsp_20 --pressure 3", "has no unit", '"4 bar"'),
     "time": ("isobaric dmsp_20 --time 1ms", "out of range", "0.02 s to"),
 }

@@ -22,7 +22,7 @@ from afo_sim.lab.fitting.run_misfit import channel_errors, doubts
 from afo_sim.lab.fitting.run_parameter import find_parameters
 from afo_sim.lab.fitting.run_problem import differences, pose, run_at
 from afo_sim.lab.fitting.run_scenario import remarks, scenario_toml, write
-from afo_sim.show.log_figure import write_log_figure
+from afo_sim.show.fit_figure import write_log_figure
 from afo_sim.simulation.recording import Recording
 
 SHORT = {"duration": "8 s"}

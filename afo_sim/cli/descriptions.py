@@ -1,0 +1,253 @@
+"""Commands on descriptions: list, check, new, keys, refit."""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument, Option
+
+from afo_sim.cli.common import (
+    Scenario,
+    Sets,
+    app,
+    one_group,
+    picked,
+    print_table,
+    progress,
+    quantity,
+    read_sets,
+)
+from afo_sim.common.errors import InputError, nearest_name, unknown
+
+if TYPE_CHECKING:
+    from afo_sim.model.refit import Fit, Ratio
+
+_LISTS = (
+    "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
+    "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties",
+)  # fmt: skip
+
+
+@app.command("list")
+def list_command(
+    what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
+) -> None:
+    """List what there is, one line each; or one of them whole, with every number, its unit and source."""
+    with progress("reading"):
+        from afo_sim.description.catalogue import entries, product
+
+        if what and what not in _LISTS:
+            tables = product(what)
+        else:
+            columns = ("name", "what it is")
+            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else _LISTS)]
+    for title, header, rows in tables:
+        print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
+
+
+@app.command()
+def check(
+    file: Annotated[Path, Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")],
+) -> None:
+    """Doctor for your own files: says what is wrong, or what was understood."""
+    with progress("checking"):
+        from afo_sim.cli.doctor.kinds import check_file
+
+        findings = check_file(file)
+    print_table(str(file), ["", "found"], [list(row) for row in findings])
+    print("good")
+
+
+_PRODUCTS = (
+    "orthosis", "muscle", "valve", "tube", "source", "regulator", "leg", "scenario", "patient", "shoe",
+    "limits", "sensor",
+)  # fmt: skip
+_NEW_KINDS = (*_PRODUCTS, "sweep", "search")
+_Braided = Annotated[str | None, Option(help="of a hand-made muscle, with unit")]
+_Used = Annotated[str | None, Option(help="that it refers to: a shipped name, or a path")]
+
+
+@dataclass(frozen=True)
+class _New:
+    """Options of `new`: what is described, and what it uses."""
+
+    kind: Annotated[str, Argument(help="|".join(_NEW_KINDS))]
+    name: Annotated[str, Argument(help="of the new file or folder")]
+    out: Annotated[Path, Option(help="folder to write to")] = Path()
+    like: Annotated[str, Option(help="the shipped one whose numbers it starts with")] = ""
+    muscle: _Used = None
+    valve: _Used = None
+    orthosis: _Used = None
+    leg: _Used = None
+    patient: _Used = None
+    shoe: _Used = None
+    limits: _Used = None
+    scenario: _Used = None
+    bore: _Braided = None
+    braid_angle: _Braided = None
+    length: Annotated[str | None, Option(help="of a hand-made muscle, end to end")] = None
+    end_length: Annotated[
+        str | None, Option(help="of its clamps together, which do not contract; two bores by default")
+    ] = None
+    wall_thickness: Annotated[str | None, Option(help="of its braid and bladder; thin by default")] = None
+
+
+@app.command()
+@one_group
+def new(new_one: _New) -> None:
+    """Write a commented file of your own that runs at once: every key, what it means, what is allowed."""
+    if new_one.kind not in _NEW_KINDS:
+        raise unknown(new_one.kind, _NEW_KINDS, field="KIND", problem="is not a valid kind")
+    parts = ("muscle", "valve", "orthosis", "leg", "patient", "shoe", "limits", "scenario")
+    uses = {used: where for used, where in picked(new_one, *parts).items() if where}
+    dimensions = picked(new_one, "bore", "braid_angle", "length", "end_length", "wall_thickness")
+    braid = {key: text for key, text in dimensions.items() if text is not None}
+    if braid and new_one.kind != "muscle":
+        problem = f"does not go with a new {new_one.kind}"
+        raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
+    with progress("writing"):
+        if new_one.kind in ("sweep", "search"):
+            from afo_sim.study.template import new_study
+
+            file = new_study(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses)
+        else:
+            from afo_sim.description.new import new as write
+
+            file = write(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses, braid=braid)
+    print(f"written to {file}")
+    if braid:
+        from afo_sim.description.handmade import told_facts
+        from afo_sim.description.reader import load
+
+        for fact, value in told_facts(load("muscle", file)):
+            print(f"{fact}: {value}")
+    print(f"next: {_next(new_one.kind, new_one.name, file)}")
+
+
+@app.command()
+def keys(
+    scenario: Scenario,
+    word: Annotated[str, Argument(help="only keys that mention it")] = "",
+    sets: Sets = None,
+) -> None:
+    """Every key that --set, a sweep or a search can set: value, range, where the value comes from."""
+    values = read_sets(sets)
+    with progress("reading"):
+        from afo_sim.description.keys import keys as find
+
+        found = find(scenario, word, values)
+    if not found:
+        parts = {part for key in find(scenario, sets=values) for part in re.findall(r"\w+", key.key)}
+        raise InputError(
+            "no key mentions it",
+            field="WORD",
+            value=word,
+            allowed="a part of a key's name",
+            nearest=nearest_name(word, sorted(parts)),
+        )
+    rows = [[k.key, k.value, k.allowed, k.unit, k.origin, k.meaning] for k in found]
+    header = ["key", "value", "allowed", "SI unit", "from", "meaning"]
+    print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
+
+
+def _next(kind: str, name: str, file: Path) -> str:
+    """The command to go on with."""
+    if kind == "scenario":
+        return f"afo-sim run {file}"
+    if kind == "sweep":
+        return f"afo-sim sweep {file}"
+    if kind == "search":
+        return f"afo-sim optimise {file}"
+    if kind == "orthosis":
+        return f"afo-sim new scenario NAME --orthosis {file.parent}"
+    if kind == "leg":
+        return f"afo-sim new scenario NAME --leg {file.parent}"
+    if kind in ("patient", "shoe", "limits"):
+        return f"afo-sim new scenario NAME --like walk-dropfoot-afo --{kind} {file.parent}"
+    if kind == "sensor":
+        return f'[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario'
+    if kind == "tube":
+        return f'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis'
+    if kind in ("source", "regulator"):
+        return f'{kind} = "{file.parent}" in the [supply] of a scenario'
+    return f"afo-sim new orthosis NAME --{kind} {file.parent}"
+
+
+@app.command("refit")
+def refit_command(
+    orthosis: Annotated[str, Argument(help="a shipped orthosis' name, or its TOML file or folder")],
+    out: Annotated[Path | None, Option(help="needed: folder of the refitted orthosis")] = None,
+    to: Annotated[str, Option(help="leg that it is to fit", metavar="LEG")] = "",
+    made_for: Annotated[str, Option("--from", help="leg that it was made for", metavar="LEG")] = "adult_75kg",
+    shank_length: Annotated[str, Option(help='instead of --to: knee to ankle, "35 cm"')] = "",
+    foot_length: Annotated[str, Option(help='instead of --to: heel to toe, "22 cm"')] = "",
+    force: Annotated[bool, Option("--force", help="replace an orthosis that is there")] = False,
+) -> None:
+    """Fit an orthosis to a leg of another size: anchors and paths go with the lengths of shank and foot."""
+    if out is None:
+        raise InputError("is needed", field="--out", allowed="a folder, orthoses/mine")
+    with progress("reading"):
+        from afo_sim.common import assets
+        from afo_sim.description.reader import load
+        from afo_sim.model.refit import fits
+        from afo_sim.model.refit_file import write_refit
+
+        by = _ratio(to, made_for, shank_length, foot_length)
+        leg = load("leg", to) if to else None
+        missing = [s for s in ("shank", "foot") if leg and getattr(leg, f"{s}_length") is None]
+        before = load("orthosis", assets.find("orthosis", orthosis))
+        after = write_refit(orthosis, by, out, force=force)
+        rows = _rows(dict(fits(before)), dict(fits(after)))
+    print(f"{before.name}: {by.words}")
+    for segment in missing:
+        print(
+            f"note: no length of the {segment} is stated for {to}: a share of its body height stands for it"
+        )
+    print(f"shank × {by.shank:.4g}, foot × {by.foot:.4g}")
+    print_table(
+        "before → after", ["group", "moment arm at 0° [mm]", "contraction [%]", "taut at [deg]"], rows
+    )
+    print("contraction: what the path leaves a muscle over the range of motion; below 0 it is stretched")
+    print(
+        "as they were: muscles and their spacing, pulleys, valves; size and mass of cuff, plate and outsole"
+    )
+    print(f"written to {out}; look at it with: afo-sim run seated --set orthosis={out}")
+
+
+def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Ratio":
+    """How much longer shank and foot are, from what the command line tells."""
+    from afo_sim.description.reader import load
+    from afo_sim.model.refit import Ratio, lengths_of
+
+    if bool(to) == bool(shank_length or foot_length):
+        allowed = '--to LEG, or --shank-length "35 cm" and --foot-length "22 cm"'
+        raise InputError("one of the two tells the leg", field="--to", value=to or None, allowed=allowed)
+    own = lengths_of(load("leg", made_for))
+    if to:
+        new = lengths_of(load("leg", to))
+        words = f"from leg {made_for} to leg {Path(to).name}"
+    else:
+        stated = (("--shank-length", shank_length), ("--foot-length", foot_length))
+        new = tuple(  # type: ignore[assignment]
+            quantity(option, text, "m") if text else length
+            for (option, text), length in zip(stated, own, strict=True)
+        )
+        words = f"from leg {made_for} to shank {100.0 * new[0]:.4g} cm, foot {100.0 * new[1]:.4g} cm"
+    for option, length in zip(("--shank-length", "--foot-length"), new, strict=True):
+        if not 0.02 <= length <= 1.0:
+            raise InputError("is out of range", field=option, value=f"{length:g} m", allowed="2 cm to 100 cm")
+    return Ratio(new[0] / own[0], new[1] / own[1], words)
+
+
+def _rows(before: "dict[str, Fit]", after: "dict[str, Fit]") -> list[list[str]]:
+    def cells(fit: Any) -> list[str]:
+        low, high = fit.contraction
+        taut = "–" if math.isnan(fit.taut) else f"{math.degrees(fit.taut):.1f}"
+        return [f"{1e3 * fit.arm:.1f}", f"{100 * low:.1f} to {100 * high:.1f}", taut]
+
+    return [
+        [name, *(f"{a} → {b}" for a, b in zip(cells(before[name]), cells(after[name]), strict=True))]
+        for name in before
+    ]

@@ -1,0 +1,145 @@
+"""What a user's file is, and which module checks it; the module is imported when such a file comes.
+
+A muscle's file is checked without the rooms of legs, studies or laboratories.
+"""
+
+import importlib
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+
+Findings = list[tuple[str, str]]
+_HERE = "afo_sim.cli.doctor"
+# {suffix of a file: "module:function" of this package that takes its path}
+_OF_SUFFIX = {
+    ".toml": "kinds:check_toml",
+    ".urdf": "bodies:urdf",
+    ".xml": "bodies:mjcf",
+    ".mjcf": "bodies:mjcf",
+    ".csv": "kinds:check_gait",
+}
+# {kind of description: "module:function" that takes what the reader makes of it}
+_OF_DESCRIPTION = {
+    "scenario": "scenarios:scenario",
+    "orthosis": "scenarios:orthosis",
+    "leg": "scenarios:leg",
+    "muscle": "parts:muscle",
+    "valve": "parts:valve",
+    "tube": "parts:tube",
+    "source": "parts:source",
+    "regulator": "parts:regulator",
+    "patient": "parts:patient",
+    "shoe": "parts:shoe",
+    "limits": "parts:limits",
+    "sensor": "parts:sensor",
+}
+
+
+def check_file(path: pathlib.Path) -> Findings:
+    """Examine a TOML description or the folder that holds one, an MJCF, a URDF or a gait cycle.
+
+    A path at which there is nothing may be the name of a shipped orthosis or scenario.
+
+    Returns
+    -------
+    list of (what, finding)
+
+    Raises
+    ------
+    InputError
+        The first thing that is wrong.
+    """
+    for kind in ("orthosis", "scenario"):
+        if not path.exists() and str(path) in assets.names(kind):
+            path = assets.find(kind, str(path))
+    if path.is_dir():
+        path = _described_in(path)
+    if not path.is_file():
+        raise InputError("there is no such file", file=path)
+    check = _OF_SUFFIX.get(path.suffix.lower())
+    if check is None:
+        allowed = ".toml, .xml, .mjcf, .urdf, .csv"
+        raise InputError("is not a kind of file that can be checked", file=path, allowed=allowed)
+    return _checked(check, path)
+
+
+def _checked(check: str, given: Any) -> Findings:
+    """What "module:function" finds."""
+    module, _, function = check.partition(":")
+    findings: Findings = getattr(importlib.import_module(f"{_HERE}.{module}"), function)(given)
+    return findings
+
+
+def _described_in(folder: pathlib.Path) -> pathlib.Path:
+    """The one description that a folder is the home of, such as orthosis.toml."""
+    names = [f"{kind}.toml" for kind in assets.KINDS if kind not in assets.FLAT]
+    found = [folder / name for name in names if (folder / name).is_file()]
+    if len(found) != 1:
+        problem = "the folder holds no description" if not found else "the folder holds several descriptions"
+        raise InputError(problem, file=folder, allowed="a file, or a folder with one of " + ", ".join(names))
+    return found[0]
+
+
+def check_gait(path: pathlib.Path) -> Findings:
+    """Findings of a gait cycle's CSV, or a norm's."""
+    from afo_sim.gait import file, norm
+    from afo_sim.gait.checks import findings
+
+    if norm.is_norm(path):
+        return [("kind", "gait norm"), ("rows", str(len(norm.read(path).phase)))]
+    return [("kind", "gait cycle"), *findings(file.read(path))]
+
+
+def check_toml(path: pathlib.Path) -> Findings:
+    """Findings of a TOML file of any kind."""
+    table = assets.read_toml(path)
+    if "check" in table:
+        from afo_sim.simulation.checks import read_checks
+
+        return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
+    if "objective" in table:
+        return _checked("studies:search", path)
+    if "parameters" in table or table.get("design") == "uncertainty":
+        # tables [parameters.NAME] alone say what is not known; with a scenario they are a sweep's
+        return _checked("studies:sweep" if table.keys() & {"scenario", "design"} else "studies:spreads", path)
+    return _check_description(path, _kind_of(path, table))
+
+
+def _check_description(path: pathlib.Path, kind: str) -> Findings:
+    from afo_sim.description.reader import load
+
+    findings = [("kind", kind), *_checked(_OF_DESCRIPTION[kind], load(kind, str(path)))]
+    if kind in ("orthosis", "leg"):
+        # neither runs alone: put it into a shipped scenario
+        from afo_sim.model.design import scenario_of
+
+        own = {"leg": str(path.resolve())}
+        whole = scenario_of(path) if kind == "orthosis" else load("scenario", "seated", own)
+        findings += _checked("scenarios:scenario", whole)
+    return findings
+
+
+def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
+    """The kind of description that has most of a file's keys; of several, the file's namesake."""
+    from afo_sim.description.leaves import fields_of
+    from afo_sim.description.reader import SPECS
+
+    shared = {
+        kind: len(table.keys() & fields_of(spec).keys() - {"name", "description"})
+        for kind, spec in SPECS.items()
+    }
+    kind = max(shared, key=lambda kind: (shared[kind], kind == path.stem))
+    if shared[kind] == 0:
+        raise InputError(
+            "is not recognised as a description",
+            file=path,
+            allowed="a scenario (duration, timer), orthosis (muscle, chamber), muscle (law), valve "
+            "(conductance), tube (bore), source (kind, volume), regulator (droop), leg (file), patient "
+            "(dorsiflexor_strength), shoe (heel_stack), limits (toe_clearance), sensor (unit), a list of "
+            "checks ([[check]]), a sweep (scenario, [parameters.NAME]), a search (with [objective]) or "
+            "what is not known ([parameters.NAME] without a scenario)",
+        )
+    return kind

@@ -1,0 +1,184 @@
+"""Errors of any kind as one message and an exit code; a traceback goes to a file."""
+
+import contextlib
+import datetime
+import os
+import platform
+import re
+import shlex
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from afo_sim.common.errors import AfoSimError, InputError
+
+_BUG, _INTERRUPTED, _TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
+_PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
+# Arguments of the library whose options have another name.
+_OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
+_OPTIONS |= {"draws": "uncertainty"}
+_ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM: the program stops as after Ctrl-C, and removes its unfinished files."""
+
+
+class _Stopped(Exception):
+    """An interrupt or a closed pipe on its way through Typer, which has its own exit codes for them."""
+
+
+class Commands(TyperGroup):
+    """A group of commands whose errors name options: `--body-mass` for the library's `body_mass`."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            raise with_options(error, self.get_command(ctx, ctx.invoked_subcommand or "")) from error
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise _Stopped from error
+
+
+def with_options(error: InputError, command: Any) -> InputError:
+    """An error of the library with a command's options for the arguments that it names."""
+    parameters = {parameter.name: parameter for parameter in getattr(command, "params", ())}
+
+    def option(argument: str) -> str | None:
+        name = _OPTIONS.get(argument, argument)
+        found = (parameters.get(each) for each in (name, name.removesuffix("s"), f"{name}s"))
+        parameter = next(filter(None, found), None)
+        if parameter is None:
+            return None
+        if parameter.param_type_name == "option":
+            return max(parameter.opts, key=len)
+        return (parameter.metavar or argument.upper()).strip("[]")
+
+    def field(name: str) -> str:
+        argument, _, key = name.partition(".")
+        return f"{option(argument)} {key}".strip() if option(argument) else name
+
+    def named(found: re.Match[str]) -> str:
+        return " ".join(filter(None, [option(found[1]), found[2]])) if option(found[1]) else found[0]
+
+    return error.renamed(field, lambda words: _ARGUMENT.sub(named, words))
+
+
+def print_version(asked: bool) -> None:
+    """Print the version of this program and of the simulator below it, and stop."""
+    if asked:
+        from afo_sim.common.versions import versions
+
+        found = versions()
+        print(f"afo-sim {found['afo-sim']} (mujoco {found['mujoco']}, python {found['python']})")
+        raise typer.Exit
+
+
+def run(app: typer.Typer) -> int:
+    """Run a command line."""
+    with _terminable() as signals:
+        try:
+            app(prog_name="afo-sim")
+            code = 0
+        except SystemExit as stop:
+            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        except BaseException as error:
+            code = _report(error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error)
+        code = _flush() or code
+    return _TERMINATED if signals and code == _INTERRUPTED else code
+
+
+def _report(error: BaseException) -> int:
+    """Say what went wrong, in one message, and return the exit code."""
+    if isinstance(error, BrokenPipeError):
+        return 0  # who reads the output has seen enough
+    code, message = _message(error)
+    with contextlib.suppress(OSError):
+        print(f"afo-sim: {message}", file=sys.stderr, flush=True)
+    return code
+
+
+def _message(error: BaseException) -> tuple[int, str]:
+    from afo_sim.common.writing import reason
+
+    if isinstance(error, AfoSimError):
+        return error.exit_code, str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return _INTERRUPTED, "stopped"
+    if isinstance(error, OSError):
+        return 2, ": ".join(str(part) for part in (error.filename, reason(error)) if part)
+    if isinstance(error, MemoryError):
+        return 2, f"this needs more memory than there is{f': {error}' if str(error) else ''}"
+    if isinstance(error, RecursionError):
+        return 2, "the input is nested too deeply"
+    file = _write_bug(error)
+    where = f"please send {file}" if file else "no file with the details could be written"
+    return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
+
+
+def _short(error: BaseException) -> str:
+    text = " ".join(str(error).split())
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+def _write_bug(error: BaseException) -> Path | None:
+    """Write versions, command line and traceback to a file here, or else among the temporary files."""
+    from afo_sim.common.versions import versions
+    from afo_sim.common.writing import write_text
+
+    now = datetime.datetime.now()
+    lines = [f"date: {now:%Y-%m-%d %H:%M:%S}", f"command: {shlex.join(['afo-sim', *sys.argv[1:]])}"]
+    lines += [f"system: {platform.platform()}"]
+    lines += [f"{package}: {version}" for package, version in versions(_PACKAGES).items()]
+    text = "\n".join([*lines, "", *traceback.format_exception(error)])
+    for folder in (Path(), Path(tempfile.gettempdir())):
+        file = folder / f"afo-sim-bug-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
+        with contextlib.suppress(InputError):
+            write_text(file, text)
+            return file
+    return None
+
+
+@contextmanager
+def _terminable() -> Iterator[list[int]]:
+    """Turn SIGTERM into `Terminated` in the block; the list yielded holds the signals that came."""
+    came: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        came.append(number)
+        raise Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # not the main thread
+        yield came
+        return
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _flush() -> int:
+    """Print what still waits; a code where the output's disk is full."""
+    code = 0
+    if sys.stdout is None:  # closed before the start, as by `>&-`
+        return code
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = _report(error)
+        with contextlib.suppress(OSError, ValueError):  # or Python would try again as it ends, and complain
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stdout.fileno())
+            os.close(nowhere)
+    return code

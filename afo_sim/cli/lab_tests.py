@@ -1,0 +1,276 @@
+"""Commands of the laboratory: stand, fit, fit-run, fit-torque, validate."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from typer import Argument, Option
+
+from afo_sim.cli.common import Sets, app, one_group, picked, print_table, print_tables, progress, read_sets
+from afo_sim.cli.overwriting import check_folder
+
+if TYPE_CHECKING:
+    from afo_sim.lab.bench.stand import Stand
+
+
+@dataclass(frozen=True)
+class _Test:
+    """Options of `stand`: muscles, and what is done to them."""
+
+    test: Annotated[str, Argument(help="isobaric|isotonic|isometric|step|release, or all (the first three)")]
+    muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files")]
+    law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
+    friction: Annotated[list[str] | None, Option(help="friction, or none; several times")] = None
+    pressure: Annotated[list[str] | None, Option(help='gauge, "3 bar"; several: curves, or from and to')] = (
+        None
+    )
+    load: Annotated[list[str] | None, Option(help='"200 N" or "20 kg"; several times')] = None
+    contraction: Annotated[list[str] | None, Option(help='0.1 or "10 %"; several times')] = None
+    length: Annotated[list[str] | None, Option(help="of the braid, instead of contraction")] = None
+    valve: Annotated[str | None, Option(help="valve of step (mh1 by default) and release")] = None
+    supply: Annotated[str | None, Option(help="pressure that there is; the muscle's limit")] = None
+    time: Annotated[str | None, Option(help="of one way up or down; slow by default")] = None
+    static: Annotated[bool, Option("--static", help="the formula instead of the rig")] = False
+    compare: Annotated[Path | None, Option(help="CSV of measured points to lay over it")] = None
+    sets: Annotated[
+        list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
+    ] = None
+    out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
+    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write a Rerun recording")] = True
+
+
+@app.command("stand")
+@one_group
+def stand_command(test: _Test) -> None:
+    """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
+    with progress("compiling the muscles") as report:
+        from afo_sim.lab.bench.stand import stand
+        from afo_sim.show.stand_files import target, write_stand_files
+
+        place = target(test.out, test.test)
+        check_folder(place.folder)
+        tests = stand(
+            test.test,
+            test.muscles,
+            sets=read_sets(test.sets, example='damping="1e-4 m^2*s"'),
+            report=report,
+            **picked(test, "law", "friction", "pressure", "load", "contraction", "length"),
+            **picked(test, "valve", "supply", "time", "static", "compare"),
+        )
+        written = {}
+        for kind in tests.kinds:
+            report(0, 0, f"writing {kind}")
+            written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=test.rrd)
+    for kind, files in written.items():
+        _print_trials(tests.of(kind), files)
+
+
+def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
+    from afo_sim.lab.bench.table import printed
+
+    for trial in tests.trials:
+        print_table(*printed(trial))
+    for line in _remarks(tests):
+        print(line)
+    wall = sum(trial.wall_seconds for trial in tests.trials)
+    print(f"{wall:.1f} s; written: {', '.join(map(str, files))}")
+
+
+def _remarks(tests: "Stand") -> Iterator[str]:
+    """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
+    from afo_sim.lab.bench.static_load import static_load
+
+    for trial in tests.trials:
+        if trial.plan.kind == "isobaric" and trial.plan.muscle.law in ("reynolds_2003", "serres_2009"):
+            yield f"{trial.name}: {static_load(trial).text}"
+        if trial.plan.kind == "step":
+            moving = max(m["still_moving"].value for m in trial.metrics)
+            if moving > 1.0:
+                yield f"{trial.name}: still moving ({moving:.2g} %) when vented; take a longer --time"
+        yield from (f"warning: {warning}" for warning in trial.warnings)
+    for trial, compared in zip(tests.trials, tests.compared, strict=False):
+        factor, unit = (100.0, "%") if trial.plan.kind == "isotonic" else (1.0, "N")
+        left = f"; {compared.left_out} points lie on no curve" if compared.left_out else ""
+        yield (
+            f"{trial.name} against {compared.name}: {factor * compared.rms:.3g} {unit} RMS, worst "
+            f"{factor * compared.worst:.3g} {unit}, {len(compared.x)} points{left}"
+        )
+
+
+_RUN_FILES = ("fit_run.json", "scenario.toml", "fit_run.png", "fit_run.pdf")
+_LAW_FILES = ("fit.json", "muscle.toml", "fit.png", "fit.pdf")
+
+
+@app.command("fit-run")
+def fit_run_command(
+    log: Annotated[Path, Argument(help="CSV of your own measurement: time, angle, pressures …")],
+    scenario: Annotated[str, Option(help="a shipped scenario's name, or a TOML file")],
+    fit: Annotated[
+        str, Option(help="parameters with commas between them; none only lays log and run together")
+    ] = "",
+    sets: Sets = None,
+    noise: Annotated[
+        list[str] | None, Option(metavar="CHANNEL=VALUE", help='for example angle="0.5 deg"')
+    ] = None,
+    hold_out: Annotated[float, Option(help="share of the log, from its end, to predict; 0 for none")] = 0.3,
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-run"),
+) -> None:
+    """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
+    values = read_sets(sets)
+    noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
+    names = [name.strip() for name in fit.split(",") if name.strip()]
+    with progress("reading, compiling the muscles") as report:
+        from afo_sim.common.writing import together
+        from afo_sim.lab.fitting import run_scenario
+        from afo_sim.lab.fitting.run_fit import fit_run
+        from afo_sim.show.fit_figure import write_log_figure
+
+        check_folder(out, "fit to a log")
+        found = fit_run(
+            scenario,
+            log,
+            names,
+            sets=values,
+            noise=noises,
+            hold_out=hold_out,
+            report=lambda text: report(0, 0, text),
+        )
+        with together(out, _RUN_FILES) as folder:
+            run_scenario.write(found, folder)
+            write_log_figure(found, folder)
+    print_tables(run_scenario.tables(found), run_scenario.remarks(found))
+    runnable = bool(names) and found.converged
+    hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
+    print(f"written to {out}{hint}")
+
+
+@app.command()
+def fit(
+    files: Annotated[list[Path], Argument(help="CSV of measured points, one per muscle")],
+    law: Annotated[str, Option(help="a law's name, or all")],
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit"),
+    hold_out: Annotated[
+        str, Option(help="what is left out in turn: all|none|pressure|load|curve|muscle")
+    ] = "all",
+    test: Annotated[list[Path] | None, Option(help="further CSV that is predicted, not fitted")] = None,
+    free: Annotated[list[str] | None, Option(help="a parameter to fit as well")] = None,
+    fix: Annotated[list[str] | None, Option(metavar="NAME=VALUE", help="a parameter to hold")] = None,
+    tell: Annotated[
+        list[str] | None,
+        Option(metavar="KEY=VALUE", help='what the CSV does not say, for example bore="20 mm"'),
+    ] = None,
+    loss: Annotated[str, Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")] = "linear",
+    like: Annotated[str, Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
+) -> None:
+    """Fit a muscle's law to measured points; say what the data do not tell."""
+    with progress("reading") as report:
+        from afo_sim.common.writing import together
+        from afo_sim.lab.fitting import law_report, law_result
+        from afo_sim.show.fit_figure import write_fit_figure
+
+        check_folder(out, "fit of a muscle's law")
+        found = law_result.fit(
+            files,
+            law=law,
+            hold_out=hold_out,
+            test=test or (),
+            free=free or (),
+            fixed=read_sets(fix, "--fix", "k=1"),
+            facts=read_sets(tell, "--tell", 'bore="20 mm"'),
+            loss=loss,
+            like=like,
+            report=lambda text: report(0, 0, text),
+        )
+        with together(out, _LAW_FILES) as folder:
+            law_report.write(found, folder)
+            write_fit_figure(found, folder)
+    print_tables(law_report.tables(found), law_report.remarks(found))
+    print(f"written to {out}")
+
+
+@app.command("fit-torque")
+def fit_torque_command(
+    files: Annotated[list[Path], Argument(help="CSV of static torque: angle, pressure, torque …")],
+    orthosis: Annotated[
+        list[str], Option(help="a shipped orthosis or a file; GROUP=ORTHOSIS where groups differ")
+    ],
+    fit: Annotated[
+        str, Option(help="series_stiffness, offset, cuff_stiffness, plate_stiffness, the law's own")
+    ] = "series_stiffness,offset",
+    hold_out: Annotated[
+        list[str] | None,
+        Option(help="left out in turn: all|none|group|angle|pressure; or a CSV that is predicted"),
+    ] = None,
+    chamber: Annotated[str, Option(help="that was filled, where the file does not say")] = "",
+    torque: Annotated[
+        str, Option(help="device: of the muscles alone; difference: less the readings without air")
+    ] = "device",
+    rate: Annotated[
+        list[str] | None,
+        Option(metavar="KEY=VALUE", help='of a log\'s still samples, for example angle="2 deg/s"'),
+    ] = None,
+    out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
+) -> None:
+    """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
+    with progress("reading") as report:
+        from afo_sim.common.writing import together
+        from afo_sim.lab.fitting import torque_report
+        from afo_sim.lab.fitting.torque_fit import fit_torque
+        from afo_sim.show.torque_bench import write_torque_figure
+
+        check_folder(out, "fit to static torques")
+        found = fit_torque(
+            files,
+            _orthoses(orthosis),
+            [name.strip() for name in fit.split(",") if name.strip()],
+            hold_out=hold_out or "all",
+            chamber=chamber,
+            torque=torque,
+            rates=read_sets(rate, "--rate", 'angle="2 deg/s"'),
+            report=lambda text: report(0, 0, text),
+        )
+        with together(out, torque_report.FILES) as folder:
+            torque_report.write(found, folder, out)
+            write_torque_figure(found, folder)
+    print_tables(torque_report.tables(found), torque_report.remarks(found))
+    place = out / next(iter(torque_report.folders(found).values()))
+    print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
+
+
+def _orthoses(texts: list[str]) -> Any:
+    """One orthosis, or one for each group."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    return read_sets(texts, "--orthosis", "GROUP=ORTHOSIS, once for each group")
+
+
+@app.command("validate")
+def validate_command(
+    as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
+    figures: Annotated[Path | None, Option(help="folder for S1's and S3's figures, redrawn")] = None,
+) -> None:
+    """Every published number of the four papers against simulation; exit code 1 when one is missed."""
+    with progress("comparing with the papers") as report:
+        from afo_sim.common.writing import check_writable
+        from afo_sim.lab.validation import table as v
+
+        if figures is not None:
+            check_writable(figures, "--figures")
+        rows = v.validate(report)
+        written = []
+        if figures is not None:
+            from afo_sim.show.validation_figures import write_figures
+
+            written = write_figures(figures)
+    if as_json:
+        print(json.dumps([v.record(row) for row in rows], indent=1, ensure_ascii=False))
+    else:
+        print_table("published and simulated", list(v.HEADER), v.table(rows), droppable=v.SOURCING)
+        print("\n".join([v.LEGEND, "", *v.remarks(rows), "", v.verdict(rows)]))
+    for path in written:
+        print(path, file=sys.stderr if as_json else sys.stdout)
+    if not all(row.passed for row in rows):
+        sys.exit(1)

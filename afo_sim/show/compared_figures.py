@@ -1,0 +1,227 @@
+"""Several muscle laws side by side: the files of all runs, one figure, one Rerun recording."""
+
+import functools
+import itertools
+import pathlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from afo_sim.common.writing import check_writable, settle, together, write_text
+from afo_sim.description.places import Side
+from afo_sim.physics.laws import LAWS
+from afo_sim.show.panels import marked
+from afo_sim.show.run_view import RunView
+from afo_sim.show.style import (
+    BLUE,
+    COLOURS,
+    GREY,
+    LINE_STYLES,
+    MARKERS,
+    RED,
+    RUN_STYLES,
+    ZERO,
+    paragraph,
+    plain,
+    write_figure,
+)
+from afo_sim.simulation.bilateral_air import litres_a_minute
+from afo_sim.simulation.compare import ANGLE, angle_differences
+from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
+from afo_sim.simulation.recording import Recording
+
+if TYPE_CHECKING:
+    from afo_sim.simulation.bilateral import Both
+
+_FIGURE, _TABLE = "comparison", "differences.csv"
+_SIZE = (7.1, 7.4)  # [inch]
+
+
+def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
+    """Write every run into FOLDER/LAW, the differences, the figure and the common Rerun recording.
+
+    The runs of an older comparison in the folder go; other files in it stay.
+
+    Parameters
+    ----------
+    runs : as `compare_laws` returns them
+    folder : made if need be
+    rrd : also write the recording of all runs on one timeline
+
+    Returns
+    -------
+    the files that are not a run's own
+    """
+    check_writable(folder)
+    settle(folder)
+    before = [f"{law}/{name}" for law in _laws_before(folder) for name in (PARQUET, SUMMARY, MODEL)]
+    figures = [f"{_FIGURE}.png", f"{_FIGURE}.pdf"]
+    written = [_TABLE]
+    with together(folder, (_TABLE, *figures, RERUN, *before)) as scratch:
+        folders = [run.save(scratch / law, rrd=False) for law, run in runs.items()]
+        rows = [f"{a},{b},{np.degrees(value):.6g}" for (a, b), value in angle_differences(runs).items()]
+        write_text(scratch / _TABLE, "\n".join(["law,other law,RMS angle between them [deg]", *rows]) + "\n")
+        if all(len(run["time"]) for run in runs.values()):
+            for name in figures:
+                draw(runs, scratch / name)
+            written += figures
+            if rrd:
+                from afo_sim.show.rerun import write_comparison
+
+                write_comparison(folders, scratch / RERUN)
+                written.append(RERUN)
+    return [folder / name for name in written]
+
+
+def _laws_before(folder: pathlib.Path) -> list[str]:
+    """Laws of an older comparison in the folder, whose runs stand there."""
+    try:
+        rows = (folder / _TABLE).read_text(encoding="utf-8").splitlines()[1:]
+    except (OSError, ValueError):
+        return []
+    told = {name for row in rows for name in row.split(",")[:2]}
+    return [law for law in LAWS if law in told and (folder / law / PARQUET).is_file()]
+
+
+def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
+    """Draw angles, their differences, pressures and forces of all runs over time."""
+    write_figure(path, _SIZE, functools.partial(_page, runs=runs))
+
+
+def _page(figure: Any, runs: Mapping[str, Recording]) -> None:
+    from matplotlib.lines import Line2D
+
+    first = next(iter(runs.values()))
+    colours = dict(zip(runs, itertools.cycle(COLOURS)))
+    axes = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 1.0])
+    _draw_angles(axes[0], axes[1], runs, colours)
+    for axis, kind, column, factor in (
+        (axes[2], "chamber", "pressure", 1e-5),
+        (axes[3], "muscle", "force", 1.0),
+    ):
+        styles = _draw_groups(axis, runs, colours, kind, column, factor)
+        handles = [Line2D([], [], color="0.3", ls=ls, label=plain(name)) for name, ls in styles.items()]
+        axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+    axes[2].set_ylabel("gauge pressure\n[bar]")
+    axes[3].set_ylabel("muscle force\n[N]")
+    axes[3].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    title = paragraph(f"{first.scenario['name']}: {first.scenario['description']}")
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
+
+
+def _draw_angles(
+    angle: Any, difference: Any, runs: Mapping[str, Recording], colours: Mapping[str, str]
+) -> None:
+    """The angles over one another, and the distance of each from the first."""
+    name, first = next(iter(runs.items()))
+    leg = first.scenario["leg"]
+    for axis in (angle, difference):
+        axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    for number, (law, run) in enumerate(runs.items()):
+        degrees = np.degrees(run[ANGLE])
+        # where they coincide, the first shows through the gaps of the others
+        style = {"color": colours[law], "ls": LINE_STYLES[number % len(LINE_STYLES)], "label": plain(law)}
+        style |= marked(run["time"], MARKERS[number % len(MARKERS)])
+        angle.plot(run["time"], degrees, **style)
+        rows = min(len(degrees), len(first["time"]))
+        difference.plot(run["time"][:rows], degrees[:rows] - np.degrees(first[ANGLE][:rows]), **style)
+    angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
+    difference.set_title(f"angle less that of {plain(name)}", loc="left")
+    difference.set_ylabel("difference\n[deg]")
+    angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+
+
+def _draw_groups(
+    axis: Any,
+    runs: Mapping[str, Recording],
+    colours: Mapping[str, str],
+    kind: str,
+    column: str,
+    factor: float,
+) -> dict[str, str]:
+    """A line per run and chamber, or per run and first muscle of a group; {group: its line style}."""
+    orthosis = next(iter(runs.values())).scenario["orthosis"]
+    styles = dict(zip(orthosis[kind], itertools.cycle(LINE_STYLES)))
+    for number, (law, run) in enumerate(runs.items()):
+        look = {"color": colours[law], "lw": 1.0} | marked(run["time"], MARKERS[number % len(MARKERS)])
+        for group, style in styles.items():
+            name = group if kind == "chamber" else f"{group}_1"
+            values = run[f"{kind}/{name}/{column}"] * factor
+            axis.plot(run["time"], values, ls=style, **look)
+    return styles
+
+
+_BOTH_SIZE = (7.1, 6.2)  # [inch]
+_COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
+_STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
+_UNUSED = 1e-3  # gauge pressure below which a chamber is not drawn [bar]
+
+
+def draw_both(legs: "Both", path: pathlib.Path) -> None:
+    """Draw two legs over one cycle of the right one."""
+    write_figure(path, _BOTH_SIZE, functools.partial(_both_page, legs=legs))
+
+
+def _both_page(figure: Any, legs: "Both") -> None:
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    percent = 100.0 * np.append(legs.phase, 1.0)
+    _angles(top, legs, percent)
+    _pressures(middle, legs, percent)
+    _flow(bottom, legs, percent)
+    walks = bool(legs.right.scenario.get("gait"))
+    for axis in (top, middle, bottom):
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        if walks and legs.apart:
+            axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
+    what = "stride of the right leg, from its heel strike" if walks else "timer's period"
+    bottom.set_xlabel(f"{what} [%]; 100 % = {legs.cycle:.3g} s")
+    bottom.set_xlim(0.0, 100.0)
+    figure.align_ylabels((top, middle, bottom))
+    title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
+    apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
+    figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)
+
+
+def _closed(values: np.ndarray) -> np.ndarray:
+    """A periodic curve with its first value again at its end."""
+    return np.append(values, values[0])
+
+
+def _angles(axis: Any, legs: "Both", percent: np.ndarray) -> None:
+    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+    for side in legs.legs:
+        angle = np.degrees(_closed(legs.over_stride(side, "ankle/angle")))
+        axis.plot(percent, angle, color=_COLOUR[side], ls=_STYLE[side], label=side)
+    view = RunView("", BLUE, legs.right)
+    axis.set_ylabel(f"{view.joint} angle [deg]\n{view.positive} +")
+
+
+def _pressures(axis: Any, legs: "Both", percent: np.ndarray) -> None:
+    # one feeds both; a leg without muscles has no column of it
+    fed = next(side for side, leg in legs.legs.items() if "supply/pressure" in leg.columns)
+    supply = 1e-5 * _closed(legs.over_stride(fed, "supply/pressure"))
+    axis.plot(percent, supply, color=GREY, lw=0.8, label="supply")
+    for side, leg in legs.legs.items():
+        for number, name in enumerate(RunView("", BLUE, leg).chambers):
+            values = 1e-5 * _closed(legs.over_stride(side, f"chamber/{name}/pressure"))
+            if values.max() > _UNUSED:
+                width = 1.3 if number == 0 else 0.8  # a second chamber's line is thinner
+                label = f"{side}, {plain(name)}"
+                axis.plot(percent, values, color=_COLOUR[side], ls=_STYLE[side], lw=width, label=label)
+    axis.set_ylabel("gauge pressure\n[bar]")
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
+
+
+def _flow(axis: Any, legs: "Both", percent: np.ndarray) -> None:
+    litres = litres_a_minute(legs.legs)
+    both = litres * _closed(legs.flow["both"])
+    axis.fill_between(percent, both, color="0.85", lw=0.0, label="both")
+    for side in legs.legs:
+        own = litres * _closed(legs.flow[side])
+        axis.plot(percent, own, color=_COLOUR[side], ls=_STYLE[side], label=side)
+    mean = legs.numbers["mean_flow_both"].value
+    axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")
+    axis.set_ylabel("flow from the source\n[l/min ANR]")
+    axis.set_ylim(bottom=0.0)

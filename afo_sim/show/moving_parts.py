@@ -1,0 +1,86 @@
+"""Cuff and plate in space: as they give, they move along their segments towards the pull of the muscles."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import mujoco
+import numpy as np
+
+from afo_sim.description.orthosis import MuscleGroup
+
+
+@dataclass(frozen=True)
+class Carriage:
+    """Motion of even speed over a stride: x = start + length · strides [m].
+
+    The carriage neither stops in stance nor hurries in swing, as the foot does. It keeps up with the walker
+    where strides differ in duration. `ends` are its first and last x [m], `stride_time`
+    is the mean [s].
+    """
+
+    start: float
+    length: float
+    ends: tuple[float, float]
+    stride_time: float
+
+    @classmethod
+    def beside(cls, time: np.ndarray, walked: np.ndarray, x: np.ndarray) -> Self:
+        """The carriage that stays nearest to an ankle.
+
+        Units: time [s] (n,), walked [-] (n,), x [m] (n,).
+        """
+        basis = np.column_stack([np.ones_like(walked), walked])
+        (start, length), *_ = np.linalg.lstsq(basis, x, rcond=None)
+        took, count = float(np.ptp(time)), float(np.ptp(walked))
+        ends = float(start + length * walked[0]), float(start + length * walked[-1])
+        return cls(float(start), float(length), ends, took / count if count > 0.0 else 1.0)
+
+    def at(self, walked: np.ndarray) -> np.ndarray:
+        """Its x at strides (n,) [m]."""
+        x: np.ndarray = self.start + self.length * walked
+        return x
+
+
+_PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor carries begin
+
+
+class Mountings:
+    """The cuff and the plate of a model, as far as a recording tells what they give."""
+
+    def __init__(
+        self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]
+    ) -> None:
+        self.model = model
+        self.columns = {a: f"cuff/{a}/displacement" for a in _PARTS if f"cuff/{a}/displacement" in columns}
+        self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
+        self._home = model.body_pos.copy()
+        self._towards = {anchor: _pull(model, groups, anchor) for anchor in self.columns}
+
+    def place(self, given: Mapping[str, float]) -> None:
+        """Put each anchor where it is when it has given so far [m]; those left out are at home."""
+        for anchor, bodies in self._bodies.items():
+            self.model.body_pos[bodies] = self._home[bodies]
+            self.model.body_pos[bodies, 2] += self._towards[anchor] * given.get(anchor, 0.0)
+
+
+def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
+    """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
+    ends = model.body(f"{anchor}_anchors")
+    beside = np.flatnonzero(model.body_parentid == ends.parentid[0])
+    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(_PARTS[anchor])]
+
+
+def _pull(model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], anchor: str) -> float:
+    """+1 where the muscles pull an anchor up along its segment, −1 where they pull it down."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    body = model.body(f"{anchor}_anchors").id
+    upward = data.xmat[body].reshape(3, 3)[:, 2]
+    total = 0.0
+    for name in [name for name, group in groups.items() if group.pulley is None]:
+        ends = [model.site(f"{name}_{end}").id for end in ("origin", "insertion")]
+        for here, there in (ends, ends[::-1]):
+            if model.site_bodyid[here] == body:
+                total += float(upward @ (data.site_xpos[there] - data.site_xpos[here]))
+    return float(np.sign(total))

@@ -1,0 +1,145 @@
+"""A design → Rerun: the leg over its ankle's angle with the muscles at full pressure, and their curves.
+
+One timeline counts whole degrees of the ankle, the other seconds, in which it turns from stop to stop.
+"""
+
+import pathlib
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from afo_sim.model.design import Design
+from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.model.path_facts import PathFacts
+from afo_sim.model.path_words import pressure, rows
+from afo_sim.show.moving_parts import Mountings
+from afo_sim.show.rerun import colours, scene
+from afo_sim.show.rerun.layout import CAMERA
+from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
+
+_SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
+_PLOTS = {
+    "contraction": "contraction [%]: path thin, muscle thick",
+    "arm": "moment arm [mm]",
+    "torque": "torque [N·m], dorsiflexion +",
+    "length": "length [mm]: path thin, muscle with link and slack thick",
+}
+
+
+def write_design(design: Design, path: pathlib.Path) -> None:
+    """Write a design, with its layout, as a Rerun file."""
+    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
+    name = f"design: {design.built.scenario.orthosis.name}"
+    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
+    stream.set_log_time_enabled(False)
+    model, groups = design.built.full_model, muscle_names(design.built.scenario.orthosis)
+    stage = scene.Stage(model, groups, "world", 1.0, "force", Mountings(model, groups, ()))
+    with saving(stream, path, _layout(design)):
+        stream.send_recording_name(name)
+        scene.log_axes(stream)
+        scene.log_shapes(stream, stage)
+        block = _swept(design)
+        scene.log_poses(stream, stage, block)
+        for number, entry in enumerate(design.facts):
+            _log_curves(stream, entry, number, block)
+        text = rr.TextDocument("\n".join(_words(design)), media_type=rr.MediaType.MARKDOWN)
+        stream.log("summary", text, static=True)
+
+
+def _swept(design: Design) -> Columns:
+    """The columns that leg and muscles are drawn from, at every whole degree between the ankle's stops."""
+    first = design.facts[0]
+    low, high = np.degrees(first.angles[[0, -1]])
+    degrees = np.arange(np.ceil(low - 1e-6), np.floor(high + 1e-6) + 1.0)
+    angles = np.radians(degrees)
+    model = design.built.full_model
+    block: Columns = {SWEPT: degrees, "time": (degrees - degrees[0]) / _SPEED}
+    for joint in range(model.njnt):
+        name = model.joint(joint).name
+        block[f"qpos/{name}"] = angles if name == ANKLE else np.zeros(len(angles))
+    for entry in design.facts:
+        kind = entry.group.type
+
+        def at(values: np.ndarray, entry: PathFacts = entry) -> np.ndarray:
+            return np.interp(angles, entry.angles, values)
+
+        own = at(entry.own[:, -1])
+        gained = entry.group.series_length - entry.hardware  # a pulley's path is measured from elsewhere
+        for muscle in entry.muscles:
+            block[f"muscle/{muscle}/contraction"] = own
+            block[f"muscle/{muscle}/length"] = kind.nominal_length * (1.0 - own)
+            block[f"muscle/{muscle}/force"] = at(entry.force[:, -1])
+            block[f"muscle/{muscle}/path_length"] = at(entry.length) + gained
+        block[f"chamber/{entry.chamber}/pressure"] = np.full(len(angles), entry.pressures[-1])
+    return block
+
+
+def _log_curves(stream: rr.RecordingStream, entry: PathFacts, number: int, block: Columns) -> None:
+    """Lines of one group, with their colour, name and width."""
+    colour, angles = colours.of_run(number), np.radians(block[SWEPT])
+    full, thin, thick = pressure(entry), 1.0, 2.2
+    lines: list[tuple[str, str, np.ndarray, float]] = [
+        ("contraction", "path", 100.0 * entry.path, thin),
+        ("contraction", full, 100.0 * entry.own[:, -1], thick),
+        ("contraction", "no air", 100.0 * entry.own[:, 0], 1.5),
+        ("arm", "arm", 1e3 * entry.arm, thick),
+        ("length", "path", 1e3 * entry.length, thin),
+        ("length", full, 1e3 * entry.chain_length[:, -1], thick),
+        *(
+            ("torque", f"{p * 1e-5:g} bar", entry.torque[:, k], thin + 0.6 * k)
+            for k, p in enumerate(entry.pressures)
+        ),
+    ]
+    for plot, what, values, width in lines:
+        entity = f"{plot}/{entry.name.replace(' ', '_').replace(',', '')}/{what.replace(' ', '_')}"
+        style = rr.SeriesLines(names=[f"{entry.name}, {what}"], colors=[colour], widths=[width])
+        stream.log(entity, style, static=True)
+        shown = np.interp(angles, entry.angles, values)
+        send(stream, entity, block, rr.Scalars.columns(scalars=shown))
+
+
+def _words(design: Design) -> list[str]:
+    """The facts as a table, and the warnings."""
+    lines = [
+        f"# {design.built.scenario.orthosis.name} on {design.built.scenario.leg.name}",
+        "",
+        "| | |",
+        "|---|---|",
+    ]
+    lines += [f"| {what} | {found} |" for entry in design.facts for what, found in rows(entry)]
+    return [*lines, "", *(f"- {warning}" for warning in design.warnings)]
+
+
+def _layout(design: Design) -> rrb.Blueprint:
+    told = colours.in_words((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
+    position, target = CAMERA
+    view = rrb.Spatial3DView(
+        origin="/world",
+        name=f"at {pressure(design.facts[0])}: {told}",
+        line_grid=False,
+        background=[28, 30, 34],
+        eye_controls=rrb.EyeControls3D(
+            kind="Orbital", position=position, look_target=target, eye_up=(0, 0, 1)
+        ),
+    )
+    legend = rrb.PlotLegend(visible=False)
+    plots: list[Any] = [
+        rrb.TimeSeriesView(
+            origin=f"/{plot}", name=title, axis_x=rrb.TimeAxis(link="LinkToGlobal"), plot_legend=legend
+        )
+        for plot, title in _PLOTS.items()
+    ]
+    text = rrb.TextDocumentView(origin="/summary", name="in words")
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            view, rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0)), column_shares=[3, 4]
+        ),
+        rrb.TimePanel(state="collapsed", timeline=ANGLE, play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )

@@ -1,0 +1,160 @@
+"""Tests of the stand → Rerun: the muscles side by side, their curves, and everything over time."""
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from afo_sim.lab.bench.measures import AXES
+from afo_sim.lab.bench.table import set_point_text
+from afo_sim.lab.bench.trial import Trial
+from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
+from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.run_rows import TIMELINE, send
+from afo_sim.show.stand_figure import SHOWN, colour
+
+_SPACING = 0.09  # between muscles [m]
+_ROWS = 1500  # of a curve in the file, about
+_CURVE_SIZE = (160.0, 100.0)  # of the plane that curves are drawn in
+
+
+def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
+    """Write tests of one kind, with their layout, as a Rerun file."""
+    rr.set_strict_mode(True)
+    name = f"stand: {trials[0].plan.kind}"
+    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
+    stream.set_log_time_enabled(False)
+    with saving(stream, path, _layout(trials)):
+        stream.send_recording_name(name)
+        stream.log("stand", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        place = 0
+        for trial in trials:
+            for k in range(len(trial.curves)):
+                entity = f"{trial.name}/{set_point_text(trial, k)}".replace(" · ", "_").replace(" ", "_")
+                point = set_point_text(trial, k)
+                label = point if len(trials) == 1 else f"{trial.name} {point}"
+                _log_curve(stream, trial, k, entity, label, place * _SPACING)
+                place += 1
+        lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
+        lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
+        text = rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+        stream.log("summary", text, static=True)
+
+
+def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
+    link = rrb.TimeAxis(link="LinkToGlobal")
+    plots = [
+        rrb.TimeSeriesView(
+            origin=f"/{name}",
+            name=SHOWN[name][0],
+            axis_x=link,
+            plot_legend=rrb.PlotLegend(corner="RightTop", visible=name == "pressure"),
+        )
+        for name in ("pressure", "contraction", "force")
+    ]
+    count = sum(len(trial.curves) for trial in trials)
+    height = max(trial.plan.muscle.total_length for trial in trials)
+    middle = 0.5 * (count - 1) * _SPACING
+    scene = rrb.Spatial3DView(
+        origin="/stand",
+        name="the stand",
+        line_grid=False,
+        background=[28, 30, 34],
+        eye_controls=rrb.EyeControls3D(
+            kind="Orbital",
+            position=(1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height),
+            look_target=(0.0, middle, -0.6 * height),
+            eye_up=(0, 0, 1),
+        ),
+    )
+    right: list[Any] = list(plots)
+    shares = [1.0] * len(plots)
+    if trials[0].plan.kind in AXES:
+        abscissa, _, ordinate, _ = AXES[trials[0].plan.kind]
+        title = f"{SHOWN[ordinate][0]} over {SHOWN[abscissa][0]}"
+        right.insert(0, rrb.Spatial2DView(origin="/characteristic", name=title))
+        shares.insert(0, 2.0)
+    return rrb.Blueprint(
+        rrb.Horizontal(scene, rrb.Vertical(*right, row_shares=shares), column_shares=[3, 4]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, label: str, y: float) -> None:
+    """One curve: its muscle in space, its columns over time, and its place on the characteristic."""
+    every = -(-len(trial.curves[k]["time"]) // _ROWS)
+    columns = {name: values[::every] for name, values in trial.curves[k].items()}
+    shade = _bright(trial, k)
+    for name in ("pressure", "contraction", "force"):
+        style = rr.SeriesLines(names=[label], colors=[shade], widths=[1.6])
+        stream.log(f"{name}/{entity}", style, static=True)
+        scalars = rr.Scalars.columns(scalars=SHOWN[name][1] * columns[name])
+        send(stream, f"{name}/{entity}", columns, scalars)
+    _log_muscle(stream, trial, columns, entity, y, shade)
+    if trial.plan.kind in AXES:
+        _log_characteristic(stream, trial, columns, entity, shade)
+
+
+def _bright(trial: Trial, k: int) -> list[int]:
+    """The figures' colour of a curve, lightened for a dark ground."""
+    return [round(255 * (0.25 + 0.75 * part)) for part in colour(trial, k)[:3]]
+
+
+def _log_muscle(
+    stream: rr.RecordingStream,
+    trial: Trial,
+    columns: dict[str, np.ndarray],
+    entity: str,
+    y: float,
+    shade: list[int],
+) -> None:
+    """A tube hanging from the frame, as long as the muscle, and the carriage below."""
+    muscle = trial.plan.muscle
+    frame = rr.Boxes3D(
+        half_sizes=[[0.03, 0.03, 0.006]], centers=[[0.0, y, 0.006]], colors=[[90, 95, 105]], fill_mode="solid"
+    )
+    stream.log(f"stand/{entity}/frame", frame, static=True)
+    stream.log(f"stand/{entity}/muscle", rr.Capsules3D.from_fields(fill_mode="solid"), static=True)
+    length = columns["length"] + muscle.end_length
+    radius = tube_radius(columns["contraction"], muscle)
+    strongest = max(float(loop["force"].max()) for loop in trial.curves)
+    share = np.clip(columns["force"] / max(strongest, 1.0), 0.0, 1.0)[:, None]
+    tube = rr.Capsules3D.columns(
+        lengths=(length - 2.0 * radius).clip(0.001).astype(np.float32),
+        radii=radius.astype(np.float32),
+        translations=np.column_stack([0.0 * length, y + 0.0 * length, radius - length]).astype(np.float32),
+        colors=(SLACK + share * (PULLING - SLACK)).round().astype(np.uint8),
+    )
+    send(stream, f"stand/{entity}/muscle", columns, tube)
+    carriage = rr.Boxes3D(half_sizes=[[0.025, 0.025, 0.012]], colors=[shade], fill_mode="solid")
+    stream.log(f"stand/{entity}/carriage", carriage, static=True)
+    below = np.column_stack([0.0 * length, y + 0.0 * length, -length - 0.012]).astype(np.float32)
+    send(stream, f"stand/{entity}/carriage", columns, rr.Transform3D.columns(translation=below))
+
+
+def _log_characteristic(
+    stream: rr.RecordingStream, trial: Trial, columns: dict[str, np.ndarray], entity: str, shade: list[int]
+) -> None:
+    """The curve in a plane, all curves on one scale, and a dot that runs along it."""
+    abscissa, _, ordinate, _ = AXES[trial.plan.kind]
+    points = []
+    for name, size in zip((abscissa, ordinate), _CURVE_SIZE, strict=True):
+        ends = [f(curve[name]) for curve in trial.curves for f in (np.min, np.max)]
+        points.append(size * (columns[name] - min(ends)) / max(max(ends) - min(ends), 1e-12))
+    plane = np.column_stack([points[0], _CURVE_SIZE[1] - points[1]]).astype(np.float32)
+    stream.log(
+        f"characteristic/{entity}/curve", rr.LineStrips2D([plane], colors=[shade], radii=[0.4]), static=True
+    )
+    stream.log(
+        f"characteristic/{entity}/now",
+        rr.Points2D.from_fields(colors=[[255, 255, 255]], radii=[1.4]),
+        static=True,
+    )
+    send(stream, f"characteristic/{entity}/now", columns, rr.Points2D.columns(positions=plane))

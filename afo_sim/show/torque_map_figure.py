@@ -1,0 +1,69 @@
+"""Torque necessary against torque available, drawn: orthosis torque over ankle angle, a curve a pressure."""
+
+import functools
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from afo_sim.model.torque_map import NEEDS, TorqueMap
+from afo_sim.show.panels import marked
+from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, ink, plain, write_figure
+
+_PANEL = (4.4, 3.4)  # [inch]
+
+
+def draw(maps: list[TorqueMap], path: pathlib.Path, title: str) -> None:
+    """Draw the curves of every chamber, with the needs of swing and loading response.
+
+    Parameters
+    ----------
+    maps : of every chamber
+    path : file to write; its suffix is the format
+    title : above the page
+    """
+    write_figure(path, (_PANEL[0] * len(maps), _PANEL[1]), functools.partial(_page, maps=maps, title=title))
+
+
+def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
+    from matplotlib import colormaps
+
+    axes = figure.subplots(1, len(maps), squeeze=False)[0]
+    for axis, found in zip(axes, maps, strict=True):
+        colours = colormaps[SCALE](np.linspace(0.0, SCALE_END, len(found.pressures)))
+        for column, pressure in enumerate(found.pressures):
+            label = f"{pressure * 1e-5:g} bar"
+            look = {"color": colours[column], **marked(found.angles, MARKERS[column % len(MARKERS)])}
+            axis.plot(np.degrees(found.angles), found.torque[:, column], label=label, **look)
+        if found.torque.max() > -found.torque.min():
+            _mark_needs(axis, float(np.degrees(found.angles[-1])))
+        _shade_stretch(axis, found)
+        axis.axhline(0.0, color=ZERO, lw=0.8)
+        axis.set_xlabel("ankle angle [deg], dorsiflexion +")
+        axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
+        axis.set_title(f"{plain(found.chamber)} chamber alone", loc="left")
+        where = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}  # below all bands and curves
+        axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **where)
+    figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
+
+
+def _mark_needs(axis: Any, right: float) -> None:
+    """A band for each need, with its name at the right end of the angles [deg]."""
+    for (phase, (low, high)), shade in zip(NEEDS.items(), (COLOURS[2], COLOURS[0]), strict=True):
+        axis.axhspan(low, high, color=shade, alpha=0.25, lw=0.0)
+        text = f"{phase} needs {low:g}–{high:g} N·m "
+        axis.text(right, high, text, ha="right", va="bottom", color=ink(shade), fontsize=8.0)
+
+
+def _shade_stretch(axis: Any, found: TorqueMap) -> None:
+    """Grey where the braid is stretched at every pressure, and keep the scale to where it is not."""
+    free = found.contraction.max(axis=1) >= 0.0
+    if free.all() or not free.any():
+        return
+    degrees = np.degrees(found.angles)
+    for edge, inside in ((degrees[0], degrees[free].min()), (degrees[-1], degrees[free].max())):
+        if edge != inside:
+            axis.axvspan(edge, inside, color="0.85", lw=0, label="braid stretched")
+    reach = found.torque[free]
+    room = 0.08 * max(np.ptp(reach), 1.0)
+    axis.set_ylim(min(reach.min(), 0.0) - room, max(reach.max(), 0.0) + room)

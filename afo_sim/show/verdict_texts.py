@@ -1,0 +1,82 @@
+"""The verdict of a walk as it is shown: a mark, a word and a colour for each answer.
+
+The mark and the word say what the colour says: on paper, and to who cannot tell red from green.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from afo_sim.metrics.verdict import AIR, HEEL, LIFT, PUSH_OFF, Answer
+from afo_sim.show.run_view import RunView
+from afo_sim.simulation.recording import Recording, limits_of
+
+MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
+INDENT = 12  # columns of a terminal before an answer
+_LIMITS_OF = {  # {answer: the limits that it is compared with}
+    LIFT: ("toe_clearance",),
+    HEEL: ("contact_pitch",),
+    PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
+    AIR: ("strides_per_bottle", "bottle_volume", "bottle_pressure"),
+}
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """A run's answer to a question; `limit` says of what kind it is, too."""
+
+    run: RunView
+    answer: Answer
+    badge: str
+    limit: str
+
+
+@dataclass(frozen=True)
+class _VerdictRow:
+    """One question, and its answer for each run; `limit` is "" where the runs have different limits."""
+
+    question: str
+    limit: str
+    cells: tuple[_Cell, ...]
+
+
+def badge(answer: Answer) -> str:
+    """The status as mark and word."""
+    return f"{MARKS[answer.status]} {answer.status.upper()}"
+
+
+def lines(recording: Recording) -> list[str]:
+    """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
+    return [
+        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
+        for answer in recording.verdict
+    ]
+
+
+def markdown(recording: Recording) -> str:
+    """For the viewer, as a list; "" where there is nothing to report."""
+    items = (
+        f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} "
+        f"*Limit: {limit(recording, answer)}.*"
+        for answer in recording.verdict
+    )
+    return "\n".join(items)
+
+
+def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
+    """What the report's part report_verdict.html.j2 draws; empty where there is nothing to report."""
+    judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
+    columns = [[_Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
+    rows = []
+    for cells in zip(*columns, strict=True):
+        limits = {cell.limit for cell in cells}
+        rows.append(_VerdictRow(cells[0].answer.question, limits.pop() if len(limits) == 1 else "", cells))
+    return rows
+
+
+def limit(recording: Recording, answer: Answer) -> str:
+    """An answer's limit and of what kind it is: none is shown as published that is not."""
+    sources = limits_of(recording).provenance
+    kinds = dict.fromkeys(
+        sources[name].kind if name in sources else "user" for name in _LIMITS_OF[answer.name]
+    )
+    return f"{answer.limit}; {', '.join(kinds)}"

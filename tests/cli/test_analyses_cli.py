@@ -1,0 +1,194 @@
+"""`afo-sim bode`, `size` and `both`: tables, files, exit codes, and what they refuse."""
+
+import json
+import pathlib
+import re
+import shlex
+
+import pytest
+
+from tests.command import call
+from tests.documents import PAGES
+
+SHORT = ("--what", "valves", "--frequencies", "1, 2 Hz")
+
+
+def test_tables_and_files(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+    folder = tmp_path / "a folder"
+    code, out, err = call(capsys, "bode", "seated", *SHORT, "--out", folder)
+    assert (code, err) == (0, "")
+    assert "ankle/angle over dorsiflexor's valves" in out and "−3 dB" in out
+    assert sorted(path.name for path in folder.iterdir()) == ["bode.csv", "bode.json", "bode.png"]
+    assert (folder / "bode.png").read_bytes().startswith(b"\x89PNG")
+    assert call(capsys, "bode", "seated", *SHORT, "--out", folder)[0] == 0  # the very same
+    before = (folder / "bode.json").read_bytes()
+    other = ("bode", "seated", *SHORT, "--set", "supply.pressure=3 bar", "--out", folder)
+    code, _, err = call(capsys, *other)
+    assert code == 2 and "another description or excitation" in err and "--force" in err
+    assert (folder / "bode.json").read_bytes() == before
+    assert call(capsys, *other, "--force")[0] == 0
+    code, _, err = call(capsys, "run", "seated", "--out", folder)
+    assert code == 2 and "frequency response" in err
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (("seated", "--frequencies", "1, x"), "--frequencies"),
+        (("seated", "--frequencies", "2, 1"), "rising"),
+        (("seated", "--what", "valve"), "did you mean 'valves'"),
+        (("seated", "--chamber", "dorsiflex"), "did you mean 'dorsiflexor'"),
+        (("seated", "--what", "pressure"), "[drive.dorsiflexor]"),
+        (("seated", "--what", "reference"), "controller"),
+        (("seated", "--amplitude", "5"), "does not go with valves"),
+        (("walk-dropfoot-afo",), "walks"),
+        (("seatd",), "did you mean 'seated'"),
+    ],
+)
+def test_what_is_refused(
+    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    code, _, err = call(capsys, "bode", *more, "--out", tmp_path / "none")
+    assert code == 2 and says in err and "Traceback" not in err
+    assert not (tmp_path / "none").exists()
+
+
+SHORT_OF_SIZE = ("--set", "duration=2 s")
+ANGLE = ("--limit", "peak_dorsiflexion_angle >= 2 deg")
+FEW = ("--between", "2 bar", "4 bar")
+
+
+def test_whether_a_pressure_suffices(capsys: pytest.CaptureFixture[str]) -> None:
+    for pressure, code, says in (
+        ("4 bar", 0, "4 bar suffices: "),
+        ("1 bar", 1, "1 bar does not suffice: "),
+        ("9 bar", 1, "9 bar is beyond what the muscles are allowed (4.2 bar): "),
+    ):
+        found, out, err = call(capsys, "size", "pressure", "seated", *SHORT_OF_SIZE, *ANGLE, "--at", pressure)
+        assert (found, err) == (code, "")
+        assert out.startswith(says) and len(out.strip().split("\n")) == 1
+
+
+def test_table_files_and_what_is_not_replaced(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    folder = tmp_path / "a folder"
+    asked = ("size", "pressure", "seated", *SHORT_OF_SIZE, *ANGLE, *FEW, "--out", folder)
+    code, out, err = call(capsys, *asked)
+    assert (code, err) == (0, "")
+    assert "▶" in out and "1: Dorsiflexion angle, peak ≥ 2°" in out and "is the least that suffices" in out
+    assert sorted(path.name for path in folder.iterdir()) == ["size.csv", "size.json", "size.png"]
+    assert (folder / "size.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "size.png").stat().st_size < 150_000
+    told = json.loads((folder / "size.json").read_text(encoding="utf-8"))
+    rows = (folder / "size.csv").read_text(encoding="utf-8").splitlines()
+    assert told["holds"] and len(rows) == 1 + len(told["tried"])
+    assert call(capsys, *asked)[0] == 0  # the very same
+    other = (
+        "size",
+        "pressure",
+        "seated",
+        *SHORT_OF_SIZE,
+        "--limit",
+        "rise_time <= 1 s",
+        *FEW,
+        "--out",
+        folder,
+    )
+    code, _, err = call(capsys, *other)
+    assert code == 2 and "another question" in err and "--force" in err
+    code, _, err = call(capsys, "run", "seated", "--out", folder)
+    assert code == 2 and "holds a sizing" in err
+
+
+def test_a_catalogue_is_drawn(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+    limits = ("--limit", "peak_pressure_dorsiflexor >= 3.5 bar", "--limit", "air_per_cycle <= 2 g")
+    for kind, more in (("tube", ("--length", "2 m")), ("supply", ("--hours", "0.1"))):
+        folder = tmp_path / kind
+        code, out, err = call(capsys, "size", kind, "seated", *SHORT_OF_SIZE, *limits, *more, "--out", folder)
+        assert err == "" and code in (0, 1), out
+        assert 10_000 < (folder / "size.png").stat().st_size < 150_000
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (("pump", "seated"), "pressure, valve, tube, supply, muscle"),
+        (("pressure", "seatd"), "did you mean 'seated'"),
+        (("pressure", "seated"), "--limit: is needed"),
+        (("pressure", "seated", "--limit", "rise_time < 1 s"), "--limit"),
+        (("pressure", "seated", *ANGLE, "--at", "3"), "--at"),
+        (("tube", "seated", *ANGLE), "--length: is needed"),
+        (("tube", "seated", *ANGLE, "--length", "-1 m"), "--length"),
+        (("tube", "seated", *ANGLE, "--length", "1000 m"), "--length"),
+        (("pressure", "seated", *ANGLE, "--at", "21 bar"), "to 20 bar"),
+        (("valve", "seated", *ANGLE, "--chamber", "calf"), "--chamber"),
+        (("muscle", "seated", *ANGLE, "--count", "one"), "--count"),
+        (("muscle", "seated", *ANGLE, "--count", "0-2"), "--count"),
+        (("valve", "seated", *ANGLE, "--hours", "2"), "--hours"),
+    ],
+)
+def test_what_is_refused_of_size(
+    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    code, _, err = call(capsys, "size", *more, "--out", tmp_path / "none")
+    assert code == 2 and says in err and "Traceback" not in err and len(err.strip().split("\n")) == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_pages_cheap_examples_answer_as_they_say(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    lines = re.findall(r"^    \.venv/bin/afo-sim (size pressure .*)$", PAGES["size"], flags=re.M)
+    assert len(lines) >= 2
+    for k, line in enumerate(lines):
+        words = shlex.split(line)
+        if "--out" in words:
+            words[words.index("--out") + 1] = str(tmp_path / str(k))
+        code, out, err = call(capsys, *words)
+        assert code in (0, 1) and err == "", line
+        if "--at" in words:
+            assert out.strip() in PAGES["size"]
+
+
+def both(capsys: pytest.CaptureFixture[str], out: pathlib.Path, *more: str) -> tuple[int, str, str]:
+    short = ("--set", "duration=8 s", "--no-rrd")
+    return call(capsys, "both", "seated", "--out", out, *short, *more)
+
+
+def test_both_legs_on_the_terminal_and_on_disk(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    code, out, err = both(capsys, tmp_path / "a")
+    assert (code, err) == (0, "")
+    assert "neither leg disturbs the other" in " ".join(out.split())
+    assert max(map(len, out.splitlines()[:-1])) <= 100
+    assert sorted(p.name for p in (tmp_path / "a").iterdir()) == ["both.json", "both.png", "left", "right"]
+
+
+def test_other_legs_are_not_replaced(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+    assert both(capsys, tmp_path / "a")[0] == 0
+    assert both(capsys, tmp_path / "a")[0] == 0  # the very same
+    code, _, err = both(capsys, tmp_path / "a", "--set-left", "load_moment=1 N*m")
+    assert code == 2 and "holds a run of 'seated' with other values" in err and "--force" in err
+    assert both(capsys, tmp_path / "a", "--set-left", "load_moment=1 N*m", "--force")[0] == 0
+    code, _, err = call(capsys, "run", "seated", "--out", tmp_path / "a", "--no-rrd")
+    assert code == 2 and "run of both legs" in err
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        (("--apart", "0.5"), "--apart"),
+        (("--left", "walk-dropfoot-afo"), "sits"),
+        (("--set-left", "duration"), "--set-left"),
+        (("--left", "seatd"), "seated"),
+    ],
+)
+def test_what_does_not_fit_is_one_sentence(
+    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    code, _, err = both(capsys, tmp_path / "a", *more)
+    assert code == 2 and says in err and "Traceback" not in err
+    assert not (tmp_path / "a").exists()

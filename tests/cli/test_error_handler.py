@@ -1,0 +1,208 @@
+"""Exit codes and messages for what no command foresees; no traceback on the terminal."""
+
+import errno
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import typer
+from command import call
+
+from afo_sim import cli
+from afo_sim.cli import error_handler
+from afo_sim.cli.doctor import kinds
+from afo_sim.common.errors import InputError
+
+
+def commands() -> list[tuple[str, ...]]:
+    own = [command.name or command.callback.__name__ for command in cli.app.registered_commands]
+    gait = [("gait", str(command.name)) for command in cli.gait_app.registered_commands]
+    return [(), ("gait",), *((name,) for name in own), *gait]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", commands(), ids=" ".join)
+def test_every_command_helps(command: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    for option in ("-h", "--help"):
+        code, printed, complaint = call(capsys, *command, option)
+        assert (code, complaint) == (0, "")
+        assert printed.startswith(" ".join(("Usage: afo-sim", *command)))
+
+
+def test_version_and_exit_codes_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    import mujoco
+
+    import afo_sim
+
+    code, printed, _ = call(capsys, "--version")
+    assert code == 0
+    assert printed.startswith("afo-sim 0.")
+    assert f"mujoco {mujoco.__version__}" in printed
+    told = call(capsys, "--help")[1]
+    assert all(f"\n  {number}" in told for number in (0, 1, 2, 3, 70, 130, 143))
+    assert afo_sim.InputError("x").exit_code == 2
+
+
+CASES = {
+    "input": (InputError("is wrong", field="x"), 2, "x: is wrong"),
+    "disk": (OSError(errno.ENOSPC, "No space left", "a.csv"), 2, "a.csv: the disk is full"),
+    "permission": (PermissionError(errno.EACCES, "denied", "a.csv"), 2, "a.csv: you have no permission"),
+    "strange": (OSError("broken"), 2, "broken"),
+    "memory": (MemoryError("Unable to allocate 8 TiB"), 2, "more memory than there is: Unable to allocate"),
+    "depth": (RecursionError("maximum"), 2, "nested too deeply"),
+    "interrupt": (KeyboardInterrupt(), 130, "stopped"),
+    "reader gone": (BrokenPipeError(), 0, ""),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_errors_are_one_message_and_a_code(
+    case: str,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    error, expected, words = CASES[case]
+
+    def fails(path: pathlib.Path) -> None:
+        raise error
+
+    monkeypatch.setattr(kinds, "check_file", fails)
+    monkeypatch.chdir(tmp_path)
+    code, printed, complaint = call(capsys, "check", "x.toml")
+    assert code == expected
+    assert words in complaint
+    assert complaint.count("\n") == bool(words)
+    assert "Traceback" not in printed + complaint
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_a_bug_leaves_a_file_to_send(
+    writable: bool,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fails(path: pathlib.Path) -> None:
+        raise KeyError("sarosi_2012")
+
+    here, temporary = tmp_path / "here", tmp_path / "temporary"
+    here.mkdir()
+    temporary.mkdir()
+    monkeypatch.setattr(kinds, "check_file", fails)
+    monkeypatch.setattr(error_handler.tempfile, "gettempdir", lambda: str(temporary))
+    monkeypatch.chdir(here)
+    if not writable:
+        here.rmdir()  # root may write where others may not, but nobody can where nothing is
+    code, printed, complaint = call(capsys, "check", "my model.toml")
+    assert code == 70
+    assert "this is a bug in afo-sim (KeyError: 'sarosi_2012'); please send" in complaint
+    assert "Traceback" not in printed + complaint
+    (file,) = (here if writable else temporary).iterdir()
+    text = file.read_text("utf-8")
+    assert file.name in complaint
+    assert file.name.startswith("afo-sim-bug-")
+    assert "command: afo-sim check 'my model.toml'" in text
+    assert all(f"{name}: " in text for name in ("python", "afo-sim", "mujoco", "numpy", "system"))
+    assert 'raise KeyError("sarosi_2012")' in text
+
+
+def test_library_names_fields_and_the_command_line_options(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    code, _, complaint = call(capsys, "run", "--out", tmp_path / "file")
+    assert code == 2
+    assert complaint.startswith("afo-sim: --out = ")
+    code, _, complaint = call(capsys, "gait", "import", "x.mot", "--out", "x.csv", "--mass", "3 bar")
+    assert complaint.startswith("afo-sim: --mass = '3 bar'")
+    code, _, complaint = call(capsys, "gait", "import", "x.mot", "--out", "x.csv", "--ankle-zero", "up")
+    assert complaint.startswith("afo-sim: --ankle-zero = 'up'")
+    code, _, complaint = call(capsys, "new", "muscle", "mine", "--leg", "adult_75kg", "--out", tmp_path)
+    assert complaint.startswith("afo-sim: --leg = 'adult_75kg': does not go with a new muscle")
+    for kind in ("muscle", "sweep"):
+        code, _, complaint = call(capsys, "new", kind, "mine", "--like", "nowhere", "--out", tmp_path)
+        assert complaint.startswith(f"afo-sim: --like = 'nowhere': there is no such {kind}")
+    code, _, complaint = call(capsys, "new", "valve", "m/n", "--out", tmp_path)
+    assert complaint.startswith("afo-sim: NAME = 'm/n'")
+    code, _, complaint = call(capsys, "compare", "arm", "--laws", "kerscher")
+    assert complaint.startswith("afo-sim: --laws = 'kerscher': is not a law that all muscles")
+    code, _, complaint = call(capsys, "torque-map", "--angle", "-90 deg", "90 deg", "10 deg")
+    assert complaint.startswith("afo-sim: --angle = '-90 to 90 deg': goes beyond the ankle's stops")
+
+
+def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
+    command = typer.main.get_command(cli.app).commands["optimise"]
+    error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
+    error.others = (InputError("is no number", field="threads", value="x"),)
+    found = error_handler.with_options(error, command)
+    assert str(found).splitlines() == [
+        "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE`",
+        "--threads = 'x': is no number",
+    ]
+    of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)
+    assert str(error_handler.with_options(of_a_file, command)) == str(of_a_file)
+    keyed = InputError("is no quantity", field="noise.angle", value="1")
+    fit_run = typer.main.get_command(cli.app).commands["fit-run"]
+    assert error_handler.with_options(keyed, fit_run).field == "--noise angle"
+
+
+SLOW = """
+import pathlib, sys, time
+from afo_sim import cli
+from afo_sim.cli.doctor import kinds
+from afo_sim.common.writing import together
+def works(path):
+    with together(pathlib.Path("out")) as scratch:
+        (scratch / "half").write_text("half")
+        print("writing", flush=True)
+        time.sleep(60)
+kinds.check_file = works
+sys.argv = ["afo-sim", "check", "x.toml"]
+cli.main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_signals_clean_up(number: int, code: int, tmp_path: pathlib.Path) -> None:
+    command = [sys.executable, "-c", SLOW]
+    done = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert done.stdout is not None
+    assert done.stdout.readline() == "writing\n"
+    assert [path.name[:8] for path in tmp_path.iterdir()] == [".out.new"]
+    begun = time.monotonic()
+    done.send_signal(number)
+    _, complaint = done.communicate(timeout=30)
+    assert done.returncode == code
+    assert complaint == "afo-sim: stopped\n"
+    assert not list(tmp_path.iterdir())
+    assert time.monotonic() - begun < 30.0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")  # noqa: PTH110
+def test_output_that_cannot_be_printed(tmp_path: pathlib.Path) -> None:
+    command = [sys.executable, "-m", "afo_sim", "list", "muscles"]
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2
+    assert done.stderr == "afo-sim: the disk is full\n"
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as closed:
+        done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")
+def test_a_closed_output_is_no_fault() -> None:
+    """`afo-sim … >&-`: Python then has no standard output at all."""
+    command = f'"{sys.executable}" -m afo_sim --version >&-'
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

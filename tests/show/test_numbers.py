@@ -1,0 +1,96 @@
+"""Notes on a run's numbers: what a reader must know, and what is not measured."""
+
+import pathlib
+
+import pytest
+
+import afo_sim
+from afo_sim.description.reader import load
+from afo_sim.metrics.metric import Metric
+from afo_sim.show.numbers import cautions, doubts, of_leg
+
+
+def told(totals: dict[str, Metric], strides: int) -> str:
+    scenario = afo_sim.load("scenario", "walk-dropfoot").resolved()
+    each = {k: {"toe_clearance": Metric(float(k), "mm")} for k in range(strides)}
+    return cautions(scenario, {"toe_clearance": Metric(1.0, "mm"), **totals}, each)[0]
+
+
+def test_walked_strides_are_told_with_what_they_still_change() -> None:
+    changes = {"walked_clearance_change": Metric(0.72, "mm"), "walked_air_change": Metric(-2.4, "percent")}
+    said = told({"strides_counted": Metric(5.0, ""), **changes}, 11)
+    assert (
+        "means of strides 6 to 10, which still change by +0.7 mm of toe clearance and −2.4 % of air" in said
+    )
+
+
+def test_one_walked_stride_tells_no_change_and_a_solved_one_needs_none() -> None:
+    counted = {"strides_counted": Metric(1.0, "")}
+    assert "of stride 2 alone, which does not tell whether it repeats" in told(counted, 3)
+    assert "settled" in told({**counted, "strides_solved": Metric(4.0, "")}, 3)
+
+
+def test_a_foot_that_slaps_through_the_floor_is_told_with_what_catches_it() -> None:
+    """Healthy feet come down at some 90 deg/s; where the floor catches the foot there is nothing to say."""
+    walk = afo_sim.load("scenario", "walk-dropfoot")
+    on_a_floor = walk.set({"ground.mode": "contact"}).resolved()
+    for speed, scenario, said in (
+        (90.0, walk.resolved(), False),
+        (465.0, walk.resolved(), True),
+        (465.0, on_a_floor, False),
+    ):
+        notes = doubts(scenario, {"foot_slap_velocity": Metric(speed, "deg/s")}, {})
+        assert any("ground.mode=contact" in note for note in notes) == said
+
+
+def test_what_is_mirrored_and_what_does_not_turn_is_told() -> None:
+    walk = afo_sim.load("scenario", "walk-dropfoot-afo")
+    hinge = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.2 N*m*s/rad"}
+    both = "the left leg is simulated: leg file and orthosis of the right one are mirrored"
+    for sets, said in (
+        ({}, []),
+        ({"side": "right"}, []),
+        ({"side": "left"}, [both]),
+        ({"leg.side": "left"}, ["the left leg is simulated: orthosis of the right one is mirrored"]),
+        ({"orthosis.side": "left"}, ["the right leg is simulated: orthosis of the left one is mirrored"]),
+    ):
+        assert of_leg(walk.set(sets).resolved()) == said
+    bare = afo_sim.load("scenario", "walk-dropfoot").set({"side": "left"})  # without an orthosis
+    assert of_leg(bare.resolved()) == ["the left leg is simulated: leg file of the right one is mirrored"]
+    (note,) = of_leg(walk.set(hinge).resolved())
+    assert "subtalar joint: it does not turn here" in note
+    assert of_leg(afo_sim.load("scenario", "seated").set(hinge).resolved()) == []
+
+
+def test_an_imported_leg_tells_its_spring_and_its_sole(tmp_path: pathlib.Path) -> None:
+    text = pathlib.Path(afo_sim.load("leg", "adult_75kg").file).read_text()
+    sprung = text.replace('name="ankle" type="hinge"', 'name="ankle" type="hinge" stiffness="5"')
+    (tmp_path / "body.xml").write_text(sprung)
+    afo_sim.import_leg(tmp_path / "body.xml", tmp_path / "leg", side="right")
+    walk = afo_sim.load("scenario", "walk-dropfoot-afo", {"leg": str(tmp_path / "leg")})
+    said = of_leg(walk.resolved())
+    assert any("no tissue but the spring" in note for note in said)
+    assert any("toe clearance is that of its sole's points" in note for note in said)
+    seated = of_leg(afo_sim.load("scenario", "seated", {"leg": str(tmp_path / "leg")}).resolved())
+    assert any("no tissue but the spring" in note for note in seated)
+    assert not any("sole" in note for note in seated)
+    assert of_leg(afo_sim.load("scenario", "walk-dropfoot-afo").resolved()) == []
+
+
+GROUP = "orthosis.muscle.dorsiflexor"
+
+
+@pytest.mark.parametrize(
+    ("muscle", "law", "word"),
+    [
+        ("handmade_10mm", "chou_hannaford_1996", "upper bound"),
+        ("dmsp_40", "sarosi_2012", "derived, not measured"),
+        ("s1_215mm", "tondu_lopez_2000_bladder", ""),
+        ("dmsp_20", "sarosi_2012", ""),
+    ],
+)
+def test_a_force_that_nobody_measured_is_told(muscle: str, law: str, word: str) -> None:
+    sets = {f"{GROUP}.type": muscle, f"{GROUP}.type.law": law}
+    notes = [n for n in doubts(load("scenario", "seated", sets).resolved(), {}, {}) if "dorsiflexor's" in n]
+    assert len(notes) == bool(word)
+    assert all(word in note for note in notes)
