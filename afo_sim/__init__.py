@@ -129,7 +129,7 @@ class _Show:
         return str(importlib.import_module("afo_sim.show.notebook").html(recording))
 
     def both(self, legs: Any, path: Any) -> None:
-        importlib.import_module("afo_sim.show.both_figure").draw_both(legs, path)
+        importlib.import_module("afo_sim.show.compared_figures").draw_both(legs, path)
 
     def export(self, recording: Any, out: Any, to: Any, rate: Any, columns: Any, force: bool) -> Any:
         exported = importlib.import_module("afo_sim.export.exported").export(

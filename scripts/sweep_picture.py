@@ -13,7 +13,7 @@ import small_png
 from PIL import Image
 
 from afo_sim.show import sweep_figures as show
-from afo_sim.study import design, runner, sweep_file
+from afo_sim.study import design, runner, sweep_plan
 from afo_sim.study.pool import processors
 from afo_sim.study.results import read
 
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path("runs/pressure-and-timing"))
     parser.add_argument("--out", type=pathlib.Path, default=place / "sweep.png")
     given = parser.parse_args()
-    chosen = sweep_file.read(given.sweep)
+    chosen = sweep_plan.read(given.sweep)
     store = runner.open_store(chosen, design.cases_of(chosen), given.runs)
     state = runner.run(store, threads=processors())
     with tempfile.TemporaryDirectory() as folder:

@@ -238,7 +238,7 @@ def both_command(
     short_lived()
     with progress("reading, compiling the muscles") as report:
         from afo_sim.model.person import with_person
-        from afo_sim.simulation.bilateral import both as legs
+        from afo_sim.simulation import bilateral as legs
 
         pair = legs.described(scenario, left or None, sets=values, left_sets=others)
         folder = out or Path("runs") / f"{pair[0].name}-both"

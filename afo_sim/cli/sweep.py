@@ -75,10 +75,10 @@ def sweep(given: _Sweep) -> None:
     which = _part(given.part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show.numbers import unseen
-        from afo_sim.study import design, pool, runner, sweep_file
+        from afo_sim.study import design, pool, runner, sweep_plan
         from afo_sim.study.store import SWEEP
 
-        plan = sweep_file.read(given.source)
+        plan = sweep_plan.read(given.source)
         plan = plan.walked() if given.plain else plan
         folder = given.out or Path("runs") / plan.file.stem
         cases = design.cases_of(plan, sys.maxsize if given.yes_many else design.MOST)
@@ -240,11 +240,11 @@ def optimise(
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import replacing
-        from afo_sim.metrics.metric_words import words
         from afo_sim.show.numbers import unseen
         from afo_sim.show.search_figure import draw_search
         from afo_sim.study.pool import pool, processors
         from afo_sim.study.search import plan, runner, store
+        from afo_sim.study.search.best import statement, tables
 
         search = plan.read(source)
         search = search.walked() if plain else search
@@ -264,7 +264,7 @@ def optimise(
         if not opened.finished or not figure.is_file():
             with replacing(figure) as path:
                 draw_search(opened.problem, opened.units, store.read_designs(folder), path)
-    print_tables(words.tables(best), words.statement(best))
+    print_tables(tables(best), statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)
     print(f"written to {folder}; run this design with: afo-sim run {folder / 'best.toml'}")

@@ -34,11 +34,11 @@ def html(result: Any) -> str:
 
 def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
     """Tables and remarks of a sweep, a search or a sizing."""
-    from afo_sim.metrics.metric_words import words as search_words
     from afo_sim.show import sweep_tables
     from afo_sim.study.findings import findings
     from afo_sim.study.results import Results
     from afo_sim.study.scales import chosen
+    from afo_sim.study.search import best as search_words
     from afo_sim.study.search.best import BestDesign
 
     if isinstance(result, Results):

@@ -10,9 +10,8 @@ import numpy as np
 
 from afo_sim.common.writing import check_writable, together
 from afo_sim.show.style import COLOURS, plain, write_figure
-from afo_sim.study import pareto, sobol
-from afo_sim.study.analysis import Effect, spread
-from afo_sim.study.findings import Findings, Indices, findings
+from afo_sim.study.analysis import Effect, ranks, spread
+from afo_sim.study.findings import Findings, Indices, findings, varied
 from afo_sim.study.results import Results
 from afo_sim.study.scales import Better, Scale, chosen, scale
 
@@ -50,7 +49,7 @@ _Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size 
 
 
 def _of_metrics(found: Findings) -> Iterator[_Drawing]:
-    results, count = found.results, len(sobol.varied(found.results))
+    results, count = found.results, len(varied(found.results))
     across = min(count, _MOST_PARAMETERS)
     for suffix, names in _batches(list(found.effects)):
         high = len(names)
@@ -275,7 +274,7 @@ def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]
         lowest = tuple(objectives[name] == "lowest" for name in names)
         looks = [scale(results, name) for name in names]
         points = np.column_stack([look.factor * results[n] for look, n in zip(looks, names, strict=True)])
-        front = np.flatnonzero(pareto.ranks(points, lowest) == 0)
+        front = np.flatnonzero(ranks(points, lowest) == 0)
         front = front[np.lexsort((points[front, 1], points[front, 0]))]
         rest = np.setdiff1d(_some(len(points)), front)
         axis.plot(*points[rest].T, zorder=1, **_dots(len(rest)))

@@ -8,7 +8,7 @@ from afo_sim.cli.doctor.kinds import Findings
 def sweep(path: pathlib.Path) -> Findings:
     """Cases and parameters of a sweep."""
     from afo_sim.study.design import cases_of
-    from afo_sim.study.sweep_file import read
+    from afo_sim.study.sweep_plan import read
 
     plan = read(path)
     cases = cases_of(plan)

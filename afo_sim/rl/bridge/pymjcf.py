@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.cli.doctor.bodies import mjcf
 from afo_sim.native import N_USER
+from afo_sim.rl.bridge.dm import mjcf
 
 JOINTS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): "hinge",
