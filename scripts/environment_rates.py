@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 from measuring import Figure, figure, in_turn, ratio
 
-from afo_sim.rl.environments.catalogue import TASKS
-from afo_sim.rl.environments.gym_vector import OrthosisVectorEnv
+from afo_sim.rl.environments.gym_env import OrthosisVectorEnv
 from afo_sim.rl.environments.suite import OrthosisEnvironment, load
 from afo_sim.rl.environments.task import coils_of
+from afo_sim.rl.environments.tasks import TASKS
 
 PERIODS = 200  # of a round, from the episode's start on
 SIMULATIONS = 256

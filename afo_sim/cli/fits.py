@@ -39,8 +39,8 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.lab.fitting import run_scenario
-        from afo_sim.lab.fitting.run_fit import fit_run
+        from afo_sim.lab import run_report
+        from afo_sim.lab.run_fit import fit_run
         from afo_sim.show.log_figure import write_log_figure
 
         check_folder(out, "fit to a log")
@@ -55,14 +55,14 @@ def fit_run_command(
             report=lambda text: report(0, 0, text),
         )
         with together(out, RUN_FILES) as folder:
-            run_scenario.write(found, folder)
+            run_report.write(found, folder)
             write_log_figure(found, folder)
-    for title, header, rows in run_scenario.tables(found):
+    for title, header, rows in run_report.tables(found):
         print_table(title, header, rows)
-    for line in run_scenario.remarks(found):
+    for line in run_report.remarks(found):
         print(line)
     runnable = bool(names) and found.converged
-    hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
+    hint = f"; run it with: afo-sim run {out / run_report.SCENARIO}" if runnable else ""
     print(f"written to {out}{hint}")
 
 
@@ -91,7 +91,7 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.lab.fitting import law_report, law_result
+        from afo_sim.lab import law_result
         from afo_sim.show.fit_figure import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
@@ -109,11 +109,11 @@ def fit(
             report=lambda text: report(0, 0, text),
         )
         with together(out, LAW_FILES) as folder:
-            law_report.write(found, folder)
+            law_result.write(found, folder)
             write_fit_figure(found, folder)
-    for title, header, rows in law_report.tables(found):
+    for title, header, rows in law_result.tables(found):
         print_table(title, header, rows)
-    for line in law_report.remarks(found):
+    for line in law_result.remarks(found):
         print(line)
     print(f"written to {out}")
 
@@ -146,8 +146,8 @@ def fit_torque_command(
     """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import check_writable, together
-        from afo_sim.lab.fitting import torque_report
-        from afo_sim.lab.fitting.torque_fit import fit_torque
+        from afo_sim.lab import torque_report
+        from afo_sim.lab.torque_fit import fit_torque
         from afo_sim.show.torque_bench import write_torque_figure
 
         check_folder(out, "fit to static torques")
@@ -190,7 +190,7 @@ def validate_command(
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.lab.validation import table as v
+        from afo_sim.lab import validation as v
 
         if figures is not None:
             check_writable(figures, "--figures")

@@ -11,7 +11,7 @@ from afo_sim.cli.common import print_table, progress, read_sets
 from afo_sim.cli.overwriting import check_folder
 
 if TYPE_CHECKING:
-    from afo_sim.lab.bench.stand import Stand
+    from afo_sim.lab.stand import Stand
 
 
 @app.command("stand")
@@ -45,7 +45,7 @@ def stand_command(
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.lab.bench.stand import stand
+        from afo_sim.lab.stand import stand
         from afo_sim.show.stand_files import target, write_stand_files
 
         place = target(out, test)
@@ -77,7 +77,7 @@ def stand_command(
 
 
 def _print_trials(tests: "Stand", files: Sequence[pathlib.Path]) -> None:
-    from afo_sim.lab.bench.table import printed
+    from afo_sim.lab.stand_table import printed
 
     for trial in tests.trials:
         print_table(*printed(trial))
@@ -89,7 +89,7 @@ def _print_trials(tests: "Stand", files: Sequence[pathlib.Path]) -> None:
 
 def _remarks(tests: "Stand") -> Iterator[str]:
     """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
-    from afo_sim.lab.bench.static_load import static_load
+    from afo_sim.lab.stand_trial import static_load
 
     for trial in tests.trials:
         if trial.plan.kind == "isobaric" and trial.plan.muscle.law in ("reynolds_2003", "serres_2009"):

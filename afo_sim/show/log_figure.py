@@ -4,9 +4,8 @@ import pathlib
 from typing import Any
 
 from afo_sim.common.writing import replacing
-from afo_sim.lab.fitting.log import Channel
-from afo_sim.lab.fitting.run_fit import FitRun
-from afo_sim.lab.fitting.run_problem import differences
+from afo_sim.lab.run_fit import FitRun
+from afo_sim.lab.run_problem import Channel, differences
 from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
 
 LOG, BEFORE, AFTER, FORECAST = "0.75", COLOURS[0], COLOURS[1], COLOURS[4]

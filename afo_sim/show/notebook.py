@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from html import escape
 
 from afo_sim.description.words import reference
-from afo_sim.lab.fitting import law_report, run_scenario, torque_report
-from afo_sim.lab.fitting.law_result import StaticFit
-from afo_sim.lab.fitting.run_fit import FitRun
-from afo_sim.lab.fitting.torque_fit import TorqueFit
+from afo_sim.lab import law_result, run_report, torque_report
+from afo_sim.lab.law_result import StaticFit
+from afo_sim.lab.run_fit import FitRun
+from afo_sim.lab.torque_fit import TorqueFit
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.words import in_short, number, unit, words
 from afo_sim.show import bands, effects, sweep_tables, verdict
@@ -43,12 +43,12 @@ def html(result: Recording | Results | BestDesign | StaticFit | FitRun | TorqueF
         tables, lines = search_words.tables(result.summary), search_words.statement(result.summary)
         return _element(repr(result), tables, lines)
     if isinstance(result, StaticFit):
-        return _element(repr(result), law_report.tables(result), law_report.remarks(result))
+        return _element(repr(result), law_result.tables(result), law_result.remarks(result))
     if isinstance(result, TorqueFit):
         return _element(repr(result), torque_report.tables(result), torque_report.remarks(result))
     if isinstance(result, Sizing):
         return _element(repr(result), [result.table], result.remarks)
-    return _element(repr(result), run_scenario.tables(result), run_scenario.remarks(result))
+    return _element(repr(result), run_report.tables(result), run_report.remarks(result))
 
 
 def recording_html(recording: Recording) -> str:

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab.bench.static_load import static_load
-from afo_sim.lab.bench.table import set_point_text
-from afo_sim.lab.bench.trial import Trial
+from afo_sim.lab.stand_table import set_point_text
+from afo_sim.lab.stand_trial import Trial, static_load
 from afo_sim.show.stand_figure import colour
 from afo_sim.show.style import COLOURS, plain, write_figure
 
