@@ -1,10 +1,12 @@
 """95 % intervals and correlations of fitted parameters, and a verdict that refuses what data do not tell."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t
+
+from afo_sim.common.notice import Notice
 
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing
@@ -52,36 +54,52 @@ def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np
     return half, inverse / np.outer(spread, spread)
 
 
-def verdict(found: Estimate, correlation: np.ndarray, points: int) -> Iterator[str]:
-    """Lines "names: reason" on the parameters that the data do not identify.
+def verdict(found: Estimate, correlation: np.ndarray, points: int) -> Iterator[Notice]:
+    """A notice for each group of parameters that the data do not identify.
 
     Units: correlation (k, k).
     """
     names = found.names
     if points < POINTS_PER_PARAMETER * len(names):
-        without = [
-            n for n, half in zip(names, found.half, strict=True) if not np.isfinite(half) or half > 1e100
-        ]
-        yield from (f"{name}: not identifiable: {found.shown[list(names).index(name)]}" for name in without)
-        rest = [name for name in names if name not in without]
-        if rest:
-            wanted = f"{len(names)} parameter{'s' if len(names) > 1 else ''}"
-            yield f"{', '.join(rest)}: not identifiable: {points} {found.counted} for {wanted}"
+        yield from _too_few(found, points)
         return
     margin = found.near * (found.upper - found.lower)
     for i, name in enumerate(names):
         for j in range(i):
             if abs(correlation[i, j]) > CORRELATED:
-                yield (
-                    f"{names[j]}, {name}: not identifiable one by one: correlation {correlation[i, j]:.3f}; "
-                    "use them together"
+                problem = (
+                    f"not identifiable one by one: correlation {correlation[i, j]:.3f}; use them together"
                 )
+                yield unidentified("correlated", [names[j], name], problem)
         if min(found.values[i] - found.lower[i], found.upper[i] - found.values[i]) <= margin[i]:
-            yield f"{name}: not identifiable: it ends at its bound"
+            yield unidentified("at-bound", [name], "not identifiable: it ends at its bound")
         elif found.half[i] > VAGUE * found.size[i]:
-            yield f"{name}: not identifiable: {found.shown[i]}"
+            yield unidentified("vague", [name], f"not identifiable: {found.shown[i]}")
 
 
-def refused(lines: Sequence[str]) -> set[str]:
+def _too_few(found: Estimate, points: int) -> Iterator[Notice]:
+    """Parameters without any effect, one by one, and the others together."""
+    names, without = found.names, []
+    for name, half, shown in zip(names, found.half, found.shown, strict=True):
+        if not np.isfinite(half) or half > 1e100:
+            without.append(name)
+            yield unidentified("no-effect", [name], f"not identifiable: {shown}")
+    if rest := [name for name in names if name not in without]:
+        wanted = f"{len(names)} parameter{'s' if len(names) > 1 else ''}"
+        yield unidentified("too-few", rest, f"not identifiable: {points} {found.counted} for {wanted}")
+
+
+def unidentified(code: str, names: Sequence[str], reason: str) -> Notice:
+    """A notice on parameters whose intervals are refused; `data` has their names and the reason."""
+    together = ", ".join(names)
+    return Notice(code, "{subject}: {reason}", subject=together, names=tuple(names), reason=reason)
+
+
+def refused(verdict: Iterable[Notice]) -> set[str]:
     """The names that a verdict is about."""
-    return {name for line in lines for name in line.split(":")[0].split(", ")}
+    return {name for notice in verdict for name in notice.data["names"]}
+
+
+def refusal_of(verdict: Iterable[Notice], name: str) -> Notice | None:
+    """The first notice about a parameter."""
+    return next((notice for notice in verdict if name in notice.data["names"]), None)

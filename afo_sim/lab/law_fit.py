@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc, t
 
+from afo_sim.common.notice import Notice
 from afo_sim.description.covariance import FitCovariance, key_of
 from afo_sim.description.quantity import Provenance
 from afo_sim.lab.identifiability import (
@@ -22,6 +23,7 @@ from afo_sim.lab.identifiability import (
     intervals,
     refused,
     rms,
+    unidentified,
     verdict,
 )
 from afo_sim.lab.law_problem import (
@@ -37,10 +39,10 @@ from afo_sim.lab.law_problem import (
 from afo_sim.lab.measured import Measured
 
 Progress = Callable[[str], None]
-
 STARTS = 12
 ENOUGH = 3  # starts that end at the same place; with fewer there may be a better one
 OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
+CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbouring errors are alike
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class LawFit:
     residuals: np.ndarray
     agreeing_starts: int
     starts: int
-    verdict: tuple[str, ...]
+    verdict: tuple[Notice, ...]
     silent: int = 0
     held_out: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     covariance: FitCovariance | None = None
@@ -109,10 +111,8 @@ def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawF
     half, correlation, verdict, covariance = _believe(problem, best, outlying)
     agreeing = _agreeing(found)
     if starts >= ENOUGH and agreeing < ENOUGH:
-        verdict.append(
-            f"{', '.join(problem.free)}: not identifiable: only {agreeing} of {len(found)} starts end here, "
-            "there may be a better fit"
-        )
+        few = f"only {agreeing} of {len(found)} starts end here, there may be a better fit"
+        verdict.append(unidentified("few-starts-agree", problem.free, f"not identifiable: {few}"))
         half, covariance = dict.fromkeys(half, np.inf), None
     silent = int(agreed_slack(problem, values, problem.data).sum())
     return LawFit(
@@ -197,7 +197,7 @@ def _least_squares(
 
 def _believe(
     problem: LawProblem, best: OptimizeResult, outlying: float
-) -> tuple[dict[str, float], np.ndarray, list[str], FitCovariance | None]:
+) -> tuple[dict[str, float], np.ndarray, list[Notice], FitCovariance | None]:
     """95 % half-widths, correlations, what the data cannot tell, and the covariance of what they tell."""
     scale = _scales(problem)
     values = best.x * scale
@@ -301,9 +301,6 @@ def _leave_out(result: LawFit, masks: Sequence[np.ndarray]) -> np.ndarray | None
     starts = np.vstack([whole, _starts(problem, 3, 1)])
     best = min(_search(problem, seen, starts), key=lambda f: f.cost)
     return errors(problem, dict(zip(problem.free, best.x * _scales(problem), strict=True)), left)
-
-
-CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbouring errors are alike
 
 
 def joint(

@@ -1,4 +1,4 @@
-"""Laws by how well they predict, and the reasons to doubt that order."""
+"""The muscle of a fitted law, ready to run; laws by how well they predict, and doubts about that order."""
 
 import math
 from collections.abc import Sequence
@@ -6,6 +6,7 @@ from typing import Any
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
@@ -212,20 +213,24 @@ def criterion(fits: Sequence[LawFit]) -> str:
     return f"error on each {kind} left out in turn" if kind else "standard deviation about the fitted points"
 
 
-def doubts(fits: Sequence[LawFit]) -> list[str]:
+def doubts(fits: Sequence[LawFit]) -> list[Notice]:
     """Reasons to look twice before taking the first of several ranked laws."""
     if len(fits) < 2:
         return []
-    best, found = fits[0], []
+    best = fits[0]
+    found: list[Notice] = []
     factor, unit = residual_unit(best)
     for kind in kinds(fits):
         if _too_few(fits, kind):
-            found.append(
-                f"only {_groups(fits, kind)} {kind}s: one left out is extrapolated from the other, so the "
-                f"laws are not ranked by it; measure at {FEWEST[kind]} or more"
+            text = (
+                "only {groups} {subject}s: one left out is extrapolated from the other, so the laws are not "
+                "ranked by it; measure at {fewest} or more"
             )
+            counts = {"groups": _groups(fits, kind), "fewest": FEWEST[kind]}
+            found.append(Notice("too-few-groups", text, subject=kind, **counts))
     if not ranked_by(fits) and not found:
-        found.append("nothing was left out: the order says how laws fit, not how they predict")
+        text = "nothing was left out: the order says how laws fit, not how they predict"
+        found.append(Notice("nothing-left-out", text))
     # more parameters than the points can bear fit anything
     sound = [
         fit
@@ -234,10 +239,13 @@ def doubts(fits: Sequence[LawFit]) -> list[str]:
     ]
     closest = min(sound or [best], key=lambda fit: fit.spread)
     if best.spread > GROSS * closest.spread:
-        found.append(
-            f"{best.problem.law.name} is first by the {criterion(fits)}, but misses the fitted points by "
-            f"{factor * best.rms:.3g} {unit} RMS, and {closest.problem.law.name} by "
+        text = (
+            f"{{subject}} is first by the {criterion(fits)}, but misses the fitted points by "
+            f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by "
             f"{factor * closest.rms:.3g} {unit}: the two orders contradict each other"
+        )
+        found.append(
+            Notice("orders-contradict", text, subject=best.problem.law.name, closest=closest.problem.law.name)
         )
     return found
 

@@ -1,4 +1,7 @@
-"""A static fit in files and in words: muscle.toml, fit.json, tables and remarks to print."""
+"""Fits of force laws to a measured characteristic: points in, ranked laws and a muscle that runs out.
+
+In files and in words: muscle.toml, fit.json, tables and remarks to print.
+"""
 
 import dataclasses
 import math
@@ -12,6 +15,7 @@ import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import write_json, write_text
@@ -122,8 +126,8 @@ class StaticFit:
         return sum(int(d.slack.sum()) for d in self.best.problem.data if d.slack is not None)
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Reasons to look twice, each a sentence."""
+    def warnings(self) -> tuple[Notice, ...]:
+        """Reasons to look twice."""
         return tuple(doubts(self.fits))
 
 

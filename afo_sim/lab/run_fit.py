@@ -19,13 +19,15 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.lab.identifiability import Estimate, intervals, refused, rms, verdict
+from afo_sim.lab.identifiability import Estimate, intervals, refusal_of, refused, rms, unidentified, verdict
 from afo_sim.lab.run_problem import HELD_OUT, RunParameter, RunProblem, differences, pose, run_at
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.shown import shown
 
+Progress = Callable[[str], None]
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing
 CHANCE = 3.0  # standard deviations
 CAUSES = {
@@ -40,6 +42,20 @@ CAUSES = {
     "opening": "the timer's times, a valve's delay",
 }
 OTHERWISE = "a part that the scenario does not have"
+# Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
+# run: the first bridges it as a rule, the second where the search has not settled.
+STEPS = (0.02, 0.08)
+LINEAR = 5.0  # times as far where the number is no logarithm, and a run nearly linear in it
+CLEAR, LONGEST = (
+    10.0,
+    5.0,
+)  # in units of the noise, how far the last differences go; times the second, at most
+ROUGH = 0.3  # where they differ by more than this share from shorter ones, a run changes by jumps
+SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
+AT_BOUND = 1e-4  # share of the searched range
+MOST_RUNS = 40  # beside those of the finite differences
+COUNTED = "independent errors (they hang together in time)"
+Differences = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -69,151 +85,6 @@ class Errors:
         return None if self.held_out is None else (self.held_out / self.noise) ** 2
 
 
-Differences = Mapping[str, np.ndarray]
-
-
-def channel_errors(
-    noise: Mapping[str, float],
-    first: Differences,
-    last: Differences,
-    unseen: Differences | None,
-    rest: np.ndarray,
-) -> dict[str, Errors]:
-    """Each channel's errors.
-
-    Units: noise [SI], first, last [SI].
-    """
-    found = {}
-    for title in first:
-        whole = (noise[title], len(first[title]), rms(first[title]), rms(last[title]))
-        if unseen is None:
-            found[title] = Errors(*whole)
-        else:
-            parts = rms(first[title][rest]), rms(unseen[title][rest])
-            found[title] = Errors(*whole, int(rest.sum()), *parts)
-    return found
-
-
-def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator[str]:
-    """A sentence for each channel whose errors are more than noise, in the log or where it was held out."""
-    for title, found in errors.items():
-        ratios = []
-        if found.chi_squared > _limit(found.samples):
-            ratios.append(f"{math.sqrt(found.chi_squared):.2g} times its noise after the fit")
-        held_out = found.chi_squared_held_out
-        if held_out is not None and held_out > _limit(found.samples_held_out):
-            ratios.append(f"{math.sqrt(held_out):.2g} times where it was held out")
-        if ratios:
-            causes = CAUSES.get(columns[title].rpartition("/")[2].partition("_in")[0], OTHERWISE)
-            yield (
-                f"{title}: its errors are {' and '.join(ratios)}; the scenario lacks something: {causes}; "
-                "the fitted values make up for it and may be wrong by more than their intervals"
-            )
-
-
-def _limit(samples: int) -> float:
-    """Mean square in units of the noise above which it is more than noise."""
-    return MISFIT**2 * (1.0 + CHANCE * math.sqrt(2.0 / max(samples, 1)))
-
-
-Progress = Callable[[str], None]
-# Of the finite differences, in searched numbers. A foot that sticks a time step later is a small jump of the
-# run: the first bridges it as a rule, the second where the search has not settled.
-STEPS = (0.02, 0.08)
-LINEAR = 5.0  # times as far where the number is no logarithm, and a run nearly linear in it
-CLEAR, LONGEST = (
-    10.0,
-    5.0,
-)  # in units of the noise, how far the last differences go; times the second, at most
-ROUGH = 0.3  # where they differ by more than this share from shorter ones, a run changes by jumps
-SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
-AT_BOUND = 1e-4  # share of the searched range
-MOST_RUNS = 40  # beside those of the finite differences
-
-
-class RunSearch:
-    """Least squares over runs; counts them, and remembers what a search cannot return."""
-
-    def __init__(self, problem: RunProblem, report: Progress):
-        self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
-        self.reach = np.array([1.0 if p.kind.logarithmic else LINEAR for p in problem.parameters])
-        kinds = [p.kind for p in problem.parameters]
-        self.lower = np.array([p.search(k.lower) for p, k in zip(problem.parameters, kinds, strict=True)])
-        self.upper = np.array([p.search(k.upper) for p, k in zip(problem.parameters, kinds, strict=True)])
-
-    def values(self, x: np.ndarray) -> dict[str, float]:
-        return {p.name: p.value(float(z)) for p, z in zip(self.problem.parameters, x, strict=True)}
-
-    def errors(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """All channels' differences in units of their noise; infinite where there is no such run."""
-        problem = self.problem
-        self.runs += 1
-        try:
-            found = differences(problem, self.values(x), run_at(problem, self.values(x)))
-        except (InputError, SimulationError):  # too fast for the time step, for example
-            return np.full(int(mask.sum()) * len(problem.log.channels), np.inf)
-        parts = [found[title][mask] / problem.noise[title] for title in found]
-        self.report(f"run {self.runs}: {rms(np.concatenate(parts)):.4g} × noise")
-        return np.concatenate(parts)
-
-    def jacobian(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """Central differences; one-sided at a bound, and where there is no run on one side."""
-        columns = []
-        for k in range(len(x)):
-            ends = []
-            for way in (-1.0, 1.0):
-                end = x.copy()
-                end[k] = np.clip(x[k] + way * self.step * self.reach[k], self.lower[k], self.upper[k])
-                errors = self.errors(end, mask)
-                if not np.isfinite(errors).all():
-                    end, errors = x, self.errors(x, mask)
-                ends.append((end[k], errors))
-            (low, below), (high, above) = ends
-            columns.append((above - below) / (high - low) if high > low else np.zeros_like(below))
-        return np.stack(columns, axis=1)
-
-    def solve(self, x: np.ndarray, mask: np.ndarray) -> Any:
-        """scipy's result, from a search that has settled if it could."""
-        for self.step in STEPS:
-            best = least_squares(
-                lambda z: self.errors(z, mask),
-                np.clip(x, self.lower, self.upper),
-                jac=lambda z: self.jacobian(z, mask),
-                bounds=(self.lower, self.upper),
-                ftol=1e-7,
-                xtol=1e-6,
-                gtol=1e-12,
-                max_nfev=MOST_RUNS,
-            )
-            if self.settled(best):
-                break
-            x = best.x
-        return best
-
-    def sound_jacobian(self, x: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """With steps that change the run by much more than its jumps do; and which columns differ from
-        those of shorter steps."""
-        usual = self.reach
-        self.step = STEPS[1]
-        short = self.jacobian(x, mask)
-        wanted = CLEAR / np.maximum(np.linalg.norm(short, axis=0), 1e-9) / self.step
-        self.reach = np.clip(wanted, usual, LONGEST * usual)
-        long = self.jacobian(x, mask)
-        self.reach = usual
-        sizes = np.linalg.norm([short, long], axis=1).max(axis=0)
-        return long, np.linalg.norm(long - short, axis=0) > ROUGH * sizes
-
-    def settled(self, best: Any) -> bool:
-        """True where a further step would explain next to nothing; at a bound there is none to take."""
-        away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
-        if not away.any():
-            return True
-        jacobian = best.jac[:, away]
-        step = np.linalg.lstsq(jacobian, best.fun, rcond=1e-10)[0]
-        explained = float(np.sum((jacobian @ step) ** 2))
-        return explained <= SETTLED * int(away.sum()) * float(np.mean(best.fun**2))
-
-
 @dataclass(frozen=True, repr=False)
 class FitRun:
     """Dynamic parameters from a log, and how far they can be believed. SI.
@@ -227,7 +98,7 @@ class FitRun:
     values: dict[str, float]
     interval: dict[str, tuple[float, float] | None]
     correlation: np.ndarray
-    verdict: tuple[str, ...]
+    verdict: tuple[Notice, ...]
     before: Recording
     after: Recording
     forecast: tuple[dict[str, float], Recording] | None
@@ -295,14 +166,12 @@ class FitRun:
 
     def reason(self, name: str) -> str:
         """The reason why a parameter's interval is refused; "" where it is not."""
-        for line in self.verdict:
-            names, _, reason = line.partition(": ")
-            if name in names.split(", "):
-                others = [other for other in names.split(", ") if other != name]
-                return reason.removeprefix("not identifiable: ") + (
-                    f" (with {', '.join(others)})" if others else ""
-                )
-        return ""
+        notice = refusal_of(self.verdict, name)
+        if notice is None:
+            return ""
+        others = ", ".join(other for other in notice.data["names"] if other != name)
+        reason: str = notice.data["reason"].removeprefix("not identifiable: ")
+        return f"{reason} (with {others})" if others else reason
 
 
 def fit_run(
@@ -398,12 +267,9 @@ def _memory(problem: RunProblem, errors: np.ndarray) -> float:
     return float(np.sum(by_channel[:, 1:] * by_channel[:, :-1])) / square if square else 0.0
 
 
-COUNTED = "independent errors (they hang together in time)"
-
-
 def _believe(
-    problem: RunProblem, search: RunSearch, best: Any
-) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[str, ...], float, float]:
+    problem: RunProblem, search: "RunSearch", best: Any
+) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[Notice, ...], float, float]:
     """95 % intervals, correlations, what the log cannot tell, memory and size of the errors.
 
     Errors that hang together are fewer than they seem: n (1 − ρ)/(1 + ρ) independent ones.
@@ -429,8 +295,138 @@ def _believe(
     )
     lines = list(verdict(found, correlation, int(independent)))
     jumps = [name for name, jump in zip(names, rough, strict=True) if jump and name not in refused(lines)]
-    lines += [f"{name}: not identifiable: the run changes with it by jumps" for name in jumps]
+    lines += [
+        unidentified("jumps", [name], "not identifiable: the run changes with it by jumps") for name in jumps
+    ]
     if not search.settled(best):
-        lines.insert(0, f"{', '.join(names)}: the search did not settle")
+        lines.insert(0, unidentified("unsettled", names, "the search did not settle"))
     kept = {name: None if name in refused(lines) else ends[name] for name in names}
     return kept, correlation, tuple(lines), memory, rms(best.fun)
+
+
+class RunSearch:
+    """Least squares over runs; counts them, and remembers what a search cannot return."""
+
+    def __init__(self, problem: RunProblem, report: Progress):
+        self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
+        self.reach = np.array([1.0 if p.kind.logarithmic else LINEAR for p in problem.parameters])
+        kinds = [p.kind for p in problem.parameters]
+        self.lower = np.array([p.search(k.lower) for p, k in zip(problem.parameters, kinds, strict=True)])
+        self.upper = np.array([p.search(k.upper) for p, k in zip(problem.parameters, kinds, strict=True)])
+
+    def values(self, x: np.ndarray) -> dict[str, float]:
+        return {p.name: p.value(float(z)) for p, z in zip(self.problem.parameters, x, strict=True)}
+
+    def errors(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
+        """All channels' differences in units of their noise; infinite where there is no such run."""
+        problem = self.problem
+        self.runs += 1
+        try:
+            found = differences(problem, self.values(x), run_at(problem, self.values(x)))
+        except (InputError, SimulationError):  # too fast for the time step, for example
+            return np.full(int(mask.sum()) * len(problem.log.channels), np.inf)
+        parts = [found[title][mask] / problem.noise[title] for title in found]
+        self.report(f"run {self.runs}: {rms(np.concatenate(parts)):.4g} × noise")
+        return np.concatenate(parts)
+
+    def jacobian(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
+        """Central differences; one-sided at a bound, and where there is no run on one side."""
+        columns = []
+        for k in range(len(x)):
+            ends = []
+            for way in (-1.0, 1.0):
+                end = x.copy()
+                end[k] = np.clip(x[k] + way * self.step * self.reach[k], self.lower[k], self.upper[k])
+                errors = self.errors(end, mask)
+                if not np.isfinite(errors).all():
+                    end, errors = x, self.errors(x, mask)
+                ends.append((end[k], errors))
+            (low, below), (high, above) = ends
+            columns.append((above - below) / (high - low) if high > low else np.zeros_like(below))
+        return np.stack(columns, axis=1)
+
+    def solve(self, x: np.ndarray, mask: np.ndarray) -> Any:
+        """scipy's result, from a search that has settled if it could."""
+        for self.step in STEPS:
+            best = least_squares(
+                lambda z: self.errors(z, mask),
+                np.clip(x, self.lower, self.upper),
+                jac=lambda z: self.jacobian(z, mask),
+                bounds=(self.lower, self.upper),
+                ftol=1e-7,
+                xtol=1e-6,
+                gtol=1e-12,
+                max_nfev=MOST_RUNS,
+            )
+            if self.settled(best):
+                break
+            x = best.x
+        return best
+
+    def sound_jacobian(self, x: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """With steps that change the run by much more than its jumps do; and which columns differ from
+        those of shorter steps."""
+        usual = self.reach
+        self.step = STEPS[1]
+        short = self.jacobian(x, mask)
+        wanted = CLEAR / np.maximum(np.linalg.norm(short, axis=0), 1e-9) / self.step
+        self.reach = np.clip(wanted, usual, LONGEST * usual)
+        long = self.jacobian(x, mask)
+        self.reach = usual
+        sizes = np.linalg.norm([short, long], axis=1).max(axis=0)
+        return long, np.linalg.norm(long - short, axis=0) > ROUGH * sizes
+
+    def settled(self, best: Any) -> bool:
+        """True where a further step would explain next to nothing; at a bound there is none to take."""
+        away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
+        if not away.any():
+            return True
+        jacobian = best.jac[:, away]
+        step = np.linalg.lstsq(jacobian, best.fun, rcond=1e-10)[0]
+        explained = float(np.sum((jacobian @ step) ** 2))
+        return explained <= SETTLED * int(away.sum()) * float(np.mean(best.fun**2))
+
+
+def channel_errors(
+    noise: Mapping[str, float],
+    first: Differences,
+    last: Differences,
+    unseen: Differences | None,
+    rest: np.ndarray,
+) -> dict[str, Errors]:
+    """Each channel's errors.
+
+    Units: noise [SI], first, last [SI].
+    """
+    found = {}
+    for title in first:
+        whole = (noise[title], len(first[title]), rms(first[title]), rms(last[title]))
+        if unseen is None:
+            found[title] = Errors(*whole)
+        else:
+            parts = rms(first[title][rest]), rms(unseen[title][rest])
+            found[title] = Errors(*whole, int(rest.sum()), *parts)
+    return found
+
+
+def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator[Notice]:
+    """A notice on each channel whose errors are more than noise, in the log or where it was held out."""
+    for title, found in errors.items():
+        ratios = []
+        if found.chi_squared > _limit(found.samples):
+            ratios.append(f"{math.sqrt(found.chi_squared):.2g} times its noise after the fit")
+        held_out = found.chi_squared_held_out
+        if held_out is not None and held_out > _limit(found.samples_held_out):
+            ratios.append(f"{math.sqrt(held_out):.2g} times where it was held out")
+        if ratios:
+            causes = CAUSES.get(columns[title].rpartition("/")[2].partition("_in")[0], OTHERWISE)
+            text = (
+                "{subject}: its errors are {ratios}; the scenario lacks something: {causes}; "
+                "the fitted values make up for it and may be wrong by more than their intervals"
+            )
+            yield Notice("misfit", text, subject=title, ratios=" and ".join(ratios), causes=causes)
+
+
+def _limit(samples: int) -> float:
+    """Mean square in units of the noise above which it is more than noise."""
+    return MISFIT**2 * (1.0 + CHANCE * math.sqrt(2.0 / max(samples, 1)))

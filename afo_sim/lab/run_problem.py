@@ -1,4 +1,7 @@
-"""A dynamic fit as it is posed: scenario, free parameters, log; the run at given values, and its errors."""
+"""A dynamic fit as it is posed: the log of a device, the parameters that it can tell, and both on a scenario.
+
+A log is a CSV of time and of quantities that a run records; each of its titles means columns of a run.
+"""
 
 import math
 import pathlib

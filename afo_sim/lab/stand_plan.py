@@ -1,4 +1,8 @@
-"""A test on the stand as it is planned: what is set, curve by curve, and what cannot be asked of a muscle."""
+"""A test on the stand as it is planned: what is set, curve by curve.
+
+Below it: refusals of what a muscle cannot undergo, each with what is possible; and a muscle at rest, whose
+loads, lengths and pressures these follow from.
+"""
 
 import dataclasses
 import math
@@ -18,132 +22,15 @@ from afo_sim.physics.curves import crossing
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.pneumatics import muscle_volume
 
-LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
-
-
-def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Tension at rest and without friction, exactly as the compiled muscle computes it.
-
-    Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
-
-    Units: contraction [-] (n,), pressure [Pa] (n,), returns [N].
-    """
-    return np.asarray(muscle.force(pressure, contraction=contraction))
-
-
-def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
-    """`rest_force` of one contraction [-] and gauge pressure [Pa]."""
-    return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
-
-
-def slack(muscle: Muscle, pressure: float) -> float:
-    """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
-    return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
-
-
-def hanging(muscle: Muscle, load: float, pressure: float) -> float:
-    """Contraction ratio at which a load [N] rests on a muscle at a gauge pressure [Pa]."""
-    return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
-
-
-def lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
-    """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
-    return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
-
-
-def damping(muscle: Muscle, pressure: float) -> float:
-    """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
-    total = muscle.damping * (pressure + AMBIENT_PRESSURE)
-    if muscle.damper is not None:
-        above = muscle.damper.relaxing_above or muscle.damper.relaxing
-        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
-        total += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
-    return total
-
-
-def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
-    return crossing(falling, (), low, high, 52)
-
-
-LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
-PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
-
-
-def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
-    """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
-    low, high = muscle.braid.lock, slack(muscle, pressure)
-    for value in contractions:
-        if not low < value <= high + 1e-9:
-            worst = "the braid locks before that" if value <= low else "the muscle is slack"
-            lengths = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
-            raise InputError(
-                f"{worst} at {pressure * 1e-5:g} bar",
-                field="contraction",
-                value=f"{value:.4g}",
-                allowed=f"above {low:.3f} (lock) and at most {math.floor(1e4 * high) * 1e-4:.4f} (slack): "
-                f"lengths of {lengths[0]} to {lengths[1]} cm",
-            )
-
-
-def check_loads(
-    muscle: Muscle, loads: Sequence[float] | np.ndarray, pressures: Sequence[float], contraction: float = 0.0
-) -> None:
-    """Refuse loads beyond the muscle's strength at a contraction [-], each at its pressure [Pa]."""
-    for load, pressure in zip(loads, pressures, strict=True):
-        strength = force_at(muscle, contraction, pressure)
-        if not LEAST_LOAD <= load < strength:
-            weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
-            raise InputError(
-                f"{weak} at {pressure * 1e-5:g} bar",
-                field="load",
-                value=f"{load:g} N",
-                allowed=f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N",
-            )
-
-
-def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
-    """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
-    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
-    whose = f"the muscle's limit{told}"
-    if supply is not None and supply > top:
-        raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)
-    if supply is not None:
-        top, whose = supply, "the supply's pressure"
-    for pressure in pressures:
-        if not 0.0 <= pressure <= top * (1.0 + 1e-9):
-            raise _pressure_refusal(f"is beyond {whose}", "pressure", pressure, 0.0, top)
-        if pulls and force_at(muscle, 0.0, pressure) < PULLING:
-            enough = lifting(muscle, PULLING, 0.0, top)
-            raise _pressure_refusal(
-                "is too little for this muscle to pull", "pressure", pressure, enough, top
-            )
-
-
-def _pressure_refusal(problem: str, name: str, value: float, low: float, high: float) -> InputError:
-    allowed = f"{math.ceil(low * 1e-3) * 1e-2:g} bar to {high * 1e-5:.4g} bar"
-    return InputError(problem, field=name, value=f"{value * 1e-5:g} bar", allowed=allowed)
-
-
-def check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
-    """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
-    check_pressures(muscle, np.array([low]), supply, pulls=False)
-    check_pressures(muscle, np.array([high]), supply, pulls=True)
-    if not low < high:
-        raise InputError(
-            "does not rise",
-            field="pressure",
-            value=f"{low * 1e-5:g} bar to {high * 1e-5:g} bar",
-            allowed="FROM < TO",
-        )
-
-
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")
 LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
 SHORTEST_SWEEP = 8.0  # of one branch [s]
 ROWS = 400  # that are kept of a branch, about
 USUAL_LOAD = 0.2  # of the strength, where no load is given
+LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
+PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
+LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
 
 
 @dataclass(frozen=True)
@@ -460,3 +347,116 @@ def _greatest_volume(muscle: Muscle) -> float:
 
 def _two_digits(value: float) -> float:
     return float(f"{value:.2g}")
+
+
+def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
+    """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
+    low, high = muscle.braid.lock, slack(muscle, pressure)
+    for value in contractions:
+        if not low < value <= high + 1e-9:
+            worst = "the braid locks before that" if value <= low else "the muscle is slack"
+            lengths = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
+            raise InputError(
+                f"{worst} at {pressure * 1e-5:g} bar",
+                field="contraction",
+                value=f"{value:.4g}",
+                allowed=f"above {low:.3f} (lock) and at most {math.floor(1e4 * high) * 1e-4:.4f} (slack): "
+                f"lengths of {lengths[0]} to {lengths[1]} cm",
+            )
+
+
+def check_loads(
+    muscle: Muscle, loads: Sequence[float] | np.ndarray, pressures: Sequence[float], contraction: float = 0.0
+) -> None:
+    """Refuse loads beyond the muscle's strength at a contraction [-], each at its pressure [Pa]."""
+    for load, pressure in zip(loads, pressures, strict=True):
+        strength = force_at(muscle, contraction, pressure)
+        if not LEAST_LOAD <= load < strength:
+            weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
+            raise InputError(
+                f"{weak} at {pressure * 1e-5:g} bar",
+                field="load",
+                value=f"{load:g} N",
+                allowed=f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N",
+            )
+
+
+def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
+    """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
+    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
+    whose = f"the muscle's limit{told}"
+    if supply is not None and supply > top:
+        raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)
+    if supply is not None:
+        top, whose = supply, "the supply's pressure"
+    for pressure in pressures:
+        if not 0.0 <= pressure <= top * (1.0 + 1e-9):
+            raise _pressure_refusal(f"is beyond {whose}", "pressure", pressure, 0.0, top)
+        if pulls and force_at(muscle, 0.0, pressure) < PULLING:
+            enough = lifting(muscle, PULLING, 0.0, top)
+            raise _pressure_refusal(
+                "is too little for this muscle to pull", "pressure", pressure, enough, top
+            )
+
+
+def _pressure_refusal(problem: str, name: str, value: float, low: float, high: float) -> InputError:
+    allowed = f"{math.ceil(low * 1e-3) * 1e-2:g} bar to {high * 1e-5:.4g} bar"
+    return InputError(problem, field=name, value=f"{value * 1e-5:g} bar", allowed=allowed)
+
+
+def check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
+    """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
+    check_pressures(muscle, np.array([low]), supply, pulls=False)
+    check_pressures(muscle, np.array([high]), supply, pulls=True)
+    if not low < high:
+        raise InputError(
+            "does not rise",
+            field="pressure",
+            value=f"{low * 1e-5:g} bar to {high * 1e-5:g} bar",
+            allowed="FROM < TO",
+        )
+
+
+def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Tension at rest and without friction, exactly as the compiled muscle computes it.
+
+    Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
+
+    Units: contraction [-] (n,), pressure [Pa] (n,), returns [N].
+    """
+    return np.asarray(muscle.force(pressure, contraction=contraction))
+
+
+def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
+    """`rest_force` of one contraction [-] and gauge pressure [Pa]."""
+    return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
+
+
+def slack(muscle: Muscle, pressure: float) -> float:
+    """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
+
+
+def hanging(muscle: Muscle, load: float, pressure: float) -> float:
+    """Contraction ratio at which a load [N] rests on a muscle at a gauge pressure [Pa]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
+
+
+def lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
+    """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
+    return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
+
+
+def damping(muscle: Muscle, pressure: float) -> float:
+    """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
+    total = muscle.damping * (pressure + AMBIENT_PRESSURE)
+    if muscle.damper is not None:
+        above = muscle.damper.relaxing_above or muscle.damper.relaxing
+        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
+        total += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
+    return total
+
+
+def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
+    return crossing(falling, (), low, high, 52)

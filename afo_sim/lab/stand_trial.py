@@ -1,5 +1,10 @@
-"""S0's static load study of a three-element muscle: contractile force and stiffness over pressure.
+"""The virtual muscle test stand: isobaric, isotonic, isometric, step and release tests of one muscle.
 
+Each runs the compiled muscle in its rig, through valve and chamber (`stand_rig`); `static` gives the
+formula over the same lengths and pressures. `measures` are the numbers of a curve: errors, loops, time
+constants, speeds; `static_load` is S0's study of a three-element muscle.
+
+Source: the three characteristics after Takosoglu et al. 2016 (S3); open loop and static load after S0.
 At rest L = F_ce(p) − K(p) x: at each pressure the stand's isobaric curve is a straight line over the
 shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pressure with its line.
 """
@@ -14,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.quantity import told_of
@@ -34,8 +40,6 @@ from afo_sim.lab.stand_rig import Progress, Rows, roll
 from afo_sim.metrics.metric import Metric
 from afo_sim.physics.pneumatics import muscle_volume
 
-NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
-
 # Unit and meaning of every column.
 COLUMNS = {
     "time": ("s", "from the start of the test"),
@@ -52,6 +56,15 @@ COLUMNS = {
     "inflow": ("kg/s", "into the muscle, through either valve"),
     "outflow": ("kg/s", "out of the muscle, through either valve"),
 }
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant
+# Axes of a plot: (abscissa, its unit, ordinate, its unit)
+AXES = {
+    "isobaric": ("contraction", "", "force", "N"),
+    "isotonic": ("pressure", "Pa", "contraction", ""),
+    "isometric": ("pressure", "Pa", "force", "N"),
+}
+PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
 
 
 @dataclass(frozen=True)
@@ -70,7 +83,7 @@ class Trial:
     curves: tuple[Rows, ...]
     metrics: tuple[dict[str, Metric], ...]
     static: bool = False
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Notice, ...] = ()
     wall_seconds: float = field(default=0.0, compare=False)
 
     @property
@@ -252,7 +265,7 @@ def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: flo
     return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
 
 
-def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
+def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
     muscle = plan.muscle
     limits, law = muscle.limits, muscle.law_set
@@ -262,46 +275,26 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
     strong, stretched = (told_of(limits, key) for key in ("force", "contraction_min"))
-    compared = (  # text, values, excess over the limit, tolerated excess, limit
-        (
-            "force reaches {:.4g} N",
-            force,
-            force - limits.force,
-            1.0,
-            f"limit of {limits.force:g} N{strong}",
-        ),
-        ("contraction reaches {:.3f}", contraction, contraction - most, 1e-3, f"limit of {most:g}"),
-        (
-            "is stretched to {:.3f}",
-            contraction,
-            least - contraction,
-            1e-3,
-            f"limit of {least:g}{stretched}",
-        ),
-        (
-            f"the law {muscle.law} is asked at {{:.3g}} bar",
-            pressure * 1e-5,
-            np.maximum(low - pressure, pressure - high),
-            1e3,
-            f"range of {low * 1e-5:g} to {high * 1e-5:g} bar",
-        ),
+    law_pressure = f"range of {low * 1e-5:g} to {high * 1e-5:g} bar"
+    asked = f"the law {muscle.law} is asked at {{:.3g}} bar"
+    outside = np.maximum(low - pressure, pressure - high)
+    most_force = f"limit of {limits.force:g} N{strong}"
+    longest, shortest = f"limit of {least:g}{stretched}", f"limit of {most:g}"
+    compared = (  # code, text, values, excess over the limit, tolerated excess, limit
+        ("force", "force reaches {:.4g} N", force, force - limits.force, 1.0, most_force),
+        ("contraction", "contraction reaches {:.3f}", contraction, contraction - most, 1e-3, shortest),
+        ("stretched", "is stretched to {:.3f}", contraction, least - contraction, 1e-3, longest),
+        ("law-pressure", asked, pressure * 1e-5, outside, 1e3, law_pressure),
     )
-    for text, values, beyond, tolerance, limit in compared:
+    for code, text, values, beyond, tolerance, limit in compared:
         worst = int(np.argmax(np.where(force > NEGLIGIBLE * limits.force, beyond, -np.inf)))
         if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
             shown = text.format(round(float(values[worst]), 6) + 0.0)
-            yield f"{muscle.name}: {shown}, beyond its {limit}"
+            said = "{subject}: {reached}, beyond its {limit}"
+            yield Notice(code, said, subject=muscle.name, reached=shown, limit=limit)
     if muscle.length_warning:
-        yield f"{muscle.name}: {muscle.length_warning}"
-
-
-BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant
-# Axes of a plot: (abscissa, its unit, ordinate, its unit)
-AXES = {
-    "isobaric": ("contraction", "", "force", "N"),
-    "isotonic": ("pressure", "Pa", "contraction", ""),
-    "isometric": ("pressure", "Pa", "force", "N"),
-}
+        text = "{subject}: {problem}"
+        yield Notice("length", text, subject=muscle.name, problem=muscle.length_warning)
 
 
 def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
@@ -403,9 +396,6 @@ def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
         "overshoot": Metric(100.0 * float(contraction.max() - contraction[-1]) / way if way else 0.0, "%"),
         "lowest_pressure": Metric(float(columns["pressure"].min()), "Pa"),
     }
-
-
-PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
 
 
 @dataclass(frozen=True)

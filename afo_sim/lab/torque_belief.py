@@ -1,8 +1,12 @@
-"""What static torques tell of each parameter: an interval, or the reason why there is none.
+"""What static torques tell of each parameter: an interval, or the reason why there is none; and doubts.
 
 A parameter is refused where the linearised model refuses it (correlation, width, bound), or where a fit
 without it predicts as well what it has not seen. Where groups fitted one by one contradict each other, their
 scatter is the interval, which may be too wide.
+
+No interval holds an error that all readings share, or another value of a stiffness that is held: an angle's
+zero that is off moves every reading alike, the fit lies as close as before, at other parameters, and no
+scatter tells. So the fit is done again with each such error, of a usual size (`shared_errors`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -11,7 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t
 
-from afo_sim.lab.identifiability import Estimate, refused, verdict
+from afo_sim.common.notice import Notice
+from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
 from afo_sim.lab.torque_problem import Group, TorqueProblem, errors, predict
 from afo_sim.lab.torque_solution import (
@@ -28,30 +33,40 @@ from afo_sim.lab.torque_solution import (
 TIGHT = 0.2  # half an interval, in a parameter's size or as a ratio, that tells even what nothing needs
 CONTRADICT = 0.05  # chance that groups share a value, below which their scatter is the interval
 TOO_FEW = "independent errors"
+ANGLE, TORQUE, PRESSURE = np.radians(1.0), 1.02, 5e3  # a goniometer's zero, a scale, a gauge's zero
+STIFFER = 1.1  # a held stiffness; one of a calf cuff is known far less well
+COARSE = 0.3  # of the mean torque: errors larger than this leave little of the model
+AIRLESS = 0.1  # of the largest torque: more without air is the limb's own
+RIGID = 0.5  # of the stiffest that is searched: beyond, nothing gives
+PULL = 0.02  # of the largest torque: more than this, and than scatter, is a pull
+HANGING_TOGETHER = 0.5  # correlation of neighbouring errors that is no scatter
 
 
-def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[str]]:
+def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[Notice]]:
     """The solution with intervals as wide as contradicting groups make them, and a sentence on each."""
     if groups is None:
         return solution, []
-    half, said = solution.half.copy(), []
+    half = solution.half.copy()
+    said: list[Notice] = []
     count = len(groups.x)
     scatter = t.ppf(0.975, count - 1) * np.std(groups.x, axis=0, ddof=1) / np.sqrt(count)
     for k, p in enumerate(solution.problem.free):
         if groups.chance[p.name] < CONTRADICT and scatter[k] > half[k]:
             half[k] = scatter[k]
             own = [values[p.name] for values in groups.values.values()]
-            said.append(
-                f"{p.name}: the groups contradict each other, {p.text(min(own))} to {p.text(max(own))} one "
-                "by one; the interval is their scatter"
+            text = (
+                "{subject}: the groups contradict each other, {least} to {largest} one by one; "
+                "the interval is their scatter"
             )
+            ends = {"least": p.text(min(own)), "largest": p.text(max(own))}
+            said.append(Notice("groups-contradict", text, subject=p.name, **ends))
     return replace(solution, half=half), said
 
 
 def judged(
     solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
-) -> list[str]:
-    """Lines "names: reason" on the parameters that the readings do not tell."""
+) -> list[Notice]:
+    """A notice for each group of parameters that the readings do not tell."""
     lines = _as_well_without(solution, kind, others, found)
     lines += _own(solution)
     lines += _one_pressure(solution, refused(lines))
@@ -64,7 +79,7 @@ def interval_of(solution: Solution, k: int) -> tuple[float, float]:
     return max(p.value(x - half), p.lower), min(p.value(x + half), p.upper)
 
 
-def _own(solution: Solution) -> list[str]:
+def _own(solution: Solution) -> list[Notice]:
     """What the linearised model says."""
     free = solution.problem.free
     lower, upper = bounds(free)
@@ -92,13 +107,14 @@ def _own(solution: Solution) -> list[str]:
     )
     lines = list(verdict(found, solution.correlation, int(solution.independent)))
     if not solution.settled:
-        lines.insert(0, f"{', '.join(solution.problem.names)}: not identifiable: the search did not settle")
+        why = "not identifiable: the search did not settle"
+        lines.insert(0, unidentified("unsettled", solution.problem.names, why))
     return lines
 
 
 def _as_well_without(
     solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
-) -> list[str]:
+) -> list[Notice]:
     """Parameters that do not lower the error of what was left out, with those whose value they change."""
     lines = []
     for other in others:
@@ -113,11 +129,11 @@ def _as_well_without(
             if p.name != other.dropped
         )
         words = "not identifiable one by one" if len(names) > 1 else "not identifiable"
-        lines.append(
-            f"{', '.join(names)}: {words}: without {other.dropped} ({rest}) the {kind} that is left out is "
-            f"predicted as well, to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, which is "
-            "within the scatter"
+        why = (
+            f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
+            f"to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, which is within the scatter"
         )
+        lines.append(unidentified("as-well-without", names, why))
     return lines
 
 
@@ -130,22 +146,18 @@ def _moved(solution: Solution, other: Alternative, name: str) -> bool:
     return bool(abs(x - solution.x[k]) > 0.5 * solution.half[k])
 
 
-def _one_pressure(solution: Solution, already: set[str]) -> list[str]:
+def _one_pressure(solution: Solution, already: set[str]) -> list[Notice]:
     """At one pressure a law's strength and its dependence on pressure are one, and so is what gives way."""
     law = [p.name for p in solution.problem.free if p.of_law]
     if not law or len(np.unique(levels(solution.problem))) > 1:
         return []
     if set(solution.problem.names) <= already:
         return []
-    names = ", ".join(solution.problem.names)
-    return [
-        f"{names}: not identifiable one by one: the readings are at one pressure, where the law's strength "
-        "passes for stiffness"
-    ]
-
-
-ANGLE, TORQUE, PRESSURE = np.radians(1.0), 1.02, 5e3  # a goniometer's zero, a scale, a gauge's zero
-STIFFER = 1.1  # a held stiffness; one of a calf cuff is known far less well
+    why = (
+        "not identifiable one by one: the readings are at one pressure, where the law's strength passes for "
+        "stiffness"
+    )
+    return [unidentified("one-pressure", solution.problem.names, why)]
 
 
 @dataclass(frozen=True)
@@ -168,16 +180,18 @@ def shared_errors(solution: Solution) -> tuple[SharedError, ...]:
     )
 
 
-def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError]) -> Iterator[str]:
-    """A sentence on each told parameter that a held stiffness moves by more than its interval."""
+def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError]) -> Iterator[Notice]:
+    """A notice on each told parameter that a held stiffness moves by more than its interval."""
     for k, p in enumerate(solution.problem.free):
         for each in shared:
             x = p.coordinate(max(each.values[p.name], p.lower))
             if each.held and p.name in told and abs(x - solution.x[k]) > solution.half[k]:
-                yield (
-                    f"{p.name} stands on {each.held}, which is the orthosis' own and was not fitted: with "
-                    f"{each.cause} it is {p.text(each.values[p.name])}, beyond its interval"
+                text = (
+                    "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
+                    "{cause} it is {value}, beyond its interval"
                 )
+                given = {"held": each.held, "cause": each.cause, "value": p.text(each.values[p.name])}
+                yield Notice("depends-on-held", text, subject=p.name, **given)
 
 
 def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:
@@ -217,67 +231,70 @@ def _held(problem: TorqueProblem) -> dict[str, set[float]]:
     return found
 
 
-COARSE = 0.3  # of the mean torque: errors larger than this leave little of the model
-AIRLESS = 0.1  # of the largest torque: more without air is the limb's own
-RIGID = 0.5  # of the stiffest that is searched: beyond, nothing gives
-PULL = 0.02  # of the largest torque: more than this, and than scatter, is a pull
-HANGING_TOGETHER = 0.5  # correlation of neighbouring errors that is no scatter
-
-
-def warnings_of(solution: Solution, added: Sequence[str] = ()) -> list[str]:
+def warnings_of(solution: Solution, added: Sequence[str] = ()) -> list[Notice]:
     """Warnings of a fit; `added` are parameters that were fitted without being asked for."""
     return list(_warnings(solution, added))
 
 
-def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[str]:
+def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     problem = solution.problem
     for name in added:
-        yield f"{name} is fitted too: a column `cuff` tells it"
+        yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` tells it", subject=name)
     angle = np.degrees(problem.column("angle"))
     pressure, torque = problem.column("pressure"), problem.column("torque")
     lower, upper = np.degrees(np.array([g.orthosis.range_of_motion for g in problem.groups])).T
     if angle.min() < lower.min() - 0.1 or angle.max() > upper.max() + 0.1:
-        yield (
+        yield Notice(
+            "beyond-motion",
             f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
-            "range_of_motion: are unit and zero right?"
+            "range_of_motion: are unit and zero right?",
         )
     yield from _beyond_the_law(solution)
     yield from _held_soft(solution)
     if len(np.unique(levels(problem))) == 1:
-        yield (
+        yield Notice(
+            "one-pressure",
             "the readings are at one pressure: an error of the law's force passes for stiffness or offset; "
-            "readings at three pressures tell them apart"
+            "readings at three pressures tell them apart",
         )
     missed = errors(problem, solution.values)["torque"]
     share = float(np.sqrt(np.mean(missed**2)) / np.abs(torque).mean())
     if share > COARSE:
-        yield (
+        yield Notice(
+            "coarse",
             f"the errors are {100 * share:.0f} % of the mean torque: the model misses something, such as "
-            "friction, a moment arm or the angle's zero"
+            "friction, a moment arm or the angle's zero",
+            share=share,
         )
     if solution.memory > HANGING_TOGETHER:
-        yield (
-            f"errors of neighbouring angles hang together (correlation {solution.memory:.2f}): they are the "
-            "model's, not the gauge's; the intervals count them as fewer"
+        yield Notice(
+            "errors-correlated",
+            "errors of neighbouring angles hang together (correlation {memory:.2f}): they are the "
+            "model's, not the gauge's; the intervals count them as fewer",
+            memory=solution.memory,
         )
     airless = (pressure <= WITHOUT_AIR) & (np.abs(missed) > AIRLESS * np.abs(torque).max())
     if airless.any() and not problem.difference:
-        yield (
+        yield Notice(
+            "torque-without-air",
             f"without air the torque reads up to {np.abs(torque[pressure <= WITHOUT_AIR]).max():.3g} N·m: "
-            "the limb's weight or tissue is in it; take it out, or fit with torque = difference"
+            "the limb's weight or tissue is in it; take it out, or fit with torque = difference",
         )
 
 
-def _beyond_the_law(solution: Solution) -> Iterator[str]:
+def _beyond_the_law(solution: Solution) -> Iterator[Notice]:
     problem = solution.problem
     for name, group in problem.groups[0].orthosis.muscles_of(problem.chamber).items():
         low, high = group.type.law_set.pressure_range
         pressure = problem.column("pressure")
         filled = pressure[pressure > WITHOUT_AIR]
         if len(filled) and (filled.min() < 0.98 * low or filled.max() > 1.02 * high):
-            yield (
-                f"{name}: pressures go from {filled.min() * 1e-5:.3g} to {filled.max() * 1e-5:.3g} bar, and "
-                f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar"
+            yield Notice(
+                "beyond-law",
+                f"{{subject}}: pressures go from {filled.min() * 1e-5:.3g} to "
+                f"{filled.max() * 1e-5:.3g} bar, and "
+                f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar",
+                subject=name,
             )
     found, torque = predict(problem, solution.values)["torque"], problem.column("torque")
     taut = found != 0.0
@@ -285,10 +302,11 @@ def _beyond_the_law(solution: Solution) -> Iterator[str]:
     slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
     if slack:
         settings = "1 setting" if slack == 1 else f"{slack} settings"
-        yield f"at {settings} the fitted muscle hangs slack where a torque was read"
+        text = "at {settings} the fitted muscle hangs slack where a torque was read"
+        yield Notice("slack", text, settings=settings)
 
 
-def _held_soft(solution: Solution) -> Iterator[str]:
+def _held_soft(solution: Solution) -> Iterator[Notice]:
     """Cables that end rigid, and a model that still is too weak: what is held gives more than the device."""
     problem, orthosis = solution.problem, solution.problem.groups[0].orthosis
     free = next((p for p in problem.free if p.name == "series_stiffness"), None)
@@ -298,7 +316,9 @@ def _held_soft(solution: Solution) -> Iterator[str]:
     if free is None or not weaker or not held or not orthosis.anchored:
         return
     if solution.values[free.name] > RIGID * free.upper:
-        yield (
+        yield Notice(
+            "held-soft",
             "the cables end rigid, and the readings are stronger still: what is held gives more in the "
-            f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}"
+            f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}",
+            subject=held[0],
         )

@@ -28,10 +28,11 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.physics.series import anchor_displacement
 
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
-
 Anchor = tuple[
     float, float, float
 ]  # stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens
+ANCHORS = {"cuff_stiffness": "shank", "plate_stiffness": "foot"}
+CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,10 +216,6 @@ def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.
 
 def _displacement(anchors: Sequence[Anchor], pull: float) -> float:
     return math.fsum(anchor_displacement(pull, *anchor, 0.0, 0.0, 0.0, 1.0)[0] for anchor in anchors)
-
-
-ANCHORS = {"cuff_stiffness": "shank", "plate_stiffness": "foot"}
-CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 
 
 def fitted_orthosis(

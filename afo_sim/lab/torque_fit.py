@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
 from afo_sim.description import reader
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.lab.identifiability import refused
+from afo_sim.lab.identifiability import refusal_of, refused
 from afo_sim.lab.torque_belief import (
     SharedError,
     doubts,
@@ -68,13 +69,13 @@ class TorqueFit:
     """
 
     solution: Solution
-    verdict: tuple[str, ...]
+    verdict: tuple[Notice, ...]
     held_out: dict[str, HeldOut]
     judged_by: str
     alternatives: tuple[Alternative, ...]
     apart: Apart | None
     remarks: tuple[str, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Notice, ...]
     shared: tuple[SharedError, ...] = ()
 
     def __repr__(self) -> str:
@@ -160,11 +161,8 @@ class TorqueFit:
 
     def reason(self, name: str) -> str:
         """The reason why a parameter's interval is refused; "" where it is not."""
-        for line in self.verdict:
-            names, _, reason = line.partition(": ")
-            if name in names.split(", "):
-                return reason
-        return ""
+        notice = refusal_of(self.verdict, name)
+        return "" if notice is None else notice.data["reason"]
 
     def source(self, parameter: TorqueParameter) -> str:
         """What stands beside a fitted value in the orthosis' file."""

@@ -1,4 +1,4 @@
-"""A torque fit as it is posed: readings, the orthosis of each group, free parameters, and its predictions."""
+"""A torque fit as it is posed: readings, the orthosis of each group, parameters, and its predictions."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,6 +14,9 @@ from afo_sim.lab.torque_device import Change, Path, paths, statics
 from afo_sim.physics.laws import LAWS
 
 STIFFEST = 1e7  # no cable of a device is stiffer [N/m]
+CHANNELS = ("torque", "cuff")
+USUAL_CHAMBER = "dorsiflexor"
+BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiffness can be the reason
 
 
 @dataclass(frozen=True)
@@ -112,11 +115,6 @@ def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, TorqueParam
             *(p.name, p.meaning, p.unit, usual, p.lower, p.upper, low, high, size), of_law=True
         )
     return found
-
-
-CHANNELS = ("torque", "cuff")
-USUAL_CHAMBER = "dorsiflexor"
-BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiffness can be the reason
 
 
 @dataclass(frozen=True, eq=False)

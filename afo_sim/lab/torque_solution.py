@@ -1,4 +1,11 @@
-"""The error of a torque fit over two of its parameters, the others held."""
+"""Least squares of a torque fit: how far each parameter can be off, and what the fit says of unseen torques.
+
+Readings of one setting are one point, of the weight of its readings. What is left over is taken about these
+points, not about the readings: ten copies of a reading tell no more than one. Errors of neighbouring angles
+hang together where the model is wrong; then there are fewer independent ones, n (1 − ρ)/(1 + ρ), but one at
+least for each curve over the angle. A group, a pressure or a range of angles is left out in turn; `profile`
+is the error over two of the parameters.
+"""
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
@@ -10,8 +17,14 @@ from scipy.optimize import OptimizeResult, least_squares
 from afo_sim.lab.identifiability import intervals, rms
 from afo_sim.lab.torque_problem import CHANNELS, Group, TorqueParameter, TorqueProblem, errors
 
+Progress = Callable[[str], None]
 ROUNDS = 4  # in which two channels' sizes of error are found
 AT_BOUND = 1e-4  # share of a parameter's range that counts as being at its bound
+KINDS = ("group", "angle", "pressure")
+BLOCKS = 5  # of angles
+FOLDS = 3  # with fewer no parameter is doubted
+GRID = 33  # values of each of the two
+HALVES = 2.0  # of their 95 % intervals to either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,13 +166,6 @@ def without(problem: TorqueProblem, parameter: TorqueParameter) -> TorqueProblem
     assert parameter.neutral is not None
     free = tuple(p for p in problem.free if p.name != parameter.name)
     return replace(problem, free=free, held={**problem.held, parameter.name: parameter.neutral})
-
-
-KINDS = ("group", "angle", "pressure")
-BLOCKS = 5  # of angles
-FOLDS = 3  # with fewer no parameter is doubted
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -355,10 +361,6 @@ def root_mean_square(solution: Solution) -> float:
     problem = solution.problem
     found = errors(problem, values_of(problem.free, solution.x))["torque"]
     return of_readings(found, problem.column("weight"), problem.column("scatter"))
-
-
-GRID = 33  # values of each of the two
-HALVES = 2.0  # of their 95 % intervals to either side
 
 
 @dataclass(frozen=True, eq=False)

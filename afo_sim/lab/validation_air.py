@@ -1,4 +1,4 @@
-"""Flows that makers print beside C and b of their valves, against the flow law."""
+"""Flows that makers print beside C and b of their valves, and a printed line, against the flow laws."""
 
 from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.description import reader
@@ -38,8 +38,6 @@ def _line() -> list[Row]:
 
 
 TUBE_PARTS = (_line,)
-
-
 LITRES = 6e4  # m³/s in l/min
 SONIC = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
 SMC = "SMC EUS11-83B-UK"

@@ -1,4 +1,14 @@
-"""Torques measured on a joint: the laws on rigid anchors, one stiffness for all, and what others reached."""
+"""Torques measured on a human-size pin knee: rigid anchors, one stiffness for all, what others reached.
+
+The knee turns about a pin, and one fluidic muscle flexes it. The muscle's path is one straight line from
+femur to tibia. The joint was held at an angle, the muscle filled, and the torque read: 185 points of five
+tests, with angle, torque, the muscle's own length and the moment arm on the bent bracket.
+
+Source
+------
+B. Bolen, dissertation, and its public repository (named in `pin_knee.csv`); the law is that of Bolen, Elzein,
+Pang & Hunt, Actuators 2026.
+"""
 
 import functools
 import math
@@ -34,6 +44,40 @@ COLUMNS = {"angle": "rad", "torque": "N*m", "length": "m", "moment arm": "m", "p
 EXAMPLE = "test, angle [deg], torque [N*m], length [mm], moment arm [mm], pressure [kPa]"
 LOCKED, EMPTY = -0.3, 0.6  # contraction ratios between which every balance lies
 HALVINGS = 50  # of that interval: to 1e-15
+SOURCE = "Bolen, pin knee"
+PREDICTED = "47"  # the test that the first fit does not see
+START_STIFFNESS, START_OFFSET = 13e3, 5e-3  # of the fits [N/m], [m]
+# A separate computation from the same angles, torques and path, before this one. By test [N·m].
+RIGID = {"48": 7.57, "46": 4.55, "47": 7.67, "40t": 13.61, "41": 12.04}
+TOO_STRONG = {"48": 64.0, "46": 39.0, "47": 57.0, "40t": 93.0, "41": 95.0}  # of the mean torque [%]
+UNSEEN = {"48": 2.37, "46": 2.45, "47": 2.28, "40t": 1.17, "41": 1.56}
+AS_MEASURED = {"48": 1.70, "46": 1.49, "47": 1.97, "40t": 2.08, "41": 2.19}
+STIFFNESS = 12.88  # fitted without test 47 [kN/m]
+WITH_OFFSET = 2.28  # test 47 by a stiffness and an offset [N·m]
+# The author's brackets of two stiffnesses and an offset that move the attachment ("row 77"). By test [N·m].
+BOLEN = {"48": 2.16, "46": 1.37, "47": 2.29, "40t": 1.61, "41": 1.08}
+BOUND = 2.6  # on the torques of test 47 [N·m]
+ALIKE = 0.05  # between the two computations [N·m], [kN/m]
+MEASURED = "torques measured by the author"
+DERIVED = "measured torques; derived here in a separate computation, not printed"
+WHY_ALIKE = "two computations on the same points; pressures are told to 1 kPa, which is worth 0.02 N·m"
+WHY_PER_CENT = "the other computation is told to 1 %"
+WHY_BOUND = (
+    "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
+)
+WHY_BRAID = (
+    "where the path is longer than the muscle, at 31 points, the simulator keeps the law's force at rest and "
+    "lets the braid carry the rest; the rows above continue the printed formula there; with one stiffness no "
+    "such point is left"
+)
+WHY_MAKERS = (
+    "fitted to the maker's curve, which ends at a contraction of 25 %; these muscles end at 16 to 18 %, and "
+    "this law has no number for it"
+)
+WHY_BOLEN = (
+    "the author's brackets bend and take the moment arm with them, by three numbers; one spring along the "
+    "path keeps the arm, and its error is on a test that it did not see"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,44 +192,6 @@ def _muscle(nominal_length: float, length_620: float) -> Muscle:
     own = {"contraction_620": (nominal_length - length_620) / nominal_length}
     law_set = muscle.law_set.with_values(parameters=muscle.law_set.parameters | own)
     return muscle.with_values(total_length=nominal_length, end_length=0.0, laws=muscle.laws | {LAW: law_set})
-
-
-SOURCE = "Bolen, pin knee"
-PREDICTED = "47"  # the test that the first fit does not see
-START_STIFFNESS, START_OFFSET = 13e3, 5e-3  # of the fits [N/m], [m]
-
-# A separate computation from the same angles, torques and path, before this one. By test [N·m].
-RIGID = {"48": 7.57, "46": 4.55, "47": 7.67, "40t": 13.61, "41": 12.04}
-TOO_STRONG = {"48": 64.0, "46": 39.0, "47": 57.0, "40t": 93.0, "41": 95.0}  # of the mean torque [%]
-UNSEEN = {"48": 2.37, "46": 2.45, "47": 2.28, "40t": 1.17, "41": 1.56}
-AS_MEASURED = {"48": 1.70, "46": 1.49, "47": 1.97, "40t": 2.08, "41": 2.19}
-STIFFNESS = 12.88  # fitted without test 47 [kN/m]
-WITH_OFFSET = 2.28  # test 47 by a stiffness and an offset [N·m]
-# The author's brackets of two stiffnesses and an offset that move the attachment ("row 77"). By test [N·m].
-BOLEN = {"48": 2.16, "46": 1.37, "47": 2.29, "40t": 1.61, "41": 1.08}
-
-BOUND = 2.6  # on the torques of test 47 [N·m]
-ALIKE = 0.05  # between the two computations [N·m], [kN/m]
-MEASURED = "torques measured by the author"
-DERIVED = "measured torques; derived here in a separate computation, not printed"
-WHY_ALIKE = "two computations on the same points; pressures are told to 1 kPa, which is worth 0.02 N·m"
-WHY_PER_CENT = "the other computation is told to 1 %"
-WHY_BOUND = (
-    "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
-)
-WHY_BRAID = (
-    "where the path is longer than the muscle, at 31 points, the simulator keeps the law's force at rest and "
-    "lets the braid carry the rest; the rows above continue the printed formula there; with one stiffness no "
-    "such point is left"
-)
-WHY_MAKERS = (
-    "fitted to the maker's curve, which ends at a contraction of 25 %; these muscles end at 16 to 18 %, and "
-    "this law has no number for it"
-)
-WHY_BOLEN = (
-    "the author's brackets bend and take the moment arm with them, by three numbers; one spring along the "
-    "path keeps the arm, and its error is on a test that it did not see"
-)
 
 
 def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, float]:

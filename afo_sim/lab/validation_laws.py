@@ -1,4 +1,4 @@
-"""Piteľ & Tóthová (S2): the corner of its chart, its four laws on the maker's curves, its short period."""
+"""What S0, S3, the authors of the force laws and S2 (Piteľ & Tóthová) printed, and what their texts lost."""
 
 import math
 from collections.abc import Sequence
@@ -27,7 +27,6 @@ MANUSCRIPT = "printed in the manuscript"
 WHY_MAKER = "the maker states ±10 % of its curves"
 WHY_TENTH = "by hand from the printed numbers, to 1 N"
 WHY_OTHERS = "other people's muscle of this type: how far two sources differ, not how well either is computed"
-
 S3_A, S3_B = 17.0, 8.0
 S3_N = {6.0: 3.2, 5.0: 3.5}  # pressure [bar] → n; printed "3.2/35" and not assigned to pressures
 # Sárosi's coefficients of a 10 mm muscle, for which no length is known: N, bar and per cent.
@@ -298,14 +297,11 @@ def _others(source: str, law: str, sourcing: str) -> list[Row]:
 
 
 PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen, _martens)
-
-
 WHY_BOUND = "bound on the fit's RMS"
 WHY_TOO_MANY = (
     "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012` instead, and only "
     "the error on unseen pressures says anything"
 )
-
 # S2's four approximations → bound on the RMS over the maker's curve at 10 and 20 mm [N].
 S2_LAWS = {
     "kerscher_2006": ("eq. 3–7", 9.6, 21.5),

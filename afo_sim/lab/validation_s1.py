@@ -1,4 +1,7 @@
-"""Keerthana et al. (S1): bench and simulation tables, two models, and 37 %."""
+"""Keerthana et al. (S1): bench and simulation tables, two models, and 37 %.
+
+The bench's masses hang side by side, each on a muscle with a chamber and valves of its own.
+"""
 
 import math
 from collections.abc import Sequence
@@ -24,90 +27,12 @@ from afo_sim.physics.laws import LAWS
 from afo_sim.simulation.policy import fixed
 from afo_sim.simulation.rollout import Case, Recipe, roll_out
 
-DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
-TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]
-CONDUCTANCE, CRITICAL_RATIO, DELAY = 5.5e-10, 0.3, 4e-3  # of each valve [m³/(s·Pa), -, s]
-HANGER = 1e6  # stiffness of what the mass hangs on the muscle by [N/m]: 0.1 mm under 10 kg
-TIMESTEP, DURATION = 1e-3, 10.0  # [s]; twice as long moves no mass of S1 by 1e-8 cm
-
-
-@dataclass(frozen=True)
-class Hung:
-    """A mass [kg] on a muscle that is filled to a gauge pressure [Pa]."""
-
-    muscle: Muscle
-    mass: float
-    pressure: float
-
-
-def settled(hung: Sequence[Hung]) -> np.ndarray:
-    """Let masses hang until they rest: how much each muscle has shortened.
-
-    Every muscle begins at its nominal length and at ambient pressure; its inlet valve then stays open to a
-    supply at its pressure. Forces and pressures come from the compiled callbacks, as in every run.
-
-    Units: returns [m].
-    """
-    spec, circuit = _spec(hung), _circuit(hung)
-    native.add_circuit(spec, circuit)
-    model = spec.compile()
-    ids = native.fill_circuit(model, circuit)
-    n_step = round(DURATION / TIMESTEP)
-    control = np.zeros(model.nu)
-    control[list(ids.chambers.values())] = [h.pressure for h in hung]
-    control[[ids.valves[f"{chamber}_inlet"] for chamber in ids.chambers]] = 1.0
-    with native.installed():
-        data = mujoco.MjData(model)
-        native.fill_chambers(model, data, 0.0)
-        case = Case(model, get_state(model, data), fixed(np.broadcast_to(control, (n_step, model.nu))))
-        (rollout,) = roll_out([case], n_step, Recipe(fields=(), stride=n_step))
-    if rollout.failure is not None:
-        raise rollout.failure
-    stretch = np.array([h.mass * GRAVITY / HANGER for h in hung])
-    shortening: np.ndarray = rollout.final["qpos"] + stretch
-    return shortening
-
-
-def _spec(hung: Sequence[Hung]) -> mujoco.MjSpec:
-    """A tendon between a site above and a mass on a slide, for each; slides are named like their chamber."""
-    worldbody, tendons = [], []
-    for k, h in enumerate(hung):
-        place = f'pos="{0.1 * k:.1f} 0'
-        worldbody.append(
-            f'<site name="top{k}" {place} {h.muscle.total_length!r}"/><body {place} 0">'
-            f'<joint name="{k}" type="slide" axis="0 0 1" damping="{DAMPER}"/>'
-            f'<geom size=".01" mass="{h.mass!r}"/><site name="hook{k}"/></body>'
-        )
-        tendons.append(f'<spatial name="{k}"><site site="top{k}"/><site site="hook{k}"/></spatial>')
-    return mujoco.MjSpec.from_string(
-        f'<mujoco><option timestep="{TIMESTEP}" integrator="implicitfast" gravity="0 0 {-GRAVITY}">'
-        '<flag autoreset="disable" contact="disable"/></option>'
-        f"<worldbody>{''.join(worldbody)}</worldbody><tendon>{''.join(tendons)}</tendon></mujoco>"
-    )
-
-
-def _circuit(hung: Sequence[Hung]) -> native.Circuit:
-    """Each muscle with a chamber and valves of its own, all called by its number."""
-    valve = native.CircuitValve(CONDUCTANCE, CRITICAL_RATIO, DELAY, DELAY)
-    names = [str(k) for k in range(len(hung))]
-    return native.Circuit(
-        tuple(
-            native.CircuitMuscle(name, (name,), h.muscle.row, h.muscle.end_length, name, HANGER)
-            for name, h in zip(names, hung, strict=True)
-        ),
-        tuple(
-            native.CircuitChamber(name, name, TUBE_VOLUME, WALL_CONDUCTANCE, valve, valve) for name in names
-        ),
-    )
-
-
 CM = 100.0  # per metre
 # Table → the muscle it is about. I and II were measured, III and IV simulated by S1.
 TABLES = {1: "s1_215mm", 2: "s1_120mm", 3: "s1_215mm", 4: "s1_120mm"}
 ROMAN = {1: "I", 2: "II", 3: "III", 4: "IV"}
 MISPRINT = 8  # row of table IV: 2 kg, 4 bar
 S1_ANGLE, S1_RADIUS = math.radians(37.0), 5e-3  # what S1 must have simulated with, derived here [rad, m]
-
 CHANGE = "change of length, RMS"
 MEASURED = "printed; muscle fitted here"
 SIMULATED = "printed; model derived here"
@@ -120,6 +45,11 @@ WHY_ROUNDED = (
     "printed to 0.1 cm, so ±0.05; 0.03 for an angle and a radius that S1 does not print, whole numbers here"
 )
 WHY_RESTS = "a hundredth of what is printed"
+DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
+TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]
+CONDUCTANCE, CRITICAL_RATIO, DELAY = 5.5e-10, 0.3, 4e-3  # of each valve [m³/(s·Pa), -, s]
+HANGER = 1e6  # stiffness of what the mass hangs on the muscle by [N/m]: 0.1 mm under 10 kg
+TIMESTEP, DURATION = 1e-3, 10.0  # [s]; twice as long moves no mass of S1 by 1e-8 cm
 
 
 def table(number: int) -> Measured:
@@ -371,6 +301,76 @@ def _lost() -> list[Row]:
     return [
         lost("S1", "C_d of the damper; braid angle; figures 3 to 8", "not printed; the figures are pictures")
     ]
+
+
+@dataclass(frozen=True)
+class Hung:
+    """A mass [kg] on a muscle that is filled to a gauge pressure [Pa]."""
+
+    muscle: Muscle
+    mass: float
+    pressure: float
+
+
+def settled(hung: Sequence[Hung]) -> np.ndarray:
+    """Let masses hang until they rest: how much each muscle has shortened.
+
+    Every muscle begins at its nominal length and at ambient pressure; its inlet valve then stays open to a
+    supply at its pressure. Forces and pressures come from the compiled callbacks, as in every run.
+
+    Units: returns [m].
+    """
+    spec, circuit = _spec(hung), _circuit(hung)
+    native.add_circuit(spec, circuit)
+    model = spec.compile()
+    ids = native.fill_circuit(model, circuit)
+    n_step = round(DURATION / TIMESTEP)
+    control = np.zeros(model.nu)
+    control[list(ids.chambers.values())] = [h.pressure for h in hung]
+    control[[ids.valves[f"{chamber}_inlet"] for chamber in ids.chambers]] = 1.0
+    with native.installed():
+        data = mujoco.MjData(model)
+        native.fill_chambers(model, data, 0.0)
+        case = Case(model, get_state(model, data), fixed(np.broadcast_to(control, (n_step, model.nu))))
+        (rollout,) = roll_out([case], n_step, Recipe(fields=(), stride=n_step))
+    if rollout.failure is not None:
+        raise rollout.failure
+    stretch = np.array([h.mass * GRAVITY / HANGER for h in hung])
+    shortening: np.ndarray = rollout.final["qpos"] + stretch
+    return shortening
+
+
+def _spec(hung: Sequence[Hung]) -> mujoco.MjSpec:
+    """A tendon between a site above and a mass on a slide, for each; slides are named like their chamber."""
+    worldbody, tendons = [], []
+    for k, h in enumerate(hung):
+        place = f'pos="{0.1 * k:.1f} 0'
+        worldbody.append(
+            f'<site name="top{k}" {place} {h.muscle.total_length!r}"/><body {place} 0">'
+            f'<joint name="{k}" type="slide" axis="0 0 1" damping="{DAMPER}"/>'
+            f'<geom size=".01" mass="{h.mass!r}"/><site name="hook{k}"/></body>'
+        )
+        tendons.append(f'<spatial name="{k}"><site site="top{k}"/><site site="hook{k}"/></spatial>')
+    return mujoco.MjSpec.from_string(
+        f'<mujoco><option timestep="{TIMESTEP}" integrator="implicitfast" gravity="0 0 {-GRAVITY}">'
+        '<flag autoreset="disable" contact="disable"/></option>'
+        f"<worldbody>{''.join(worldbody)}</worldbody><tendon>{''.join(tendons)}</tendon></mujoco>"
+    )
+
+
+def _circuit(hung: Sequence[Hung]) -> native.Circuit:
+    """Each muscle with a chamber and valves of its own, all called by its number."""
+    valve = native.CircuitValve(CONDUCTANCE, CRITICAL_RATIO, DELAY, DELAY)
+    names = [str(k) for k in range(len(hung))]
+    return native.Circuit(
+        tuple(
+            native.CircuitMuscle(name, (name,), h.muscle.row, h.muscle.end_length, name, HANGER)
+            for name, h in zip(names, hung, strict=True)
+        ),
+        tuple(
+            native.CircuitChamber(name, name, TUBE_VOLUME, WALL_CONDUCTANCE, valve, valve) for name in names
+        ),
+    )
 
 
 PARTS = (_bench, _own_simulation, _models, _contraction, _lost)

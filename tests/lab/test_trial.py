@@ -22,7 +22,7 @@ from afo_sim.lab.stand_rig import roll
 from afo_sim.lab.stand_trial import Trial, static_load
 from afo_sim.physics.pneumatics import muscle_volume
 
-ROOT = pathlib.Path(__file__).parents[3]
+ROOT = pathlib.Path(__file__).parents[2]
 FRICTIONS = ["vo_minh_2011", "bouc_wen_1976", "tondu_lopez_2000_stribeck", "hunt_2017"]
 RATE_INDEPENDENT = ["vo_minh_2011", "bouc_wen_1976"]
 PUBLISHED = (-4.00180705, 292.4620246, -0.32930845, -9.33564098, 294.0538256, -280.498151)  # Sárosi 2012
