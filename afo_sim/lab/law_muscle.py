@@ -226,8 +226,8 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
                 "only {groups} {subject}s: one left out is extrapolated from the other, so the laws are not "
                 "ranked by it; measure at {fewest} or more"
             )
-            counts = {"groups": _groups(fits, kind), "fewest": FEWEST[kind]}
-            found.append(Notice("too-few-groups", text, subject=kind, **counts))
+            groups = _groups(fits, kind)
+            found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
     if not ranked_by(fits) and not found:
         text = "nothing was left out: the order says how laws fit, not how they predict"
         found.append(Notice("nothing-left-out", text))

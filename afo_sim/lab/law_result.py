@@ -188,11 +188,7 @@ def fit(
     points, left_out = _read(sources, facts)
     unseen, _ = _read(tests, facts)
     problems, skipped = _problems(law, points, free, fixed, loss)
-    found = []
-    for problem in problems:
-        report(f"fitting {problem.law.name}")
-        result = fit_law(problem)
-        found.append(_with_held_out(result, unseen, hold_out, report))
+    found = [_fitted(problem, unseen, hold_out, report) for problem in problems]
     return StaticFit(tuple(rank(found)), skipped, left_out, like)
 
 
@@ -223,10 +219,12 @@ def _several(data: Any) -> list[Any]:
     return list(data) if isinstance(data, list | tuple) else [data]
 
 
-def _with_held_out(
-    result: LawFit, unseen: Sequence[Measured], hold_out: str, report: Callable[[str], None]
+def _fitted(
+    problem: LawProblem, unseen: Sequence[Measured], hold_out: str, report: Callable[[str], None]
 ) -> LawFit:
     """The fit with the held-out errors that were asked for; those of further data always."""
+    report(f"fitting {problem.law.name}")
+    result = fit_law(problem)
     if hold_out != "none" or unseen:
         result = held_out(result, unseen, report, groups=hold_out != "none")
     if hold_out in ("all", "none"):

@@ -25,6 +25,7 @@ Amounts = Amount | Sequence[Amount] | None
 AnyMuscle = str | os.PathLike[str] | Mapping[str, Any] | Muscle
 
 CHARACTERISTICS = tuple(AXES)  # the tests of "all"
+AMOUNTS = ("pressure", "load", "contraction", "length")  # arguments
 # Arguments that a test takes, beside those that all take.
 TAKES = {
     "isobaric": ("pressure", "contraction", "length"),
@@ -118,15 +119,12 @@ def stand(
     >>> len(tests.trials[0].curves), tests.table()["force"].max() > 900.0
     (2, np.True_)
     """
-    given = {"pressure": pressure, "load": load, "contraction": contraction, "length": length}
-    amounts = {name: _several(value) for name, value in given.items()}
+    amounts = dict(zip(AMOUNTS, map(_several, (pressure, load, contraction, length)), strict=True))
     kinds = _kinds(test, [name for name, values in {**amounts, "valve": valve}.items() if values])
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
-    muscles = list(_muscles(muscle, _several(law), _several(friction), sets or {}))
     conditions = _Conditions(test, amounts, _laboratory(supply, valve), _amount("time", time), data)
-    trials = tuple(_trials(conditions, kinds, muscles, static, report))
-    compared = tuple(compare_trial(trial, data) for trial in trials) if data is not None else ()
-    return Stand(trials, compared)
+    trials = tuple(_trials(conditions, kinds, _muscles(muscle, law, friction, sets), static, report))
+    return Stand(trials, () if data is None else tuple(compare_trial(trial, data) for trial in trials))
 
 
 @dataclass(frozen=True)
@@ -183,16 +181,16 @@ def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
     return kinds
 
 
-def _muscles(
-    muscle: Any, laws: Sequence[str], frictions: Sequence[str], sets: Mapping[str, Any]
-) -> Iterator[Muscle]:
+def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | None) -> list[Muscle]:
     """Every muscle with every law and friction."""
+    found = []
     for one in _several(muscle):
         description = one.model_dump(mode="json") if isinstance(one, Muscle) else one
-        for law, friction in itertools.product(laws or (None,), frictions or (None,)):
-            chosen = {"law": law, "friction": friction}
-            laid = {key: value for key, value in chosen.items() if value is not None} | dict(sets)
-            yield one if isinstance(one, Muscle) and not laid else load("muscle", description, laid)
+        for name, rubbing in itertools.product(_several(law) or (None,), _several(friction) or (None,)):
+            chosen = {"law": name, "friction": rubbing}
+            laid = {key: value for key, value in chosen.items() if value is not None} | dict(sets or {})
+            found.append(one if isinstance(one, Muscle) and not laid else load("muscle", description, laid))
+    return found
 
 
 def _laboratory(supply: Amount | None, valve: str | None) -> Laboratory:

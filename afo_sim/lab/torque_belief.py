@@ -58,8 +58,8 @@ def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[
                 "{subject}: the groups contradict each other, {least} to {largest} one by one; "
                 "the interval is their scatter"
             )
-            ends = {"least": p.text(min(own)), "largest": p.text(max(own))}
-            said.append(Notice("groups-contradict", text, subject=p.name, **ends))
+            least, largest = p.text(min(own)), p.text(max(own))
+            said.append(Notice("groups-contradict", text, subject=p.name, least=least, largest=largest))
     return replace(solution, half=half), said
 
 
@@ -190,8 +190,10 @@ def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError
                     "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
                     "{cause} it is {value}, beyond its interval"
                 )
-                given = {"held": each.held, "cause": each.cause, "value": p.text(each.values[p.name])}
-                yield Notice("depends-on-held", text, subject=p.name, **given)
+                now = p.text(each.values[p.name])
+                yield Notice(
+                    "depends-on-held", text, subject=p.name, held=each.held, cause=each.cause, value=now
+                )
 
 
 def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:

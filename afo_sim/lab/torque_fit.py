@@ -1,4 +1,15 @@
-"""Series stiffness, offset and law of a mounted device from measured static torque."""
+"""Compliance, offset and law of a mounted device from measured static torque.
+
+The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
+each reading the muscle is in balance with its cable, cuff and plate,
+
+    κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
+
+with path and moment arm r of the orthosis. `series_stiffness` is k, the stiffness of each filled muscle's
+cable and brackets. `offset` is the length that they give before they carry anything. `cuff_stiffness`
+and `plate_stiffness` are those of the anchors, which all muscles share. Any other name is a parameter
+of the muscle's law.
+"""
 
 import os
 import pathlib
@@ -186,17 +197,7 @@ def fit_torque(
     rates: Mapping[str, Any] | None = None,
     report: Progress = lambda text: None,
 ) -> TorqueFit:
-    """Fit what gives way between device and joint, and the muscle's law, to measured static torque.
-
-    The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
-    each reading the muscle is in balance with its cable, cuff and plate,
-
-        κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
-
-    with path and moment arm r of the orthosis. `series_stiffness` is k, the stiffness of each filled muscle's
-    cable and brackets. `offset` is the length that they give before they carry anything. `cuff_stiffness`
-    and `plate_stiffness` are those of the anchors, which all muscles share. Any other name is a parameter
-    of the muscle's law.
+    """Fit the compliance between device and joint, and the muscle's law, to measured static torque.
 
     Parameters
     ----------
@@ -204,7 +205,8 @@ def fit_torque(
         Columns `angle`, `pressure` (gauge), `torque`; also `group`, `chamber`, `cuff` (displacement along the
         pull, by which `cuff_stiffness` is fitted), `time` (a log: still samples are taken)
     orthosis : name, path or description; or {group: orthosis} where groups were taken of different ones
-    fit : parameters
+    fit : parameters: `series_stiffness` and `offset` of each filled muscle's cable and brackets,
+        `cuff_stiffness` and `plate_stiffness` of the anchors, or a parameter of the muscle's law
     hold_out : "all", "group", "angle", "pressure" left out in turn, "none"; or further data, only predicted
     chamber : that was filled, or its muscle group; by default as the data say, the only one, or `dorsiflexor`
     torque : "device", the pull of the muscles alone, without the limb's weight and tissue; or "difference":
@@ -237,35 +239,49 @@ def fit_torque(
     """
     if torque not in MEANINGS:
         raise unknown(torque, MEANINGS, field="torque")
-    chosen, unseen = _held(hold_out)
+    kinds, unseen = _held(hold_out)
     names = (fit,) if isinstance(fit, str) else tuple(fit)
-    orthoses = _orthoses(orthosis)
-    first = next(iter(orthoses.values()))
-    read = _read(data, chamber, torque == "difference", rates)
-    filled = choose_chamber(first, chamber, read.chambers)
-    others_read = [_read(each, chamber, torque == "difference", rates) for each in unseen]
-    further = [group for each in others_read for group in _groups(each, orthoses)]
-    problem = _posed(read, orthoses, names, filled, torque == "difference")
+    difference, orthoses = torque == "difference", _orthoses(orthosis)
+    read, *others = (_read(each, chamber, difference, rates) for each in (data, *unseen))
+    further = [group for each in others for group in _groups(each, orthoses)]
+    problem = _posed(read, orthoses, names, chamber, difference)
+    return _fitted(problem, names, kinds, hold_out, further, read.remarks, report)
+
+
+def _fitted(
+    problem: TorqueProblem,
+    asked: Sequence[str],
+    kinds: Sequence[str],
+    hold_out: Any,
+    further: Sequence[Group],
+    remarks: tuple[str, ...],
+    report: Progress,
+) -> TorqueFit:
+    """The fit, and what it says of readings that it did not see."""
     report("fitting")
     solution = solve(problem)
     groups = apart(solution, report)
     solution, contradictions = scattered(solution, groups)
-    found = held_out(solution, chosen, report)
-    _require_held_out(hold_out, chosen, found)
-    kind, others = alternatives(solution, found, report)
-    lines = judged(solution, kind, others, found)
+    found = held_out(solution, kinds, report)
+    _require_held_out(hold_out, kinds, found)
+    kind, alone = alternatives(solution, found, report)
+    lines = judged(solution, kind, alone, found)
     if further:
         found[FILE] = predicted(solution, further)
     shared = shared_errors(solution)
-    told = [name for name in problem.names if name not in refused(lines)]
-    warnings = [
-        *contradictions,
-        *warnings_of(solution, [p.name for p in problem.free if p.name not in names]),
-    ]
-    warnings += doubts(solution, told, shared)
-    return TorqueFit(
-        solution, tuple(lines), found, kind, others, groups, read.remarks, tuple(warnings), shared
-    )
+    warnings = (*contradictions, *_warnings(solution, asked, lines, shared))
+    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared)
+
+
+def _warnings(
+    solution: Solution, asked: Sequence[str], verdict: Sequence[Notice], shared: Sequence[SharedError]
+) -> list[Notice]:
+    """Warnings of a fit, and doubts about the parameters that it does not refuse."""
+    names = solution.problem.names
+    lacking = refused(verdict)
+    known = [name for name in names if name not in lacking]
+    added = [name for name in names if name not in asked]
+    return [*warnings_of(solution, added), *doubts(solution, known, shared)]
 
 
 def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
@@ -376,6 +392,7 @@ def _posed(
     read: Torques, orthoses: Mapping[str, Orthosis], names: Sequence[str], chamber: str, difference: bool
 ) -> TorqueProblem:
     """The problem, if there is enough to fit; a measured cuff brings its stiffness with it."""
+    chamber = choose_chamber(next(iter(orthoses.values())), chamber, read.chambers)
     groups = _groups(read, orthoses)
     used = [group.orthosis for group in groups]
     for orthosis in used:
