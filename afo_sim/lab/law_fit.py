@@ -283,10 +283,7 @@ def _groups(problem: LawProblem) -> Iterator[tuple[str, list[tuple[str, list[np.
     for kind, labels in by_kind.items():
         groups = np.unique(np.concatenate(labels))
         if len(groups) > 1:
-            yield (
-                kind,
-                [(f"{g}{units.get(kind, '')}", [label == g for label in labels]) for g in groups],
-            )
+            yield (kind, [(f"{g}{units.get(kind, '')}", [label == g for label in labels]) for g in groups])
 
 
 def _leave_out(result: LawFit, masks: Sequence[np.ndarray]) -> np.ndarray | None:

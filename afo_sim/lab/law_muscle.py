@@ -102,10 +102,7 @@ def _geometry(fit: LawFit, data: Measured) -> dict[str, Sourced]:
     found: dict[str, Sourced] = {
         "total_length": (format_quantity(length or NOMINAL_LENGTH, "m"), given if length else assumed),
         "bore": (format_quantity(data.facts["bore"], "m"), given),
-        "end_length": (
-            format_quantity(0.0, "m"),
-            _source("assumed", "contractions were given: braid only"),
-        ),
+        "end_length": (format_quantity(0.0, "m"), _source("assumed", "contractions were given: braid only")),
         "braid_angle": _fitted(fit, "braid_angle"),
     }
     if data.contraction is None:

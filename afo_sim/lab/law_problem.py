@@ -183,10 +183,7 @@ def _settled(
             raise InputError("must be told", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
         if d.contraction is None and "total_length" not in d.facts:
             raise InputError(
-                "must be told",
-                file=d.file,
-                field="total_length",
-                allowed=_header("total_length", "21.5 cm"),
+                "must be told", file=d.file, field="total_length", allowed=_header("total_length", "21.5 cm")
             )
     return settled
 

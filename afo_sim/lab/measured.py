@@ -107,10 +107,7 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
 
 
 def _measured(
-    file: pathlib.Path,
-    values: dict[str, list[Any]],
-    units: dict[str, str],
-    facts: dict[str, Any],
+    file: pathlib.Path, values: dict[str, list[Any]], units: dict[str, str], facts: dict[str, Any]
 ) -> Measured:
     arrays = {name: np.array(v) for name, v in values.items()}
     pressure = arrays.get("pressure")

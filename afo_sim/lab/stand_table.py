@@ -40,10 +40,7 @@ PRINTED = {  # column title of a printed table: (measure, factor, unit)
         "loop": ("loop_height", 100.0, "%"),
         "work lost": ("work_lost_per_cycle", 1.0, "J"),
     },
-    "isometric": {
-        "force": ("greatest_force", 1.0, "N"),
-        "off formula": ("off_formula_share", 1.0, "%"),
-    },
+    "isometric": {"force": ("greatest_force", 1.0, "N"), "off formula": ("off_formula_share", 1.0, "%")},
     "release": {
         "peak speed": ("peak_speed", 1.0, "m/s"),
         "τ": ("time_constant", 1e3, "ms"),

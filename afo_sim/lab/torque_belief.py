@@ -19,16 +19,7 @@ from afo_sim.common.notice import Notice
 from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
 from afo_sim.lab.torque_problem import Group, TorqueProblem, errors, predict
-from afo_sim.lab.torque_solution import (
-    AT_BOUND,
-    Alternative,
-    Apart,
-    HeldOut,
-    Solution,
-    bounds,
-    levels,
-    solve,
-)
+from afo_sim.lab.torque_solution import AT_BOUND, Alternative, Apart, HeldOut, Solution, bounds, levels, solve
 
 TIGHT = 0.2  # half an interval, in a parameter's size or as a ratio, that tells even what nothing needs
 CONTRADICT = 0.05  # chance that groups share a value, below which their scatter is the interval

@@ -105,11 +105,7 @@ def _between(group: MuscleGroup, number: int, angle: np.ndarray) -> tuple[np.nda
 
 
 def statics(
-    orthosis: Orthosis,
-    geometry: Sequence[Path],
-    chamber: str,
-    pressure: np.ndarray,
-    change: Change,
+    orthosis: Orthosis, geometry: Sequence[Path], chamber: str, pressure: np.ndarray, change: Change
 ) -> tuple[np.ndarray, np.ndarray]:
     """Torque and pull on the anchors at rest.
 

@@ -76,10 +76,7 @@ def _smc() -> list[Row]:
     ]
     example = LITRES * nominal_flow(2.0 * SONIC, 0.3, 4e5, 3e5, STANDARD_DENSITY)
     quantity = "worked example, C = 2, b = 0.3: flow from 4 to 3 bar gauge, ANR"
-    return [
-        *found,
-        number("SMC", quantity, 420.0, example, 0.42, "l/min", sourcing=PRINTED, why=WHY_EXAMPLE),
-    ]
+    return [*found, number("SMC", quantity, 420.0, example, 0.42, "l/min", sourcing=PRINTED, why=WHY_EXAMPLE)]
 
 
 def _festo() -> list[Row]:

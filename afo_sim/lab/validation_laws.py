@@ -140,11 +140,7 @@ def _sarosi() -> list[Row]:
         return float(forces(law.native_id, c, np.array([kappa]), np.array([bar * BAR]))[0])
 
     short, long = (reader.load("muscle", f"dmsp_20_{n}00n") for n in (2, 4))
-    sets = {
-        "DMSP-20-200N": short.coefficients,
-        "DMSP-20-400N": long.coefficients,
-        "10 mm muscle": SAROSI_10,
-    }
+    sets = {"DMSP-20-200N": short.coefficients, "DMSP-20-400N": long.coefficients, "10 mm muscle": SAROSI_10}
     found = [
         implied(
             "Sárosi 2012",

@@ -81,13 +81,7 @@ def _cell_name(data: Measured, k: int) -> str:
 
 
 def _cells(
-    number_of_table: int,
-    data: Measured,
-    simulated: np.ndarray,
-    tolerance: float,
-    *,
-    sourcing: str,
-    why: str,
+    number_of_table: int, data: Measured, simulated: np.ndarray, tolerance: float, *, sourcing: str, why: str
 ) -> list[Row]:
     """A row for each cell of a table but the misprint [cm]."""
     return [

@@ -60,10 +60,7 @@ class OrthosisTask(control.Task):
     """A task of this package as dm_control's."""
 
     def __init__(
-        self,
-        setting: Setting,
-        random: int | np.random.RandomState | None = None,
-        bounded: bool = True,
+        self, setting: Setting, random: int | np.random.RandomState | None = None, bounded: bool = True
     ):
         self.setting, self.bounded = setting, bounded
         if not isinstance(random, np.random.RandomState):

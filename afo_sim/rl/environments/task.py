@@ -20,11 +20,7 @@ class Sample:
     __slots__ = ("found", "readers", "rows", "script", "step")
 
     def __init__(
-        self,
-        readers: Mapping[str, Reader],
-        rows: Mapping[str, np.ndarray],
-        step: Any,
-        script: np.ndarray,
+        self, readers: Mapping[str, Reader], rows: Mapping[str, np.ndarray], step: Any, script: np.ndarray
     ):
         self.readers, self.rows, self.step, self.script = readers, rows, step, script
         self.found: dict[str, Any] = {}
