@@ -1,6 +1,6 @@
-"""What became slower and what faster between two files of `benchmark.py` or of `benchmark_sweep.py`.
+"""What became slower and what faster between two files of `benchmark.py`.
 
-    python scripts/compare_benchmarks.py OLD.json NEW.json [--tolerance 5%] [--other-machine]
+    python scripts/benchmarks/compare_benchmarks.py OLD.json NEW.json [--tolerance 5%] [--other-machine]
 
 Bests are compared. Exit code 1 where something is slower by more than the tolerance, 2 where the files cannot
 be compared: another benchmark, or another machine, whose figures say nothing of the code.

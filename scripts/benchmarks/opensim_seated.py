@@ -1,7 +1,7 @@
 """The seated leg in OpenSim 4.6, beside this project's own roll-out: wall time of 16 s, measured in turn.
 
     pip install opensim
-    python scripts/opensim_seated.py [--accuracy 1e-3] [--repeats 7]
+    python scripts/benchmarks/opensim_seated.py [--accuracy 1e-3] [--repeats 7]
 
 The foot hangs on the same pin joint, with the same mass, inertia, damping, passive moment and weight. Five
 `McKibbenActuator`s of the same braid pull between the same points. OpenSim has no air: pressures are

@@ -2,6 +2,7 @@
 
 MuJoCo's own functions are called one by one from compiled code, with a clock between them. The callbacks'
 time is the difference to callbacks that do nothing. The clock's own time is taken off. For Linux and macOS.
+Beside it, what an air network costs: callbacks of S1, and of three chambers with tubes, manifold, reservoir.
 """
 
 import ctypes
@@ -17,6 +18,7 @@ from measuring import Figure, difference, figure, in_turn
 from mujoco.batch import Batch
 from numba import types
 
+import afo_sim
 from afo_sim import native
 from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
@@ -27,6 +29,27 @@ from afo_sim.simulation.rollout import FIELDS, METRIC_FIELDS
 
 ROUNDS = 4  # for each repeat that is asked for: a visit is short, and its parts are differences
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+CALLBACKS = "step: callbacks"
+TUBES = {"tube": "pun_4x2_5", "tube_length": "0.8 m", "tube_volume": "0 ml", "feed": "manifold"}
+AIR = {
+    "volume": {
+        "reservoir": {"volume": "400 ml", "wall_conductance": "0.5 W/K"},
+        "manifold": {"volume": "20 ml", "wall_conductance": "0.1 W/K"},
+    },
+    "restriction": {
+        name: {
+            "kind": "tube",
+            "tube": "pun_4x2_5",
+            "length": "1 m",
+            "upstream": upstream,
+            "downstream": downstream,
+        }
+        for name, upstream, downstream in (
+            ("feed", "supply", "reservoir"),
+            ("link", "reservoir", "manifold"),
+        )
+    },
+}
 _MUJOCO = ctypes.CDLL(str(mujoco_library()))
 _CLOCK = int(time.CLOCK_MONOTONIC)
 
@@ -188,3 +211,28 @@ def _figures(name: str, ours: np.ndarray, idle_ones: np.ndarray) -> list[Figure]
         Figure(f"{name}: {word}", "µs", "lower", float(best), float(parts["median"][word]), len(ours))
         for word, best in parts["best"].items()
     ]
+
+
+def three_chambers() -> dict[str, Any]:
+    """Overrides of S1's seated scenario: its plantarflexors on a chamber each, and the network."""
+    orthosis = afo_sim.load("orthosis", "s1").model_dump(mode="json", exclude_none=True)
+    back = orthosis["muscle"]["plantarflexor"]
+    orthosis["muscle"]["third"] = back
+    orthosis["chamber"]["third"] = orthosis["chamber"]["plantarflexor"]
+    for chamber in orthosis["chamber"].values():
+        chamber.update(TUBES)
+    timer = afo_sim.load("scenario", "seated").model_dump(mode="json", exclude_none=True)["timer"]
+    timer["third"] = timer["plantarflexor"]
+    return {"orthosis": orthosis | AIR, "timer": timer}
+
+
+def network_costs(steps: int, repeats: int) -> list[Figure]:
+    """Callbacks of the smallest circuit and of the network, and their ratio; parameters of `step_parts`."""
+    found = {}
+    for title, sets in (("two chambers", {}), ("three chambers and a network", three_chambers())):
+        figures = step_parts("seated", steps, repeats, sets, title)
+        found[title] = next(each for each in figures if each.name.endswith(CALLBACKS))
+    small, large = found.values()
+    name = "callbacks of a network by those of two chambers"
+    ratio = Figure(name, "-", "lower", large.best / small.best, large.median / small.median, repeats)
+    return [small, large, ratio]

@@ -143,12 +143,10 @@ def _processor_name() -> str:
     return platform.processor() or platform.machine()
 
 
-def arguments(words: str, parts: Sequence[str]) -> argparse.ArgumentParser:
+def arguments(words: str) -> argparse.ArgumentParser:
     """A parser with what all benchmarks take."""
     parser = argparse.ArgumentParser(description=words)
-    parser.add_argument(
-        "--parts", default=",".join(parts), help=f"some of {', '.join(parts)}; all by default"
-    )
+    parser.add_argument("--parts", help="some parts, with commas; all by default")
     parser.add_argument(
         "--repeats", type=int, default=5, help="rounds, of which the best and the median are told"
     )
@@ -156,9 +154,9 @@ def arguments(words: str, parts: Sequence[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def chosen(parser: argparse.ArgumentParser, words: str, parts: Sequence[str]) -> list[str]:
+def chosen(parser: argparse.ArgumentParser, words: str | None, parts: Sequence[str]) -> list[str]:
     """The parts that were asked for, in their usual order."""
-    asked = words.split(",")
+    asked = parts if words is None else words.split(",")
     unknown = [word for word in asked if word not in parts]
     if unknown:
         parser.error(f"--parts: {', '.join(unknown)} is none of {', '.join(parts)}")
