@@ -1,4 +1,4 @@
-"""95 % intervals and correlations of fitted parameters, and a verdict that refuses what data do not tell."""
+"""95 % intervals and correlations of fitted parameters, and a verdict that refuses what data lack."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

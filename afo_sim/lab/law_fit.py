@@ -50,9 +50,9 @@ class LawFit:
     """Parameters of a law, and how far they can be believed. SI.
 
     `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
-    the number of readings of a slack muscle that the law calls slack, too: they tell no parameter. `held_out`
+    the number of readings of a slack muscle that the law calls slack, too: they identify nothing. `held_out`
     are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
-    `covariance` is of the parameters that the data tell together, whether or not they tell each alone; None
+    `covariance` is of the parameters that the data identify together, whether or not each alone; None
     where the points are too few or the starts end in different places.
     """
 
@@ -90,7 +90,7 @@ class LawFit:
 
     @property
     def identifiable(self) -> bool:
-        """True where the data tell every parameter."""
+        """True where the data identify every parameter."""
         return not self.verdict
 
 
@@ -198,7 +198,7 @@ def _least_squares(
 def _believe(
     problem: LawProblem, best: OptimizeResult, outlying: float
 ) -> tuple[dict[str, float], np.ndarray, list[Notice], FitCovariance | None]:
-    """95 % half-widths, correlations, what the data cannot tell, and the covariance of what they tell."""
+    """95 % half-widths, correlations, what the data cannot identify, and the covariance of what they do."""
     scale = _scales(problem)
     values = best.x * scale
     lower, upper = _bounds(problem)
@@ -308,9 +308,9 @@ def joint(
     freedom: int,
     span: np.ndarray,
 ) -> FitCovariance | None:
-    """Covariance of the parameters that the data tell together, C = s² (JᵀJ)⁻¹.
+    """Covariance of the parameters that the data identify together, C = s² (JᵀJ)⁻¹.
 
-    A parameter whose standard error exceeds that of any number between its bounds, span/√12, is told by the
+    A parameter whose standard error exceeds that of any number between its bounds, span/√12, is set by the
     bounds and not by the data. It stays at its fitted value, and the others' covariance is the one with it
     held. The vaguest goes first: of two parameters that only their sum is known of, one stays.
 
@@ -345,7 +345,7 @@ def _described(
     how += f"; {doubtful}" if doubtful else ""
     sources = {"standard_errors": Provenance(kind="fitted", source=how)}
     if held:
-        why = f"without {', '.join(held)}: not told by the data, or at a bound, and held at the fitted value"
+        why = f"without {', '.join(held)}: not identified, or at a bound, and held at the fitted value"
         sources["parameters"] = Provenance(kind="fitted", source=why)
     symmetric = np.clip(0.5 * (correlation + correlation.T), -1.0, 1.0)
     np.fill_diagonal(symmetric, 1.0)

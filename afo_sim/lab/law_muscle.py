@@ -69,7 +69,7 @@ def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
         found: Muscle = reader.load("muscle", muscle_table(fit, data, like))
     except InputError as error:
         raise InputError(
-            f"the fit of {fit.problem.law.name} is no muscle: {error.field} {error.problem}",
+            f"the fit of {fit.problem.law.name} is not a valid muscle: {error.field} {error.problem}",
             file=data.file,
             value=error.value,
             allowed=error.allowed,
@@ -89,13 +89,13 @@ def _beside_the_law(data: Measured, like: str) -> tuple[dict[str, Any], dict[str
         sources[name] = _source("assumed", f"taken over from {like}, not measured")
         if name in data.facts:
             values[name] = format_quantity(data.facts[name], unit)
-            sources[name] = _source("user", f"told with {data.file.name}")
+            sources[name] = _source("user", f"stated with {data.file.name}")
     return values, sources
 
 
 def _geometry(fit: LawFit, data: Measured) -> dict[str, Sourced]:
     """Lengths, bore and braid angle."""
-    given = _source("user", f"told with {data.file.name}")
+    given = _source("user", f"stated with {data.file.name}")
     # with contraction ratios the law was fitted for this length, which some laws depend on
     length = data.facts.get("total_length")
     assumed = _source("assumed", "contraction ratios were measured")
@@ -117,7 +117,7 @@ def _fitted(fit: LawFit, name: str) -> tuple[str | float, dict[str, str]]:
         return format_quantity(fit.problem.fixed[name], si), _source("assumed", "held during the fit")
     factor, unit = residual_unit(fit)
     summary = f"fitted with {fit.problem.law.name} to {_files(fit)}, {factor * fit.rms:.3g} {unit} RMS"
-    belief = "no interval: the data do not tell it alone"
+    belief = "no interval: the data do not identify it alone"
     if math.isfinite(fit.half_width[name]):
         shown, usual_unit = usual(fit.half_width[name], si)
         belief = f"95 % interval ± {shown:.3g} {usual_unit}".rstrip()

@@ -113,7 +113,7 @@ def _require_sensible(
                 name,
                 known,
                 field="free" if name in free else "fixed",
-                problem=f"is no parameter of {law.name}",
+                problem=f"is not a parameter of {law.name}",
             )
     if len({d.loaded for d in data}) > 1:
         raise InputError(
@@ -180,10 +180,13 @@ def _settled(
         settled[name] = parameter.default
     for d in data:
         if "bore" not in d.facts:
-            raise InputError("must be told", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
+            raise InputError("must be stated", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
         if d.contraction is None and "total_length" not in d.facts:
             raise InputError(
-                "must be told", file=d.file, field="total_length", allowed=_header("total_length", "21.5 cm")
+                "must be stated",
+                file=d.file,
+                field="total_length",
+                allowed=_header("total_length", "21.5 cm"),
             )
     return settled
 
@@ -203,7 +206,7 @@ def _require_enough(problem: LawProblem) -> None:
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
         raise InputError(
-            "holds one pressure only: how the force depends on pressure cannot be told",
+            "holds one pressure only: how the force depends on pressure cannot be identified",
             file=file,
             field="pressure",
             value=f"{pressures[0]:g} bar" if len(pressures) else "none",
@@ -273,7 +276,7 @@ def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Meas
 
 
 def agreed_slack(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
-    """Readings of a slack muscle that the law, too, says is slack: they tell nothing of its parameters."""
+    """Readings of a slack muscle that the law, too, says is slack: they say nothing of its parameters."""
     parts = [
         np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)
         for d in data

@@ -94,7 +94,7 @@ class StaticFit:
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
-        """95 % interval of each of them [SI]; None where the data do not tell it."""
+        """95 % interval of each of them [SI]; None where the data do not identify it."""
         values = self.best.values
         return {
             name: None if math.isinf(half) else (float(values[name] - half), float(values[name] + half))
@@ -105,8 +105,8 @@ class StaticFit:
     def covariance(self) -> FitCovariance | None:
         """Covariance of the best law's parameters; its `matrix` [SI] goes with its `parameters`.
 
-        It holds the parameters that the data tell together, whether or not they tell each alone. None where
-        they tell none, the points are too few, or the starts end in different places.
+        It holds the parameters that the data identify together, whether or not each alone. None where
+        they identify none, the points are too few, or the starts end in different places.
         """
         return self.best.covariance
 
@@ -195,7 +195,7 @@ def fit(
 def _problems(
     law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
 ) -> tuple[list[LawProblem], dict[str, str]]:
-    """The problem of one law, or of each that the data can tell; the reasons why not of the others."""
+    """The problem of one law, or of each that the data can identify; the reasons why not of the others."""
     found, skipped, refused = [], {}, []
     for name in LAWS if law == "all" else [law]:
         try:
@@ -247,7 +247,7 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
         ("loss", loss, get_args(Loss), "is no choice"),
         ("law", law, ("all", *LAWS), "is no choice"),
     ]
-    checks += [("fixed", name, sorted(parameters), "is no parameter of any law") for name in fixed]
+    checks += [("fixed", name, sorted(parameters), "is not a parameter of any law") for name in fixed]
     for field, value, allowed, problem in checks:
         if value not in allowed:
             raise unknown(value, allowed, field=field, problem=problem)
@@ -269,13 +269,13 @@ def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
 
 
 def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:
-    """The usable points of each data set, with what the caller tells of the muscle; how many are not."""
+    """The usable points of each data set, with what the caller states of the muscle; how many are not."""
     values: dict[str, Any] = {}
     for key, text in facts.items():
         unit = HEADER.get(key)
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
-            raise unknown(key, names, field="facts", problem="is nothing that can be told")
+            raise unknown(key, names, field="facts", problem="is not a fact that can be stated")
         values[key] = _quantity(f"facts.{key}", text, unit)
     check_facts(None, values, "facts")
     data, left_out = [], 0
@@ -295,7 +295,7 @@ def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float
     known = {name: text for name, text in texts.items() if name in units}
     if only and len(known) < len(texts):
         name = next(name for name in texts if name not in units)
-        raise unknown(name, units, field="fixed", problem=f"is no parameter of {law}")
+        raise unknown(name, units, field="fixed", problem=f"is not a parameter of {law}")
     return {name: _quantity(f"fixed.{name}", text, units[name]) for name, text in known.items()}
 
 
@@ -377,7 +377,7 @@ def _covariance_line(best: LawFit) -> str:
     names = [key.rpartition(".")[2] for key in told.parameters]
     held = [name for name in best.values if name not in names]
     line = f"covariance of {', '.join(names)} with {told.freedom} degrees of freedom"
-    line += f"; {', '.join(held)} held at the fitted value: the data do not tell it" if held else ""
+    line += f"; {', '.join(held)} held at the fitted value: the data do not identify it" if held else ""
     doubtful = doubt(best.problem, best.residuals)
     return f"{line}; {doubtful}" if doubtful else line
 
@@ -434,7 +434,7 @@ def remarks(found: StaticFit) -> list[str]:
         each = ", ".join(f"{label}: {factor * rms(errors):.2g}" for label, errors in groups.items())
         word = "predicted" if kind == "file" else f"{kind} left out in turn"
         lines.append(f"{word}: {factor * best.held_out_rms(kind):.3g} {unit} RMS ({each})")
-    lines += [f"data do not tell: {line}" for line in best.verdict]
+    lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if found.slack:
         lines.append(

@@ -128,7 +128,7 @@ def _measured(
     if "length" in arrays:
         if "total_length" not in facts:
             raise InputError(
-                "is measured, so the muscle's length at rest must be told",
+                "is measured, so the muscle's length at rest must be stated",
                 file=file,
                 field="length",
                 allowed='a header line "# total_length: 21.5 cm"',

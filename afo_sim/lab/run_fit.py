@@ -1,7 +1,7 @@
-"""Dynamic parameters of a scenario from a builder's log, through the simulator, with what the log can tell.
+"""Dynamic parameters of a scenario from a builder's log, through the simulator, with what the log identifies.
 
 Least squares over whole runs, each channel in units of its noise; 95 % intervals widened where the errors
-hang together in time; a verdict that refuses what the log does not tell; errors on a part not seen; each
+hang together in time; a verdict that refuses what the log does not identify; errors on a part not seen; each
 channel judged by itself.
 
 `mujoco.sysid` does not serve: its parameters modify an MjSpec while a muscle's stand in `actuator_user`, its
@@ -122,7 +122,7 @@ class FitRun:
 
     @property
     def identifiable(self) -> bool:
-        """True where the log tells every parameter."""
+        """True where the log identifies every parameter."""
         return not self.verdict
 
     @functools.cached_property
@@ -270,7 +270,7 @@ def _memory(problem: RunProblem, errors: np.ndarray) -> float:
 def _believe(
     problem: RunProblem, search: "RunSearch", best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[Notice, ...], float, float]:
-    """95 % intervals, correlations, what the log cannot tell, memory and size of the errors.
+    """95 % intervals, correlations, what the log cannot identify, memory and size of the errors.
 
     Errors that hang together are fewer than they seem: n (1 − ρ)/(1 + ρ) independent ones.
     """

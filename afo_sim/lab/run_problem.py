@@ -1,4 +1,4 @@
-"""A dynamic fit as it is posed: the log of a device, the parameters that it can tell, and both on a scenario.
+"""A dynamic fit as it is posed: a device's log, the parameters that it can identify, the scenario.
 
 A log is a CSV of time and of quantities that a run records; each of its titles means columns of a run.
 """
@@ -219,14 +219,14 @@ def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
 
 
 def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
-    """The noise of each channel [SI], by title: as told ({"angle": "0.5 deg"}), else estimated."""
+    """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
     for channel in log.channels:
         if np.ptp(channel.values) == 0.0 and channel.title not in texts:
             raise InputError(
                 "is constant, so its noise cannot be estimated, and it would outweigh all else",
                 file=log.file,
                 field=channel.title,
-                allowed="its noise told, or a log without this column",
+                allowed="its noise stated, or a log without this column",
             )
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
@@ -378,7 +378,9 @@ def _find(name: str, scenario: Scenario) -> RunParameter:
             name,
             allowed,
             field="names",
-            problem="is no dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}",
+            problem="is not a dynamic parameter"
+            if kind is None
+            else f"there is no such {kind.each or 'part'}",
         )
     if not kind.key:
         return RunParameter(name, kind, 0.0, {})

@@ -112,6 +112,6 @@ def remarks(fit: FitRun) -> list[str]:
     lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
     if not fit.converged:
         lines.append("the search was stopped before it converged")
-    lines += [f"the log does not tell: {line}" for line in fit.verdict]
+    lines += [f"the log does not identify: {line}" for line in fit.verdict]
     lines += [f"warning: {warning}" for warning in fit.warnings]
     return lines

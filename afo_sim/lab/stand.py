@@ -172,7 +172,7 @@ def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
     """The tests to run; refuse arguments that none of them takes."""
     allowed = (*KINDS, "all")
     if test not in allowed:
-        raise unknown(test, allowed, field="test", problem="is no test")
+        raise unknown(test, allowed, field="test", problem="is not a valid test")
     kinds = CHARACTERISTICS if test == "all" else (test,)
     for name in given:
         if not any(name in TAKES[kind] for kind in kinds):

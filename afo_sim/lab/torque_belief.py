@@ -57,7 +57,7 @@ def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[
 def judged(
     solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
 ) -> list[Notice]:
-    """A notice for each group of parameters that the readings do not tell."""
+    """A notice for each group of parameters that the readings do not identify."""
     lines = _as_well_without(solution, kind, others, found)
     lines += _own(solution)
     lines += _one_pressure(solution, refused(lines))
@@ -138,7 +138,7 @@ def _moved(solution: Solution, other: Alternative, name: str) -> bool:
 
 
 def _one_pressure(solution: Solution, already: set[str]) -> list[Notice]:
-    """At one pressure a law's strength and its dependence on pressure are one, and so is what gives way."""
+    """At one pressure a law's strength and its dependence on pressure are one, and so is the compliance."""
     law = [p.name for p in solution.problem.free if p.of_law]
     if not law or len(np.unique(levels(solution.problem))) > 1:
         return []

@@ -240,7 +240,7 @@ def fitted_orthosis(
     try:
         found: Orthosis = reader.load("orthosis", table)
     except InputError as error:
-        problem = f"the fit is no orthosis: {error.field} {error.problem}"
+        problem = f"the fit is not a valid orthosis: {error.field} {error.problem}"
         raise InputError(problem, value=error.value, allowed=error.allowed) from None
     return found
 

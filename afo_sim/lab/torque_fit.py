@@ -73,9 +73,9 @@ Progress = Callable[[str], None]
 class TorqueFit:
     """Parameters of a mounted device, and how far they can be believed. SI.
 
-    `verdict` says which parameters the readings do not tell, and why; `held_out` are the torque errors of
+    `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
     readings that were left out, by what was left out; `alternatives` are the fits without each parameter,
-    `apart` the fits to each group alone, `remarks` what reading the files told, `shared` the fits as if all
+    `apart` the fits to each group alone, `remarks` remarks of reading the files, `shared` the fits as if all
     readings were off alike, or what is held were another: no interval holds these.
     """
 
@@ -116,7 +116,7 @@ class TorqueFit:
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
-        """95 % interval of each [SI]; None where the readings do not tell it."""
+        """95 % interval of each [SI]; None where the readings do not identify it."""
         lacking = refused(self.verdict)
         return {
             p.name: None if p.name in lacking else interval_of(self.solution, k)
@@ -135,7 +135,7 @@ class TorqueFit:
 
     @property
     def identifiable(self) -> bool:
-        """True where the readings tell every parameter."""
+        """True where the readings identify every parameter."""
         return not self.verdict
 
     @property
@@ -352,7 +352,9 @@ def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | 
     for k, source in enumerate(sources):
         if not isinstance(source, str | os.PathLike) and not hasattr(source, "keys"):
             shown = type(source).__name__
-            raise InputError("is no data", field="data", value=shown, allowed="a CSV, or {title: numbers}")
+            raise InputError(
+                "is not valid data", field="data", value=shown, allowed="a CSV, or {title: numbers}"
+            )
         name = pathlib.Path(source).stem if isinstance(source, str | os.PathLike) else f"data {k + 1}"
         if isinstance(source, str | os.PathLike):
             if pathlib.Path(source).resolve() in files:

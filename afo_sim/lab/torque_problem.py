@@ -88,7 +88,7 @@ def parameters(
         raise InputError("names nothing", field="fit", allowed=", ".join(known))
     for name in names:
         if name not in known:
-            raise unknown(name, known, field="fit", problem="is no parameter that torques can tell")
+            raise unknown(name, known, field="fit", problem="is not a parameter that torques identify")
         if [*names].count(name) > 1:
             raise InputError("stands there twice", field="fit", value=name)
         anchor = name in ("cuff_stiffness", "plate_stiffness")
@@ -198,7 +198,7 @@ def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
         return next(iter(orthosis.chamber))
     if USUAL_CHAMBER in known:
         return known[USUAL_CHAMBER]
-    problem = "which one was filled? Neither the file nor the orthosis tells"
+    problem = "which one was filled? Neither the file nor the orthosis says"
     raise InputError(problem, field="chamber", allowed=", ".join(orthosis.chamber))
 
 
@@ -250,14 +250,14 @@ def _cuff(orthosis: Orthosis, change: Change) -> float | None:
 
 
 def rigid_torque(problem: TorqueProblem) -> np.ndarray:
-    """The torque when nothing gives way, by the law as it is described [N·m]."""
+    """The torque without compliance, by the law as it is described [N·m]."""
     change = Change(np.inf, 0.0, np.inf, np.inf)
     found = [_statics(problem, g, g.readings.pressure, change)[0] for g in problem.groups]
     return np.concatenate(found)
 
 
 def require_possible(problem: TorqueProblem) -> None:
-    """Refuse torques that the muscles cannot give whatever gives way: of the wrong sign, or far too large."""
+    """Refuse torques that the muscles cannot give at any compliance: of the wrong sign, or far too large."""
     measured, most = problem.column("torque"), rigid_torque(problem)
     file, largest = problem.groups[0].readings.file, float(np.abs(measured).max())
     if largest == 0.0:

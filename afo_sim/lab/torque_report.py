@@ -49,7 +49,7 @@ def _write_orthosis(found: TorqueFit, orthosis: Orthosis, folder: pathlib.Path, 
     """One orthosis' file, with its cuff and plate beside it where they are not shipped."""
     table = orthosis.model_dump(mode="json", exclude_none=True)
     table = portable({"orthosis": table}, place, folder)["orthosis"]
-    lacking = [f"# the readings do not tell: {line}" for line in found.verdict]
+    lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
     text = "\n".join([*lacking, toml_text(table)]) if lacking else toml_text(table)
     write_text(folder / ORTHOSIS, text)
     reader.load("orthosis", folder / ORTHOSIS)  # it must be one
@@ -161,5 +161,5 @@ def remarks(found: TorqueFit) -> list[str]:
         parts = ", ".join(f"{name}: {each.of(name):.2g}" for name in each.errors)
         word = "predicted" if kind == "file" else f"{kind} left out in turn"
         lines.append(f"{word}: {each.rms:.3g} N·m RMS ({parts})")
-    lines += [f"the readings do not tell: {line}" for line in found.verdict]
+    lines += [f"the readings do not identify: {line}" for line in found.verdict]
     return lines + [f"warning: {warning}" for warning in found.warnings]

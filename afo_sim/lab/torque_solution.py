@@ -288,7 +288,7 @@ def alternatives(
 ) -> tuple[str, tuple[Alternative, ...]]:
     """Fits without each parameter that has a neutral value, and the kind of part by which they were judged.
 
-    A parameter is told if what was left out is predicted better with it: the mean over the parts of the
+    A parameter is identified if what was left out is predicted better with it: the mean over the parts of the
     logarithm of the ratio of the squared errors, without over with, is above its standard error.
 
     Source

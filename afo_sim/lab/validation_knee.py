@@ -135,7 +135,7 @@ def knee_tests() -> dict[str, KneeTest]:
 
 
 def contraction_on_path(test: KneeTest) -> np.ndarray:
-    """Contraction ratio that the path asks of the muscle when nothing gives way [-]; stretched below zero."""
+    """Contraction ratio that the path asks of the muscle without compliance [-]; stretched below zero."""
     return 1.0 - _room(test) / test.muscle.nominal_length
 
 
@@ -152,7 +152,7 @@ def law_force(test: KneeTest, contraction: np.ndarray) -> np.ndarray:
 
 
 def rigid_torque(test: KneeTest) -> np.ndarray:
-    """Torque when nothing gives way: contraction and arm are the path's [N·m]."""
+    """Torque without compliance: contraction and arm are the path's [N·m]."""
     return -law_force(test, contraction_on_path(test)) * path(test.angle)[1]
 
 

@@ -94,7 +94,7 @@ def curve(
     held_out: Mapping[str, float] | None = None,
     measure: Callable[[np.ndarray], float] = rms,
 ) -> Row:
-    """Many numbers at once: `measure` over their errors; without a tolerance it is told and not judged."""
+    """Many numbers at once: `measure` over their errors; without a tolerance it is not judged."""
     error = measure(errors)
     if tolerance is None:
         verdict = _verdict("compared", math.isfinite(error))

@@ -143,7 +143,7 @@ class OrthosisEntity(Driven):
     ) -> None:
         """Put the orthosis on a leg of another entity; to be called before the environment is made.
 
-        Where it stands: at the ankle's centre, in the axes of shank and foot that the leg's finder tells
+        Where it stands: at the ankle's centre, in the axes of shank and foot that the leg's finder reports
         (`found`). The integrator is set to "implicitfast" where nobody has chosen one.
 
         Units: zero [rad].

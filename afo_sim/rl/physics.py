@@ -28,7 +28,7 @@ class ScenarioPhysics(dm.Physics):
     Each step takes its inputs from the scenario (its valve timing, in walking the recorded walking), unless
     `set_valves`, `supply_pressure` or `set_control` command otherwise; `reset` goes back to its start and its
     timing. A described controller does not act: whoever steps is the controller, and without timing valves
-    are shut until they are commanded. Readers tell the present state, in units and signs of a run's columns.
+    are shut until they are commanded. Readers report the present state, in a run's units and signs.
     """
 
     def __init__(self, built: Built, *, timed: bool = True):

@@ -47,7 +47,7 @@ class Copied:
     joints: dict[int, Any] = field(default_factory=dict)
 
     def body(self, parent: Any, body: int, skip: Callable[[str], bool] = lambda name: False) -> Any:
-        """Add a body with all that hangs on it; those whose name is skipped stay out."""
+        """Add a body with all that is attached to it; those whose name is skipped stay out."""
         m = self.model
         made = parent.add("body", name=m.body(body).name, pos=m.body_pos[body], quat=m.body_quat[body])
         if m.body_mass[body] > 0.0:

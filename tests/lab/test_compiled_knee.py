@@ -1,9 +1,5 @@
 """The pin knee in MuJoCo, on the compiled muscle: its path, rigid anchors, and a cable of 12.9 kN/m."""
 
-import dataclasses
-import math
-from typing import Any
-
 import mujoco
 import numpy as np
 import pytest
@@ -18,15 +14,11 @@ from afo_sim.lab.validation_knee import (
     contraction_on_path,
     knee_tests,
     path,
-    rigid_torque,
     torque,
 )
 
 ONE_STIFFNESS = 12.9e3  # fitted to the measured torques [N/m]
-# WAITS for a circuit's muscle with a cable: then HAS_CABLE is true, and this and its skip go.
-CABLE = "cable_stiffness"
-HAS_CABLE = any(field.name == CABLE for field in dataclasses.fields(native.CircuitMuscle))
-DEFAULT = 1e6 if HAS_CABLE else math.inf  # [N/m]
+DEFAULT = 1e6  # of a muscle's cable [N/m]
 VALVE = native.CircuitValve(5.5e-10, 0.3, 4e-3, 4e-3)
 HELD = 1e12  # inertia that keeps a knee where it is put [kg·m²]
 DURATION, TIMESTEP = 10.0, 1e-3  # [s]
@@ -60,10 +52,7 @@ def knees(test: KneeTest, points: list[int]) -> mujoco.MjSpec:
 
 def circuit_muscle(test: KneeTest, name: str, **cable: float) -> native.CircuitMuscle:
     """The test's muscle on the tendon and the chamber of a name."""
-    facts: dict[str, Any] = {"row": test.muscle.row, "series_length": FITTINGS + test.tendon, "chamber": name}
-    if HAS_CABLE:
-        facts["tendons"] = (name,)
-    return native.CircuitMuscle(name=name, **facts, **cable)
+    return native.CircuitMuscle(name, (name,), test.muscle.row, FITTINGS + test.tendon, name, **cable)
 
 
 def held(test: KneeTest, points: list[int], **cable: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -99,15 +88,13 @@ def test_a_muscle_without_a_soft_cable_gives_the_torque_of_rigid_anchors(name: s
     length, arm, found = held(test, points)
     assert length == pytest.approx(path(test.angle)[0][points], abs=1e-6)
     assert arm == pytest.approx(path(test.angle)[1][points], abs=1e-6)
-    expected = rigid_torque(test) if math.isinf(DEFAULT) else torque(test, DEFAULT)
-    assert found == pytest.approx(expected[points], rel=2e-4)
+    assert found == pytest.approx(torque(test, DEFAULT)[points], rel=2e-4)
 
 
-@pytest.mark.skipif(not HAS_CABLE, reason="waits for a muscle with a length of its own behind a cable")
 @pytest.mark.parametrize("name", ["48", "46", "47", "40t", "41"])
 def test_a_soft_cable_gives_the_torque_of_one_stiffness(name: str) -> None:
     """The same equilibrium twice: by MuJoCo's steps to rest, and by a root."""
     test = knee_tests()[name]
     points = some(test, ONE_STIFFNESS)
-    _, _, found = held(test, points, **{CABLE: ONE_STIFFNESS})
+    _, _, found = held(test, points, cable_stiffness=ONE_STIFFNESS)
     assert found == pytest.approx(torque(test, ONE_STIFFNESS)[points], rel=2e-4)

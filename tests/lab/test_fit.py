@@ -324,7 +324,7 @@ def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -
         pose("sarosi_2012", [few])
     with pytest.raises(InputError, match="did you mean 'sarosi_2012'"):
         pose("sarosi_2021", [characteristic[10]])
-    with pytest.raises(InputError, match="no parameter of sarosi_2012"):
+    with pytest.raises(InputError, match="not a parameter of sarosi_2012"):
         pose("sarosi_2012", [characteristic[10]], fixed={"k": 1.0})
 
 
@@ -548,7 +548,7 @@ def test_every_law_is_ranked(tmp_path: pathlib.Path, run: Callable[..., Done]) -
         (("DATA", "--law", "tondu_lopez_2000", "--like", "s1_215"), "s1_215mm"),
         (("DATA", "--law", "tondu_lopez_2000", "--hold-out", "load"), "cannot be left out"),
         (("DATA", "DATA", "--law", "tondu_lopez_2000"), "given twice"),
-        (("DATA", "--law", "all", "--fix", "nonsense=3"), "no parameter of any law"),
+        (("DATA", "--law", "all", "--fix", "nonsense=3"), "not a parameter of any law"),
         (("DATA", "--law", "tondu_lopez_2000", "--fix", "braid_angle=0 deg"), "out of range"),
         (("DATA", "--law", "tondu_lopez_2000", "--tell", "bore=0 mm"), "0.05 to 20 cm"),
     ],

@@ -323,7 +323,7 @@ def test_figure_of_a_log_takes_dollars_for_letters(planted: pathlib.Path, tmp_pa
 
 
 BAD = {
-    "unknown parameter": (["dampng"], {}, "no dynamic parameter.*did you mean 'damping'"),
+    "unknown parameter": (["dampng"], {}, "not a dynamic parameter.*did you mean 'damping'"),
     "unknown chamber": (["tube_volume.dorsiflexr"], {}, "no such chamber.*dorsiflexor'"),
     "part of what has none": (["friction.dorsiflexor"], {}, "no such part"),
     "twice": (["damping", "damping.dorsiflexor"], {}, "'damping' sets already"),

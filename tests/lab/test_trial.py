@@ -319,7 +319,7 @@ REFUSED = {
     "muscle": ("isobaric dmsp_2", "there is no such muscle", "did you mean 'dmsp_20'"),
     "law": ("isobaric dmsp_20 --law sarosi", "unknown law", "did you mean 'sarosi_2012'"),
     "friction": ("isobaric dmsp_20_200n --friction hunt_2017", "no parameters for 'hunt_2017'", "none"),
-    "test": ("isobar dmsp_20", "is no test", "did you mean 'isobaric'"),
+    "test": ("isobar dmsp_20", "is not a valid test", "did you mean 'isobaric'"),
     "option": ("isobaric dmsp_20 --load 5kg", "is nothing that isobaric takes", "isotonic, step, release"),
     "formula": ("step dmsp_20 --static", "has no static formula", "isobaric, isotonic, isometric"),
     "table": ("isobaric dmsp_20 --out x.xls", "is no table", ".csv or .parquet"),

@@ -1,4 +1,4 @@
-"""The Gymnasium environment: conforms, repeats itself by seed, refuses what is no action, and ends."""
+"""The Gymnasium environment: conforms, repeats itself by seed, refuses invalid actions, and ends."""
 
 import subprocess
 import sys

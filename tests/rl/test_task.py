@@ -1,11 +1,14 @@
-"""Actions: three positions of a chamber's valves, and sentences for what is no action."""
+"""Tasks and actions: three positions of a chamber's valves, and sentences for what is invalid."""
+
+from typing import Any
 
 import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
+from afo_sim.rl.environments.episodes import setting
 from afo_sim.rl.environments.task import checked, coils_of
-from afo_sim.rl.environments.tasks import TASKS, task_of
+from afo_sim.rl.environments.tasks import SEATED_TRACKING, TASKS, task_of
 
 
 def test_a_chamber_is_filled_vented_or_shut() -> None:
@@ -55,3 +58,9 @@ def test_every_observed_number_has_a_name_a_unit_a_meaning_and_a_range(name: str
     assert len({one.name for one in observed}) == len(observed)
     for one in observed:
         assert one.unit and one.meaning and one.low < one.high
+
+
+@pytest.mark.parametrize("sets", [3, "supply.pressure", [1]])
+def test_sets_that_are_no_dict_are_refused(sets: Any) -> None:
+    with pytest.raises(InputError, match=r"sets.*is not a dict of keys and values"):
+        setting(SEATED_TRACKING, sets)

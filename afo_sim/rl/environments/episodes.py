@@ -119,7 +119,7 @@ def setting(task: Task, sets: Mapping[str, Any] | None = None) -> Setting:
 def _refuse_own(task: Task, sets: Mapping[str, Any]) -> None:
     if not isinstance(sets, Mapping):
         allowed = 'as in {"supply.pressure": "3 bar"}'
-        raise InputError("is no dict of keys and values", field="sets", value=sets, allowed=allowed)
+        raise InputError("is not a dict of keys and values", field="sets", value=sets, allowed=allowed)
     own = [key for key in sets if key in task.sets]
     if own:
         raise InputError("is the task's own", field=own[0], value=sets[own[0]], allowed=task.sets[own[0]])

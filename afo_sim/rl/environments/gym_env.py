@@ -219,7 +219,7 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
 
 def _positive(field: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InputError("is no number of them", field=field, value=value, allowed="1, 2, 3, …")
+        raise InputError("is not a valid number of them", field=field, value=value, allowed="1, 2, 3, …")
     return int(value)
 
 
@@ -230,7 +230,7 @@ def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | No
         return [int(seed) + k for k in range(count)]
     if not isinstance(seed, Sequence | np.ndarray):
         allowed = f"a whole number, or {count} of them"
-        raise InputError("is no seed", field="seed", value=seed, allowed=allowed)
+        raise InputError("is not a valid seed", field="seed", value=seed, allowed=allowed)
     if len(seed) != count:
         raise InputError(
             "has another length", field="seed", value=len(seed), allowed=f"{count}, or one number"
@@ -244,5 +244,5 @@ def _mask(given: Any, count: int) -> np.ndarray:
     mask = np.asarray(given)
     if mask.shape != (count,) or mask.dtype != bool or not mask.any():
         allowed = f"{count} of True and False, one of them True"
-        raise InputError("is no mask", field=MASK, value=given, allowed=allowed)
+        raise InputError("is not a valid mask", field=MASK, value=given, allowed=allowed)
     return mask

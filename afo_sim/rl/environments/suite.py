@@ -68,7 +68,7 @@ class OrthosisTask(control.Task):
         self.random = random
         self._shape = (len(setting.chambers),)
         self._names = [one.name for one in setting.task.observed]
-        # dm_control looks at an observation before the first episode, where its spec is not told
+        # dm_control looks at an observation before the first episode, where its spec is not asked for
         start, none = setting.starts[0], np.zeros(setting.draw(np.random.default_rng(0))[1].shape[1])
         self._sample = setting.sample(start.rows, max(start.step - 1, 0), none)
 
@@ -92,7 +92,7 @@ class OrthosisTask(control.Task):
         self._next = start.step
 
     def before_step(self, action: Any, physics: TaskPhysics) -> None:
-        """Command the valves; InputError where it is no action."""
+        """Command the valves; InputError where it is not a valid action."""
         action = getattr(action, "continuous_actions", action)
         physics.command(coils_of(checked(action, self._shape)))
 

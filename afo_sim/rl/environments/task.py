@@ -42,7 +42,7 @@ class Observed:
     """One number of an observation.
 
     name, unit, meaning : for people
-    low, high : measuring range, in the unit; what lies outside is told as its end
+    low, high : measuring range, in the unit; what lies outside is reported as its end
     column : of a run that is observed; by default `formula` is
     formula : of the last sample
     """
@@ -118,7 +118,7 @@ def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
     try:
         given = np.asarray(action, float)
     except (TypeError, ValueError):
-        raise InputError("is no action", field="action", value=action, allowed=ALLOWED) from None
+        raise InputError("is not a valid action", field="action", value=action, allowed=ALLOWED) from None
     if given.shape != shape:
         raise InputError(
             "has another shape", field="action", value=given.shape, allowed=f"{shape}: {ALLOWED}"
