@@ -227,7 +227,7 @@ def _believe(
     covariance = None
     if n >= POINTS_PER_PARAMETER * k:
         told = np.where(inner, jacobian, 0.0) / scale
-        covariance = joint(problem, told, residuals(best.x), variance, n - int(inner.sum()), upper - lower)
+        covariance = _joint(problem, told, residuals(best.x), variance, n - int(inner.sum()), upper - lower)
     believed = {name: np.inf if name in refused(lines) else width for name, width in widths.items()}
     return believed, correlation, lines, covariance
 
@@ -300,7 +300,7 @@ def _leave_out(result: LawFit, masks: Sequence[np.ndarray]) -> np.ndarray | None
     return errors(problem, dict(zip(problem.free, best.x * _scales(problem), strict=True)), left)
 
 
-def joint(
+def _joint(
     problem: LawProblem,
     jacobian: np.ndarray,
     residuals: np.ndarray,

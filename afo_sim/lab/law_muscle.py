@@ -189,14 +189,14 @@ def kinds(fits: Sequence[LawFit]) -> list[str]:
     return list(dict.fromkeys(kind for fit in fits for kind in fit.held_out))
 
 
-def ranked_by(fits: Sequence[LawFit]) -> str:
+def _ranked_by(fits: Sequence[LawFit]) -> str:
     """The kind of held-out error that laws are ranked by; "" where too little or nothing was left out."""
     return next((kind for kind in kinds(fits) if kind != "file" and not _too_few(fits, kind)), "")
 
 
 def rank(fits: Sequence[LawFit]) -> list[LawFit]:
     """Best first: by the error on what was left out, or else by the standard deviation of the residuals."""
-    kind = ranked_by(fits)
+    kind = _ranked_by(fits)
 
     def error(fit: LawFit) -> float:
         return fit.held_out_rms(kind) if kind in fit.held_out else math.inf
@@ -206,7 +206,7 @@ def rank(fits: Sequence[LawFit]) -> list[LawFit]:
 
 def criterion(fits: Sequence[LawFit]) -> str:
     """The measure that the laws are ranked by, in words."""
-    kind = ranked_by(fits)
+    kind = _ranked_by(fits)
     return f"error on each {kind} left out in turn" if kind else "standard deviation about the fitted points"
 
 
@@ -225,7 +225,7 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
             )
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
-    if not ranked_by(fits) and not found:
+    if not _ranked_by(fits) and not found:
         text = "nothing was left out: the order says how laws fit, not how they predict"
         found.append(Notice("nothing-left-out", text))
     # more parameters than the points can bear fit anything

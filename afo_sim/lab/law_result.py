@@ -324,7 +324,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
     """
     best = found.best
     stems = [data.file.stem for data in best.problem.data]
-    write_json(folder / "fit.json", as_json(found))
+    write_json(folder / "fit.json", _as_json(found))
     for data in best.problem.data:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
@@ -332,7 +332,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
         write_text(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)))
 
 
-def as_json(found: StaticFit) -> dict[str, Any]:
+def _as_json(found: StaticFit) -> dict[str, Any]:
     """The fits as plain data, SI but for the residuals, whose unit is stated."""
     return {
         "fits": [_fit_as_json(each) for each in found.fits],

@@ -215,10 +215,10 @@ def fit_run(
     >>> round(found.values["friction"], 2)  # [N·m]
     0.3
     """
-    return solve(pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out), report)
+    return _solve(pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out), report)
 
 
-def solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
+def _solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
     """The fit of a posed problem, see `fit_run`."""
     before = run_at(problem, problem.starts)
     search = RunSearch(problem, report)

@@ -20,7 +20,7 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
     fit : from `fit_run`
     folder : made if need be; the scenario runs wherever it is moved to
     """
-    write_json(folder / NUMBERS, as_json(fit))
+    write_json(folder / NUMBERS, _as_json(fit))
     if fit.values and fit.converged:
         write_text(folder / SCENARIO, scenario_toml(fit, folder))
         reader.load("scenario", folder / SCENARIO)  # it must be one
@@ -37,7 +37,7 @@ def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
     return "\n".join(comments) + "\n" + toml_text(scenario)
 
 
-def as_json(fit: FitRun) -> dict[str, Any]:
+def _as_json(fit: FitRun) -> dict[str, Any]:
     """The fit as plain data, SI."""
     problem = fit.problem
     channels = {c.title: c for c in problem.log.channels}

@@ -118,11 +118,11 @@ def plan_isobaric(
     """
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
-    points = _points(pressures, whole_bars(muscle, top))
-    check_pressures(muscle, points, laboratory.supply, pulls=True)
+    points = _points(pressures, _whole_bars(muscle, top))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
     low, high = span or (0.0, None)
     ends = np.array([_until_slack(muscle, p) if high is None else high for p in points])
-    check_contractions(muscle, np.array([low, *([] if high is None else [high])]), float(points.max()))
+    _check_contractions(muscle, np.array([low, *([] if high is None else [high])]), float(points.max()))
     if not low < ends.min():
         value, allowed = f"{low:g} to {ends.min():.3g}", "FROM < TO"
         raise InputError("does not rise", field="contraction", value=value, allowed=allowed)
@@ -148,9 +148,9 @@ def plan_isometric(
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
     low, high = span or (0.0, top)
-    check_span(muscle, low, high, laboratory.supply)
+    _check_span(muscle, low, high, laboratory.supply)
     points = _points(contractions, np.arange(0.0, _until_slack(muscle, high) - 0.01, 0.05))
-    check_contractions(muscle, points, high)
+    _check_contractions(muscle, points, high)
     pressure = np.tile([low, high], (len(points), 1))
     nothing = np.full(len(points), np.nan)
     lengths = np.column_stack([points, points])
@@ -174,12 +174,12 @@ def plan_isotonic(
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
     low, high = span or (None, top)
-    check_span(muscle, low or 0.0, high, laboratory.supply)
+    _check_span(muscle, low or 0.0, high, laboratory.supply)
     strength = force_at(muscle, 0.0, high)
     points = _points(loads, np.array([_two_digits(s * strength) for s in (0.05, 0.1, 0.2, 0.4, 0.6)]))
-    check_loads(muscle, points, [high] * len(points))
+    _check_loads(muscle, points, [high] * len(points))
     limit = muscle.limits.contraction_min
-    lows = [lifting(muscle, load, limit, high) if low is None else low for load in points]
+    lows = [_lifting(muscle, load, limit, high) if low is None else low for load in points]
     lows = [0.0 if p < 1.0 else p for p in lows]
     start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
     for load, p, kappa in zip(points, lows, start, strict=True):
@@ -188,7 +188,7 @@ def plan_isotonic(
                 f"the braid would lock under {load:g} N",
                 field="pressure",
                 value=f"{p * 1e-5:g} bar",
-                allowed=f"from {lifting(muscle, load, limit, high) * 1e-5:.3g} bar",
+                allowed=f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar",
             )
     pressure = np.column_stack([lows, np.full(len(points), high)])
     lengths = np.column_stack([start, start])
@@ -212,8 +212,8 @@ def plan_step(
     """
     laboratory = laboratory or Laboratory()
     valve = laboratory.valve or load_description("valve", "mh1")
-    points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
-    check_pressures(muscle, points, laboratory.supply, pulls=True)
+    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
     loads, start = _hung(muscle, points, load, contraction, 0.0)
     if start.min() <= muscle.braid.lock:
         raise InputError(
@@ -244,9 +244,9 @@ def plan_release(
     laboratory's valve, where there is one; otherwise the regulator keeps the pressure.
     """
     laboratory = laboratory or Laboratory()
-    points = _points(pressures, whole_bars(muscle, highest(muscle, laboratory)))
-    check_pressures(muscle, points, laboratory.supply, pulls=True)
-    check_contractions(muscle, np.array([contraction]), float(points.min()))
+    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    _check_contractions(muscle, np.array([contraction]), float(points.min()))
     loads, _ = _hung(muscle, points, load, None, contraction)
     lengths = np.full((len(points), 2), contraction)
     pressure = np.column_stack([points, points])
@@ -260,7 +260,7 @@ def highest(muscle: Muscle, laboratory: Laboratory) -> float:
     return top if laboratory.supply is None else min(top, laboratory.supply)
 
 
-def whole_bars(muscle: Muscle, top: float) -> np.ndarray:
+def _whole_bars(muscle: Muscle, top: float) -> np.ndarray:
     """The whole bars of a law's range up to `top` at which the muscle pulls, or `top` alone [Pa]."""
     low = muscle.law_set.pressure_range[0]
     bars = 1e5 * np.arange(max(math.ceil(low * 1e-5 - 1e-9), 1), math.floor(top * 1e-5 + 1e-9) + 1)
@@ -275,11 +275,11 @@ def _hung(
     if contraction is not None:
         if load is not None:
             raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
-        check_contractions(muscle, np.array([contraction]), float(points.max()))
+        _check_contractions(muscle, np.array([contraction]), float(points.max()))
         return np.full(len(points), np.nan), np.full((len(points), 2), contraction)
     weakest = force_at(muscle, held_at, float(points.min()))
     hung = max(_two_digits(USUAL_LOAD * weakest), LEAST_LOAD) if load is None else load
-    check_loads(muscle, [hung], [float(points.min())], held_at)
+    _check_loads(muscle, [hung], [float(points.min())], held_at)
     return np.full(len(points), hung), np.full((len(points), 2), hanging(muscle, hung, 0.0))
 
 
@@ -335,7 +335,7 @@ def _until_slack(muscle: Muscle, pressure: float) -> float:
 
 def _slow(muscle: Muscle, pressure: float, way: float) -> float:
     """Time in which dampers add at most `LOSS` of the strength over a contraction of `way` [s]."""
-    mean = damping(muscle, pressure) * way / (LOSS * force_at(muscle, 0.0, pressure))
+    mean = _damping(muscle, pressure) * way / (LOSS * force_at(muscle, 0.0, pressure))
     return float(math.ceil(max(mean, SHORTEST_SWEEP)))
 
 
@@ -349,7 +349,7 @@ def _two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
+def _check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
     """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
     low, high = muscle.braid.lock, slack(muscle, pressure)
     for value in contractions:
@@ -365,7 +365,7 @@ def check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float
             )
 
 
-def check_loads(
+def _check_loads(
     muscle: Muscle, loads: Sequence[float] | np.ndarray, pressures: Sequence[float], contraction: float = 0.0
 ) -> None:
     """Refuse loads beyond the muscle's strength at a contraction [-], each at its pressure [Pa]."""
@@ -381,7 +381,7 @@ def check_loads(
             )
 
 
-def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
+def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
     top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
     whose = f"the muscle's limit{told}"
@@ -393,7 +393,7 @@ def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None,
         if not 0.0 <= pressure <= top * (1.0 + 1e-9):
             raise _pressure_refusal(f"is beyond {whose}", "pressure", pressure, 0.0, top)
         if pulls and force_at(muscle, 0.0, pressure) < PULLING:
-            enough = lifting(muscle, PULLING, 0.0, top)
+            enough = _lifting(muscle, PULLING, 0.0, top)
             raise _pressure_refusal(
                 "is too little for this muscle to pull", "pressure", pressure, enough, top
             )
@@ -404,10 +404,10 @@ def _pressure_refusal(problem: str, name: str, value: float, low: float, high: f
     return InputError(problem, field=name, value=f"{value * 1e-5:g} bar", allowed=allowed)
 
 
-def check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
+def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
     """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
-    check_pressures(muscle, np.array([low]), supply, pulls=False)
-    check_pressures(muscle, np.array([high]), supply, pulls=True)
+    _check_pressures(muscle, np.array([low]), supply, pulls=False)
+    _check_pressures(muscle, np.array([high]), supply, pulls=True)
     if not low < high:
         raise InputError(
             "does not rise",
@@ -442,12 +442,12 @@ def hanging(muscle: Muscle, load: float, pressure: float) -> float:
     return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
 
 
-def lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
+def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
     """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
     return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
 
 
-def damping(muscle: Muscle, pressure: float) -> float:
+def _damping(muscle: Muscle, pressure: float) -> float:
     """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
     total = muscle.damping * (pressure + AMBIENT_PRESSURE)
     if muscle.damper is not None:

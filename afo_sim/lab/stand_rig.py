@@ -76,10 +76,10 @@ class Rig:
         return self.ids.valves[f"{CHAMBER}_outlet"]
 
 
-def build_rig(plan: StandPlan) -> Rig:
+def _build_rig(plan: StandPlan) -> Rig:
     """Compile the stand for a plan's muscle, valves and time step."""
     muscle = plan.muscle
-    spec, circuit = mujoco.MjSpec(), circuit_of(plan)
+    spec, circuit = mujoco.MjSpec(), _circuit_of(plan)
     top = [0.0, 0.0, muscle.nominal_length]
     spec.worldbody.add_site(name="frame", pos=top)
     carriage = spec.worldbody.add_body(
@@ -100,7 +100,7 @@ def build_rig(plan: StandPlan) -> Rig:
     return Rig(model, native.fill_circuit(model, circuit))
 
 
-def circuit_of(plan: StandPlan) -> native.Circuit:
+def _circuit_of(plan: StandPlan) -> native.Circuit:
     """One muscle on one chamber, between solenoid valves or regulators."""
     laboratory = plan.laboratory
     regulator = native.CircuitValve(_regulator_conductance(plan), REGULATOR_RATIO)
@@ -112,7 +112,7 @@ def circuit_of(plan: StandPlan) -> native.Circuit:
     return native.Circuit((muscle,), (chamber,))
 
 
-def stability(plan: StandPlan) -> dict[str, float]:
+def _stability(plan: StandPlan) -> dict[str, float]:
     """Rate × time step of the air; above the limit of a run it is refused."""
     step = plan.timestep
     air = REGULATOR_NUMBER
@@ -212,8 +212,8 @@ def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
 
     Units: progress (steps done, steps in all), returns [s].
     """
-    stability(plan)
-    rig, n = build_rig(plan), len(plan.set_points)
+    _stability(plan)
+    rig, n = _build_rig(plan), len(plan.set_points)
     cases = [Case(_loaded(rig, plan, k), _start(rig, plan, k), _policy(rig, plan, k), k) for k in range(n)]
     recipe = Recipe(
         fields=("actuator_force", "userdata"),

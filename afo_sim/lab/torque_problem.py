@@ -249,7 +249,7 @@ def _cuff(orthosis: Orthosis, change: Change) -> float | None:
     return change.shank or (described.stiffness if described is not None else None)
 
 
-def rigid_torque(problem: TorqueProblem) -> np.ndarray:
+def _rigid_torque(problem: TorqueProblem) -> np.ndarray:
     """The torque without compliance, by the law as it is described [N·m]."""
     change = Change(np.inf, 0.0, np.inf, np.inf)
     found = [_statics(problem, g, g.readings.pressure, change)[0] for g in problem.groups]
@@ -258,7 +258,7 @@ def rigid_torque(problem: TorqueProblem) -> np.ndarray:
 
 def require_possible(problem: TorqueProblem) -> None:
     """Refuse torques that the muscles cannot give at any compliance: of the wrong sign, or far too large."""
-    measured, most = problem.column("torque"), rigid_torque(problem)
+    measured, most = problem.column("torque"), _rigid_torque(problem)
     file, largest = problem.groups[0].readings.file, float(np.abs(measured).max())
     if largest == 0.0:
         raise InputError("is zero at every reading", file=file, field="torque")

@@ -78,7 +78,7 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
         "independent_errors": found.solution.independent,
         "correlation_of_neighbouring_errors": found.solution.memory,
         "rms": found.rms,
-        "rms_cuff": cuff_error(found),
+        "rms_cuff": _cuff_error(found),
         "held_out": {
             kind: {"rms": each.rms} | {name: each.of(name) for name in each.errors}
             for kind, each in found.held_out.items()
@@ -97,7 +97,7 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
     }
 
 
-def cuff_error(found: TorqueFit) -> float | None:
+def _cuff_error(found: TorqueFit) -> float | None:
     """RMS error of the cuff's displacement [m]; None where none was read."""
     missed = errors(found.problem, found.parameters)["cuff"]
     missed = missed[np.isfinite(missed)]
@@ -154,7 +154,7 @@ def remarks(found: TorqueFit) -> list[str]:
         f"{readings:.0f} readings: {found.rms:.3g} N·m RMS, worst {largest:.3g} N·m, on a mean torque of "
         f"{np.abs(problem.column('torque')).mean():.3g} N·m"
     )
-    cuff = cuff_error(found)
+    cuff = _cuff_error(found)
     if cuff is not None:
         lines.append(f"displacement of the cuff: {1e3 * cuff:.3g} mm RMS")
     for kind, each in found.held_out.items():

@@ -48,10 +48,10 @@ class Solution:
     @property
     def values(self) -> dict[str, float]:
         """Of the parameters [SI]."""
-        return values_of(self.problem.free, self.x)
+        return _values_of(self.problem.free, self.x)
 
 
-def values_of(free: Sequence[TorqueParameter], x: np.ndarray) -> dict[str, float]:
+def _values_of(free: Sequence[TorqueParameter], x: np.ndarray) -> dict[str, float]:
     """Values [SI] of coordinates."""
     return {p.name: p.value(float(c)) for p, c in zip(free, x, strict=True)}
 
@@ -91,7 +91,7 @@ def bounds(free: Sequence[TorqueParameter]) -> tuple[np.ndarray, np.ndarray]:
 
 def _residuals(problem: TorqueProblem, x: np.ndarray, spread: dict[str, float]) -> np.ndarray:
     """Errors of all channels in units of their sizes, each of the weight of its readings."""
-    found, weight = errors(problem, values_of(problem.free, x)), np.sqrt(problem.column("weight"))
+    found, weight = errors(problem, _values_of(problem.free, x)), np.sqrt(problem.column("weight"))
     parts = []
     for channel in CHANNELS:
         part = weight * found[channel] / spread[channel]
@@ -116,7 +116,7 @@ def _search(problem: TorqueProblem, x: np.ndarray, spread: dict[str, float]) -> 
 
 
 def _spread(problem: TorqueProblem, x: np.ndarray, spread: dict[str, float]) -> dict[str, float]:
-    found = errors(problem, values_of(problem.free, x))
+    found = errors(problem, _values_of(problem.free, x))
     return {c: max(_size(found[c][np.isfinite(problem.column(c))]), 1e-6 * spread[c], 1e-9) for c in CHANNELS}
 
 
@@ -138,7 +138,7 @@ def _believed(problem: TorqueProblem, best: OptimizeResult, spread: dict[str, fl
 
 def memory(problem: TorqueProblem, x: np.ndarray) -> float:
     """Correlation of the torque errors of neighbouring angles, within a group and a pressure [-]."""
-    found = errors(problem, values_of(problem.free, x))["torque"]
+    found = errors(problem, _values_of(problem.free, x))["torque"]
     level, angle, group = levels(problem), problem.column("angle"), problem.of_group
     order = np.lexsort((angle, level, group))
     e, same = found[order], np.ones(max(len(order) - 1, 0), dtype=bool)
@@ -183,14 +183,14 @@ class HeldOut:
     def rms(self) -> float:
         """Over all readings [N·m]."""
         joined = (np.concatenate([*each.values()]) for each in (self.errors, self.weight, self.scatter))
-        return of_readings(*joined)
+        return _of_readings(*joined)
 
     def of(self, name: str) -> float:
         """RMS over the readings of one part [N·m]."""
-        return of_readings(self.errors[name], self.weight[name], self.scatter[name])
+        return _of_readings(self.errors[name], self.weight[name], self.scatter[name])
 
 
-def of_readings(missed: np.ndarray, weight: np.ndarray, scatter: np.ndarray) -> float:
+def _of_readings(missed: np.ndarray, weight: np.ndarray, scatter: np.ndarray) -> float:
     """RMS error of readings, from those of their means and from how far they scatter about these."""
     return float(np.sqrt(np.sum(weight * (missed**2 + scatter)) / weight.sum()))
 
@@ -236,11 +236,11 @@ def held_out(
         masks = parts(solution.problem, kind)
         if masks and _enough(solution.problem, masks):
             report(f"leaving out one {kind} after another")
-            found[kind] = leave_out(solution.problem, masks, solution.x)
+            found[kind] = _leave_out(solution.problem, masks, solution.x)
     return found
 
 
-def leave_out(
+def _leave_out(
     problem: TorqueProblem, masks: dict[str, np.ndarray], start: np.ndarray | None = None
 ) -> HeldOut:
     """Errors of each part by a fit to the others."""
@@ -311,7 +311,7 @@ def alternatives(
         report(f"fitting without {parameter.name}")
         less = without(problem, parameter)
         own = solve(less)
-        without_it = leave_out(less, masks, own.x)
+        without_it = _leave_out(less, masks, own.x)
         ratio = [2.0 * np.log((without_it.of(n) + 1e-12) / (with_it.of(n) + 1e-12)) for n in masks]
         error = float(np.std(ratio, ddof=1)) / np.sqrt(len(ratio))
         told = float(np.mean(ratio)) > error
@@ -359,8 +359,8 @@ def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | N
 def root_mean_square(solution: Solution) -> float:
     """Of the torque errors [N·m], every reading alike."""
     problem = solution.problem
-    found = errors(problem, values_of(problem.free, solution.x))["torque"]
-    return of_readings(found, problem.column("weight"), problem.column("scatter"))
+    found = errors(problem, _values_of(problem.free, solution.x))["torque"]
+    return _of_readings(found, problem.column("weight"), problem.column("scatter"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,5 +396,5 @@ def profile(solution: Solution) -> Profile | None:
     for i, a in enumerate(values[0]):
         for j, b in enumerate(values[1]):
             missed = errors(problem, at | {free[0].name: float(a), free[1].name: float(b)})["torque"]
-            found[i, j] = of_readings(missed, weight, scatter)
+            found[i, j] = _of_readings(missed, weight, scatter)
     return Profile((free[0], free[1]), values[0], values[1], found)

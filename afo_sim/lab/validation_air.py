@@ -54,7 +54,7 @@ WHY_VUVS = (
 )
 
 
-def shipped_flow(name: str, density: float) -> float:
+def _shipped_flow(name: str, density: float) -> float:
     """Flow of a shipped valve from 6 to 5 bar gauge [l/min of a norm]."""
     valve = reader.load("valve", name)
     return LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, density)
@@ -66,7 +66,7 @@ def _smc() -> list[Row]:
             SMC,
             f"{name.upper()}: flow from 6 to 5 bar gauge, ANR",
             printed,
-            shipped_flow(name, STANDARD_DENSITY),
+            _shipped_flow(name, STANDARD_DENSITY),
             0.002 * printed,
             "l/min",
             sourcing=PRINTED,
@@ -80,7 +80,7 @@ def _smc() -> list[Row]:
 
 
 def _festo() -> list[Row]:
-    mpye, vuvs = (shipped_flow(name, NORMAL_DENSITY) for name in ("mpye_1_4", "vuvs_lt25"))
+    mpye, vuvs = (_shipped_flow(name, NORMAL_DENSITY) for name in ("mpye_1_4", "vuvs_lt25"))
     quantity = "{}: flow from 6 to 5 bar gauge, DIN 1343"
     return [
         number(

@@ -44,7 +44,7 @@ def law_force(muscle: Muscle, law: str, contraction: np.ndarray, pressure: np.nd
     return forces(LAWS[law].native_id, coefficients, contraction, pressure)
 
 
-def s3_fit(data: Measured, bar: float) -> tuple[float, float]:
+def _s3_fit(data: Measured, bar: float) -> tuple[float, float]:
     """(a, n) of S3's eq. 5 with b = 8, by least squares on the curve of one pressure."""
     here = np.isclose(data.pressure, bar * BAR)
 
@@ -66,7 +66,7 @@ def s3_force(data: Measured, a: float, n: float, contraction: np.ndarray, pressu
     return forces(LAWS["takosoglu_2016"].native_id, s3_coefficients(data, a, n), contraction, pressure)
 
 
-def one_force(muscle: Muscle, law: str, contraction: float, pressure: float) -> float:
+def _one_force(muscle: Muscle, law: str, contraction: float, pressure: float) -> float:
     """Signed force of one of a muscle's laws at one point [N]."""
     return float(law_force(muscle, law, np.array([contraction]), np.array([pressure]))[0])
 
@@ -92,7 +92,7 @@ def _s3() -> list[Row]:
     data, _ = select(characteristic(10))
     found = []
     for bar, n in S3_N.items():
-        ours = s3_fit(data, bar)
+        ours = _s3_fit(data, bar)
         for name, printed, simulated in (("a", S3_A, ours[0]), ("n of “n = 3.2/35”", n, ours[1])):
             found.append(
                 number(
@@ -179,7 +179,7 @@ def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float
     """
     force, stiffness = [], []
     for pressure in (low, high):
-        at_rest, shorter = (one_force(muscle, muscle.law, kappa, pressure * KPA) for kappa in (0.0, 0.1))
+        at_rest, shorter = (_one_force(muscle, muscle.law, kappa, pressure * KPA) for kappa in (0.0, 0.1))
         force.append(at_rest)
         stiffness.append((at_rest - shorter) / (0.1 * muscle.nominal_length * 1e3))
     slopes = [(y[1] - y[0]) / (high - low) for y in (force, stiffness)]
@@ -268,7 +268,7 @@ def _bolen() -> list[Row]:
                     "Bolen 2026",
                     f"force of {bore} mm × {1e3 * length:g} mm at rest length, 620 kPa",
                     round(f1 * math.atan(f2 * (length - f3))),
-                    one_force(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
+                    _one_force(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
                     0.5,
                     "N",
                     sourcing="computed from coefficients printed in the manuscript",
@@ -307,7 +307,7 @@ S2_LAWS = {
 }
 
 
-def s2() -> list[Row]:
+def _s2() -> list[Row]:
     found = [*_chart_corner()]
     for law, (equation, *bounds) in S2_LAWS.items():
         for bore, bound in zip(FLUIDIC, bounds, strict=True):
@@ -364,7 +364,7 @@ def _chart_corner() -> list[Row]:
             ),
             (
                 "muscle, law at 0 and the braid's stiffness",
-                one_force(muscle, muscle.law, 0.0, 6.0 * BAR) + braid,
+                _one_force(muscle, muscle.law, 0.0, 6.0 * BAR) + braid,
                 "muscle fitted here",
             ),
         )
@@ -374,7 +374,7 @@ def _chart_corner() -> list[Row]:
         "the braid carries"
     )
     for law in S2_LAWS:
-        force = one_force(muscle, law, -0.03, 6.0 * BAR)
+        force = _one_force(muscle, law, -0.03, 6.0 * BAR)
         found.append(
             compared(
                 "S2 figure 4",
@@ -408,4 +408,4 @@ def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) ->
     )
 
 
-S2_PARTS = (s2,)
+S2_PARTS = (_s2,)

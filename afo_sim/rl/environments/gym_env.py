@@ -42,7 +42,7 @@ def action_space(made: Setting) -> Any:
     return gymnasium.spaces.Box(-1.0, 1.0, (len(made.chambers),), dtype=np.float32)
 
 
-def about(made: Setting) -> dict[str, Any]:
+def _about(made: Setting) -> dict[str, Any]:
     """Names, units and meanings of the observation, and of the action, for `metadata`."""
     task = made.task
     return {
@@ -71,7 +71,7 @@ class OrthosisEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             )
         self.render_mode = render_mode
         self.setting = setting(task_of(task), sets)
-        self.metadata = type(self).metadata | about(self.setting)
+        self.metadata = type(self).metadata | _about(self.setting)
         self.observation_space = observation_space(self.setting)
         self.action_space = action_space(self.setting)
         self._episodes = Episodes(self.setting)
@@ -162,7 +162,7 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
     ):
         made = setting(task_of(task), sets)
         self.setting, self.num_envs = made, _positive("num_envs", num_envs)
-        self.metadata = type(self).metadata | about(made)
+        self.metadata = type(self).metadata | _about(made)
         self.single_observation_space, self.single_action_space = observation_space(made), action_space(made)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
