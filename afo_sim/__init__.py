@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from afo_sim.description.muscle import Muscle as Muscle
     from afo_sim.description.reader import load as load
     from afo_sim.description.scenario import Scenario as Scenario
-    from afo_sim.lab.bench.stand import stand as stand
     from afo_sim.lab.fitting.law_result import fit as fit
-    from afo_sim.lab.fitting.run_fit import fit_run as fit_run
-    from afo_sim.lab.fitting.torque_fit import fit_torque as fit_torque
-    from afo_sim.lab.validation.table import validate as validate
+    from afo_sim.lab.run_fit import fit_run as fit_run
+    from afo_sim.lab.stand import stand as stand
+    from afo_sim.lab.torque_fit import fit_torque as fit_torque
+    from afo_sim.lab.validation import validate as validate
     from afo_sim.legs.attached_files import attached as attached
     from afo_sim.legs.attaching import attach as attach
     from afo_sim.legs.exporting import export_leg as export_leg
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from afo_sim.model.described import build as build
     from afo_sim.model.pressure_map import pressure_map as pressure_map
     from afo_sim.model.refit import refit as refit
-    from afo_sim.rl.bridge.library import dm_control_physics as dm_control_physics
+    from afo_sim.rl.dm_control_physics import dm_control_physics as dm_control_physics
     from afo_sim.show.drawing import draw as draw
     from afo_sim.show.run_pictures import figure as figure
     from afo_sim.show.run_pictures import report as report

@@ -16,9 +16,9 @@ from matplotlib import pyplot
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.description.reader import load
-from afo_sim.lab.bench.measured import read_measured
-from afo_sim.lab.fitting.identifiability import rms
-from afo_sim.lab.fitting.law_problem import select
+from afo_sim.lab.identifiability import rms
+from afo_sim.lab.law_problem import select
+from afo_sim.lab.measured import read_measured
 from afo_sim.physics.curves import forces
 from afo_sim.physics.laws import LAWS
 

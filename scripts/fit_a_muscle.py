@@ -9,8 +9,7 @@ import sys
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.lab.fitting.law_report import remarks, write
-from afo_sim.lab.fitting.law_result import fit
+from afo_sim.lab.law_result import fit, remarks, write
 from afo_sim.show.fit_figure import write_fit_figure
 
 

@@ -18,10 +18,17 @@ from afo_sim.common import assets
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description import reader
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.lab.fitting import torque_report
-from afo_sim.lab.fitting.torque_device import Change, paths, statics
-from afo_sim.lab.fitting.torque_fit import TorqueFit
-from afo_sim.lab.validation.pin_knee import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
+from afo_sim.lab import torque_report
+from afo_sim.lab.torque_device import Change, paths, statics
+from afo_sim.lab.torque_fit import TorqueFit
+from afo_sim.lab.validation_knee import (
+    FEMUR_ANCHOR,
+    FITTINGS,
+    PIN,
+    TIBIA_ANCHOR,
+    KneeTest,
+    knee_tests,
+)
 from afo_sim.show.torque_bench import write_torque_figure
 
 PLANTED = Change(offset=3e-3, shank=6e3)  # [m], [N/m]

@@ -17,10 +17,10 @@ from scipy.optimize import least_squares
 from afo_sim.common import assets
 from afo_sim.common.units import format_quantity
 from afo_sim.description.reader import load
-from afo_sim.lab.bench.measured import Measured, read_measured
-from afo_sim.lab.fitting.identifiability import rms
-from afo_sim.lab.fitting.law_fit import fit_law
-from afo_sim.lab.fitting.law_problem import pose, select
+from afo_sim.lab.identifiability import rms
+from afo_sim.lab.law_fit import fit_law
+from afo_sim.lab.law_problem import pose, select
+from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.physics.laws import LAWS
 from afo_sim.show.compared_figures import write
 from afo_sim.simulation.compare import angle_differences, compare_laws

@@ -9,8 +9,8 @@ stand in for it. S0 filled through a proportional regulator, here a small soleno
 import pathlib
 import sys
 
-from afo_sim.lab.bench import trial as stand
-from afo_sim.lab.bench.static_load import static_load
+from afo_sim.lab import stand_trial as stand
+from afo_sim.lab.stand_trial import static_load
 from afo_sim.show.stand_figure import draw_study
 
 MUSCLES = ("reynolds_2003", "serres_2009")

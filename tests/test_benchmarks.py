@@ -19,7 +19,7 @@ from afo_sim.model.build import build
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.passive_ankle import riener_edrich_1999
 
-SCRIPTS = pathlib.Path(__file__).parents[1] / "scripts"
+SCRIPTS = pathlib.Path(__file__).parents[1] / "scripts" / "benchmarks"
 MACHINE = {"processor": "A", "cores": 2, "system": "Linux", "versions": {"numpy": "2.0"}}
 
 
@@ -185,7 +185,7 @@ def test_opensim_is_not_needed(tmp_path: pathlib.Path) -> None:
 def test_one_run_is_measured(tmp_path: pathlib.Path) -> None:
     out = tmp_path / "found.json"
     small = ["--simulations", "2", "--steps", "50", "--repeats", "1", "--parts", "steps,motors"]
-    run("benchmark.py", tmp_path, *small, "--out", str(out))
+    run("benchmark.py", tmp_path, "run", *small, "--out", str(out))
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["machine"]["cores"] and found["machine"]["versions"]["mujoco"] and found["date"]
     names = {figure["name"] for figure in found["figures"]}
@@ -195,18 +195,8 @@ def test_one_run_is_measured(tmp_path: pathlib.Path) -> None:
 @pytest.mark.slow
 def test_designs_are_measured(tmp_path: pathlib.Path) -> None:
     out = tmp_path / "found.json"
-    run(
-        "benchmark_sweep.py",
-        tmp_path,
-        "--cases",
-        "2",
-        "--repeats",
-        "1",
-        "--parts",
-        "designs",
-        "--out",
-        str(out),
-    )
+    small = ["--cases", "2", "--repeats", "1", "--parts", "designs"]
+    run("benchmark.py", tmp_path, "designs", *small, "--out", str(out))
     figures = json.loads(out.read_text(encoding="utf-8"))["figures"]
     rates = {figure["name"]: figure["best"] for figure in figures if figure["unit"] == "designs/s"}
     assert rates.keys() >= {f"settled designs, {step} ms, threads {n}" for step in (1, 2) for n in (1, 2)}
@@ -214,7 +204,7 @@ def test_designs_are_measured(tmp_path: pathlib.Path) -> None:
 
 
 def run(name: str, folder: pathlib.Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join([environment.get("PYTHONPATH", ""), str(SCRIPTS.parent)])
+    path = os.pathsep.join([environment.get("PYTHONPATH", ""), str(SCRIPTS.parents[1])])
     return subprocess.run(
         [sys.executable, str(SCRIPTS / name), *words],
         cwd=folder,

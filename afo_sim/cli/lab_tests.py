@@ -13,7 +13,7 @@ from afo_sim.cli.common import Sets, app, one_group, picked, print_table, print_
 from afo_sim.cli.overwriting import check_folder
 
 if TYPE_CHECKING:
-    from afo_sim.lab.bench.stand import Stand
+    from afo_sim.lab.stand import Stand
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class _Test:
 def stand_command(test: _Test) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report:
-        from afo_sim.lab.bench.stand import stand
+        from afo_sim.lab.stand import stand
         from afo_sim.show.stand_files import target, write_stand_files
 
         place = target(test.out, test.test)
@@ -69,7 +69,7 @@ def stand_command(test: _Test) -> None:
 
 
 def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
-    from afo_sim.lab.bench.table import printed
+    from afo_sim.lab.stand_table import printed
 
     for trial in tests.trials:
         print_table(*printed(trial))
@@ -81,7 +81,7 @@ def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
 
 def _remarks(tests: "Stand") -> Iterator[str]:
     """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
-    from afo_sim.lab.bench.static_load import static_load
+    from afo_sim.lab.stand_trial import static_load
 
     for trial in tests.trials:
         if trial.plan.kind == "isobaric" and trial.plan.muscle.law in ("reynolds_2003", "serres_2009"):
@@ -124,9 +124,9 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import together
-        from afo_sim.lab.fitting import run_scenario
-        from afo_sim.lab.fitting.run_fit import fit_run
+        from afo_sim.lab.run_fit import fit_run
         from afo_sim.show.fit_figure import write_log_figure
+        from afo_sim.simulation.run import run_scenario
 
         check_folder(out, "fit to a log")
         found = fit_run(
@@ -218,7 +218,7 @@ def fit_torque_command(
     with progress("reading") as report:
         from afo_sim.common.writing import together
         from afo_sim.lab.fitting import torque_report
-        from afo_sim.lab.fitting.torque_fit import fit_torque
+        from afo_sim.lab.torque_fit import fit_torque
         from afo_sim.show.torque_bench import write_torque_figure
 
         check_folder(out, "fit to static torques")

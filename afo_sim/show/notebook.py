@@ -51,9 +51,10 @@ def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
 
 def _fit_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
     """Tables and remarks of a fit to points, torques or a log."""
-    from afo_sim.lab.fitting import law_report, run_scenario, torque_report
-    from afo_sim.lab.fitting.law_result import StaticFit
-    from afo_sim.lab.fitting.torque_fit import TorqueFit
+    from afo_sim.lab.fitting import law_report, torque_report
+    from afo_sim.lab.law_result import StaticFit
+    from afo_sim.lab.torque_fit import TorqueFit
+    from afo_sim.simulation.run import run_scenario
 
     if isinstance(result, StaticFit):
         return law_report.tables(result), law_report.remarks(result)

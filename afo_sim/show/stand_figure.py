@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab.bench.compare import Comparison
-from afo_sim.lab.bench.measures import AXES
-from afo_sim.lab.bench.static_load import static_load
-from afo_sim.lab.bench.table import SET, set_point_text
-from afo_sim.lab.bench.trial import Trial, static
+from afo_sim.lab.stand_table import SET, Comparison, set_point_text
+from afo_sim.lab.stand_trial import AXES, Trial, static, static_load
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
 
 # Column → (label, factor from SI)

@@ -11,10 +11,10 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.common.writing import check_writable, together
 from afo_sim.description import reader
 from afo_sim.description.muscle import Muscle
-from afo_sim.lab.bench.measured import Measured
-from afo_sim.lab.fitting.law_problem import select
-from afo_sim.lab.validation.laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
-from afo_sim.lab.validation.s1 import CM, MISPRINT, TABLES, as_s1, ours, table
+from afo_sim.lab.law_problem import select
+from afo_sim.lab.measured import Measured
+from afo_sim.lab.validation_laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
+from afo_sim.lab.validation_s1 import CM, MISPRINT, TABLES, as_s1, ours, table
 from afo_sim.physics.curves import contractions
 from afo_sim.physics.laws import LAWS
 from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE

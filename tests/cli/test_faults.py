@@ -20,7 +20,7 @@ from walking import known_walk, write_angles, write_forces, write_trc
 
 import afo_sim
 from afo_sim import cli
-from afo_sim.lab.validation import table as validation
+from afo_sim.lab import validation
 
 ROOT = pathlib.Path(__file__).parents[2]
 MUSCLE = ROOT / "models" / "muscles" / "dmsp_20"

@@ -139,7 +139,7 @@ def shipped() -> list[tuple[str, pathlib.Path]]:
 def examine(kind: str, file: pathlib.Path) -> None:
     """What a person does with such a file."""
     if kind == "points":
-        from afo_sim.lab.bench.measured import read_measured
+        from afo_sim.lab.measured import read_measured
 
         read_table(file, "x")
         read_measured(file)

@@ -6,7 +6,7 @@ import pytest
 
 from afo_sim.description.field import field_at
 from afo_sim.description.reader import load
-from afo_sim.lab.fitting.run_parameter import KINDS, find_parameters
+from afo_sim.lab.run_problem import KINDS, find_parameters
 
 SCENARIO = load("scenario", "walk-dropfoot-afo")
 TIMES = SCENARIO.phases.chambers["dorsiflexor"]

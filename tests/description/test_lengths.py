@@ -198,7 +198,7 @@ def test_factor_grows_with_the_length_up_to_one_at_the_reference() -> None:
 
 def test_longer_muscles_are_not_made_stronger_because_measured_ones_are_not() -> None:
     """185 torques of a printed knee: the maker's curve misses more, not less, with a factor above one."""
-    from afo_sim.lab.validation.pin_knee import knee_tests
+    from afo_sim.lab.validation_knee import knee_tests
     from afo_sim.physics.curves import forces
 
     def rms(raised: bool) -> float:

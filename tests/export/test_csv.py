@@ -9,7 +9,7 @@ import pandas
 
 import afo_sim
 from afo_sim.description.reader import load
-from afo_sim.lab.fitting.log import read_log
+from afo_sim.lab.run_problem import read_log
 from afo_sim.metrics.metric_words import words
 from afo_sim.simulation.recording import Recording
 from afo_sim.study.run_studies import with_studies

@@ -93,7 +93,7 @@ def test_either_side_fills_alike() -> None:
 
 def test_an_entity_refuses_a_valve_that_it_does_not_command() -> None:
     pytest.importorskip("dm_control")
-    from afo_sim.rl.bridge.entity import OrthosisEntity
+    from afo_sim.rl.entity import OrthosisEntity
 
     valve = {"kind": "valve", "valve": "mh1", "upstream": "dorsiflexor", "downstream": "plantarflexor"}
     with pytest.raises(afo.InputError, match="valve between two nodes"):

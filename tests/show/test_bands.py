@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import afo_sim
-from afo_sim.lab.fitting.torque_belief import judged
+from afo_sim.lab.torque_belief import judged
 from afo_sim.show import bands
 from afo_sim.show.panels import UNKNOWN_LABEL
 from afo_sim.show.report import write_report

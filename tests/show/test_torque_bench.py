@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from afo_sim.common import assets
 from afo_sim.common.toml_text import toml_text
 from afo_sim.description import reader
-from afo_sim.lab.fitting.torque_device import Change, paths, statics
-from afo_sim.lab.fitting.torque_fit import fit_torque
-from afo_sim.lab.validation.pin_knee import knee_tests
+from afo_sim.lab.torque_device import Change, paths, statics
+from afo_sim.lab.torque_fit import fit_torque
+from afo_sim.lab.validation_knee import knee_tests
 from afo_sim.show.torque_bench import write_torque_figure
 
 NAMES = {"fit_torque.json", "fit_torque.png", "fit_torque.pdf", "orthosis.toml"}

@@ -15,8 +15,8 @@ from sweep_case import write_sweep
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.gait import file as gait
-from afo_sim.lab.bench.stand import Stand, stand
-from afo_sim.lab.bench.trial import Trial
+from afo_sim.lab.stand import Stand, stand
+from afo_sim.lab.stand_trial import Trial
 from afo_sim.metrics.metric import Metric
 from afo_sim.model.torque_map import TorqueMap
 from afo_sim.show import (

@@ -17,7 +17,7 @@ from afo_sim.metrics.torque import HEEL_RISE
 from afo_sim.model.build import Built
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import ACTIVE, GROUND, SPASTIC, STIFFNESS
-from afo_sim.rl.environments.sample import Reader, Sample
+from afo_sim.rl.environments.task import Reader, Sample
 from afo_sim.simulation.walk_columns import LOWEST, NARROWEST
 
 FIELDS = ("actuator_force", "qfrc_actuator", "userdata")  # of MjData that readers need beside the state

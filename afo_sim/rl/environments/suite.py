@@ -1,16 +1,137 @@
-"""The tasks as dm_control's suite has them: `suite.load("seated_tracking", task_kwargs={"random": 1})`."""
+"""The tasks as dm_control's suite has them: `suite.load("seated_tracking", task_kwargs={"random": 1})`.
 
+Its Physics sees the last step as a run's row, its Task rewards it.
+"""
+
+from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
+import mujoco
+import numpy as np
+
 from afo_sim.common.errors import InputError
-from afo_sim.rl.bridge import dm as _dm  # noqa: F401  one sentence where dm_control is missing
-from afo_sim.rl.environments.catalogue import task_of
-from afo_sim.rl.environments.dm_task import OrthosisTask, TaskPhysics
-from afo_sim.rl.environments.setting import setting
+from afo_sim.rl.dm import dm  # noqa: F401  one sentence where dm_control is missing
+from afo_sim.rl.environments.episodes import Setting, setting
+from afo_sim.rl.environments.task import checked, coils_of
+from afo_sim.rl.environments.tasks import task_of
+from afo_sim.rl.physics import FULL, ScenarioPhysics
+from afo_sim.simulation.rollout import STATE
+from afo_sim.simulation.simulate import state_parts
 
 from dm_control.rl import control  # isort: skip
 from dm_control.utils import containers  # isort: skip
+from dm_env import specs  # isort: skip
+
+BEFORE = sum(int(getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}")) for name in STATE)
+
+
+class TaskPhysics(ScenarioPhysics):
+    """A scenario's Physics with the row of its last step: the state before it, and the forces in it."""
+
+    def __init__(self, setting: Setting):
+        super().__init__(setting.built, timed=False)
+        model = self.model.ptr
+        self._row = np.zeros(mujoco.mj_stateSize(model, BEFORE))
+        parts = {name: values[0] for name, values in state_parts(model, self._row[None]).items()}
+        forces = {name: getattr(self.data.ptr, name) for name in _forces(setting)}
+        self.rows: Mapping[str, np.ndarray] = parts | forces
+        self._to_look = model, self.data.ptr, self._row, BEFORE
+
+    def _before_last(self) -> None:
+        mujoco.mj_getState(*self._to_look)
+
+    def command(self, coils: np.ndarray) -> None:
+        """Set the coils of all chambers (2 n_chamber,), from the next step on."""
+        on = coils.tolist()
+        for k, chamber in enumerate(self.built.index.chambers):
+            self._commander.commands[chamber] = on[2 * k], on[2 * k + 1]
+
+    def begin(self, state: np.ndarray) -> None:
+        """Go to a state of a run, an mjSTATE_INTEGRATION row."""
+        mujoco.mj_setState(self.model.ptr, self.data.ptr, state, FULL)
+
+
+def _forces(setting: Setting) -> list[str]:
+    return [name for name in setting.starts[0].rows if name not in STATE]
+
+
+class OrthosisTask(control.Task):
+    """A task of this package as dm_control's."""
+
+    def __init__(
+        self, setting: Setting, random: int | np.random.RandomState | None = None, bounded: bool = True
+    ):
+        self.setting, self.bounded = setting, bounded
+        if not isinstance(random, np.random.RandomState):
+            random = np.random.RandomState(random)
+        self.random = random
+        self._shape = (len(setting.chambers),)
+        self._names = [one.name for one in setting.task.observed]
+        # dm_control looks at an observation before the first episode, where its spec is not asked for
+        start, none = setting.starts[0], np.zeros(setting.draw(np.random.default_rng(0))[1].shape[1])
+        self._sample = setting.sample(start.rows, max(start.step - 1, 0), none)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the observation by name."""
+        return self.setting.task.units
+
+    @property
+    def meanings(self) -> dict[str, str]:
+        """Meanings of the observation by name."""
+        return self.setting.task.meanings
+
+    def initialize_episode(self, physics: TaskPhysics) -> None:
+        """Draw a start and what the episode asks for."""
+        start, self._script = self.setting.draw(self.random)
+        physics.begin(start.state)
+        self._period = 0
+        self._sample = self.setting.sample(start.rows, max(start.step - 1, 0), self._script[0])
+        self._gained = self._carried = self.setting.carried(self._sample)
+        self._next = start.step
+
+    def before_step(self, action: Any, physics: TaskPhysics) -> None:
+        """Command the valves; InputError where it is not a valid action."""
+        action = getattr(action, "continuous_actions", action)
+        physics.command(coils_of(checked(action, self._shape)))
+
+    def after_step(self, physics: TaskPhysics) -> None:
+        """Look at the last step."""
+        self._period += 1
+        self._next += self.setting.steps
+        script = self._script[min(self._period, len(self._script) - 1)]
+        self._sample = self.setting.sample(physics.rows, self._next - 1, script)
+        if self.setting.task.carried:
+            before, self._carried = self._carried, self.setting.carried(self._sample)
+            self._gained = self._carried - before
+
+    def get_reward(self, physics: TaskPhysics) -> float:
+        """Of the last step."""
+        return float(self.setting.task.reward(self._sample, self._gained))
+
+    def get_observation(self, physics: TaskPhysics) -> "OrderedDict[str, np.ndarray]":
+        """Of the last step, in new arrays (1,)."""
+        seen = self.setting.observation(self._sample)
+        return OrderedDict(zip(self._names, seen[:, None], strict=True))
+
+    def action_spec(self, physics: TaskPhysics) -> Any:
+        """One number from −1 to 1 for each chamber."""
+        name = "\t".join(self.setting.chambers)
+        return specs.BoundedArray(self._shape, float, -1.0, 1.0, name=name)
+
+    def observation_spec(self, physics: TaskPhysics) -> Any:
+        """Names and ranges; units stand in `units`."""
+        if not self.bounded:
+            raise NotImplementedError  # dm_control's word for: look at an observation
+        observed = self.setting.task.observed
+        return OrderedDict(
+            (one.name, specs.BoundedArray((1,), float, one.low, one.high, name=one.name)) for one in observed
+        )
+
+    def __repr__(self) -> str:
+        return f"OrthosisTask({self.setting.task.name})"
+
 
 DOMAIN = "orthosis"
 SUITE = containers.TaggedTasks()

@@ -7,7 +7,29 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.rl.environments.sample import Sample
+
+Reader = Callable[["Sample"], Any]
+
+
+class Sample:
+    """Columns of the last step, each computed once; `sample["ankle/angle"]` is a number, or (n,).
+
+    Units: step (n,).
+    """
+
+    __slots__ = ("found", "readers", "rows", "script", "step")
+
+    def __init__(
+        self, readers: Mapping[str, Reader], rows: Mapping[str, np.ndarray], step: Any, script: np.ndarray
+    ):
+        self.readers, self.rows, self.step, self.script = readers, rows, step, script
+        self.found: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.found:
+            self.found[name] = self.readers[name](self)
+        return self.found[name]
+
 
 DEAD = 1.0 / 3.0  # action up to which both valves of a chamber are shut [-]
 INLET_OUTLET = np.array([1.0, -1.0])  # signs of the action that turn them on
@@ -20,7 +42,7 @@ class Observed:
     """One number of an observation.
 
     name, unit, meaning : for people
-    low, high : measuring range, in the unit; what lies outside is told as its end
+    low, high : measuring range, in the unit; what lies outside is reported as its end
     column : of a run that is observed; by default `formula` is
     formula : of the last sample
     """
@@ -96,7 +118,7 @@ def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
     try:
         given = np.asarray(action, float)
     except (TypeError, ValueError):
-        raise InputError("is no action", field="action", value=action, allowed=ALLOWED) from None
+        raise InputError("is not a valid action", field="action", value=action, allowed=ALLOWED) from None
     if given.shape != shape:
         raise InputError(
             "has another shape", field="action", value=given.shape, allowed=f"{shape}: {ALLOWED}"

@@ -1,1 +1,0 @@
-"""The muscle test stand and hanging masses."""

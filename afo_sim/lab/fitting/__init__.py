@@ -1,1 +1,0 @@
-"""Measured points and logs → parameters with intervals."""

@@ -1,0 +1,255 @@
+"""The muscle of a fitted law, ready to run; laws by how well they predict, and doubts about that order."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
+from afo_sim.description import reader
+from afo_sim.description.muscle import Muscle
+from afo_sim.lab.identifiability import POINTS_PER_PARAMETER
+from afo_sim.lab.law_fit import LawFit
+from afo_sim.lab.law_problem import NOMINAL_LENGTH
+from afo_sim.lab.measured import Measured
+
+LIKE = "s1_215mm"
+# What a static characteristic does not tell of a muscle, and its unit.
+BESIDE_THE_LAW = {"damping": "m^2*s", "braid_stiffness": "N", "dead_volume": "m^3", "mass": "kg"}
+
+
+def usual(value: float, si: str) -> tuple[float, str]:
+    """A value in the unit that people use for it."""
+    unit = EXAMPLES[si].partition(" ")[2] if si else ""
+    return (in_unit(value, si, unit), unit) if unit else (value, "")
+
+
+def residual_unit(fit: LawFit) -> tuple[float, str]:
+    """Factor and unit in which residuals are shown: newtons, or centimetres of length."""
+    if not fit.problem.loaded:
+        return 1.0, "N"
+    return (100.0, "cm") if fit.problem.data[0].contraction is None else (1.0, "-")
+
+
+def taken_over(data: Measured) -> tuple[str, ...]:
+    """The numbers of a muscle that its data do not hold, so that another muscle's stand there."""
+    return tuple(name for name in BESIDE_THE_LAW if name not in data.facts)
+
+
+def grade(fit: LawFit, data: Measured) -> str:
+    """Grade of a fitted muscle: A only where every number of it was measured and identified."""
+    length = data.contraction is None or "total_length" in data.facts
+    return "A" if fit.identifiable and length and not taken_over(data) else "C"
+
+
+def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any]:
+    """The description of one data set's muscle, as plain data that `reader.load` takes."""
+    law = fit.problem.law
+    values, sources = _beside_the_law(data, like)
+    for name, (value, source) in _geometry(fit, data).items():
+        values[name], sources[name] = value, source
+    return {
+        "name": data.file.stem,
+        "description": f"{data.file.stem}: {law.name} fitted to {_files(fit)}",
+        "grade": grade(fit, data),
+        "law": law.name,
+        **values,
+        "provenance": sources,
+        "laws": {law.name: _law_table(fit, data)},
+        "limits": _limits(fit, data),
+        "covariance": _covariance(fit, data),
+    }
+
+
+def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
+    """The muscle of one data set."""
+    try:
+        found: Muscle = reader.load("muscle", muscle_table(fit, data, like))
+    except InputError as error:
+        raise InputError(
+            f"the fit of {fit.problem.law.name} is not a valid muscle: {error.field} {error.problem}",
+            file=data.file,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+    return found
+
+
+Sourced = tuple[str | float, dict[str, str]]
+
+
+def _beside_the_law(data: Measured, like: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Damping, stiffness, dead volume and mass: as the data's header states them, else another muscle's."""
+    other = assets.read_toml(assets.find("muscle", like))
+    values, sources = {}, {}
+    for name, unit in BESIDE_THE_LAW.items():
+        values[name] = _value(other[name])
+        sources[name] = _source("assumed", f"taken over from {like}, not measured")
+        if name in data.facts:
+            values[name] = format_quantity(data.facts[name], unit)
+            sources[name] = _source("user", f"stated with {data.file.name}")
+    return values, sources
+
+
+def _geometry(fit: LawFit, data: Measured) -> dict[str, Sourced]:
+    """Lengths, bore and braid angle."""
+    given = _source("user", f"stated with {data.file.name}")
+    # with contraction ratios the law was fitted for this length, which some laws depend on
+    length = data.facts.get("total_length")
+    assumed = _source("assumed", "contraction ratios were measured")
+    found: dict[str, Sourced] = {
+        "total_length": (format_quantity(length or NOMINAL_LENGTH, "m"), given if length else assumed),
+        "bore": (format_quantity(data.facts["bore"], "m"), given),
+        "end_length": (format_quantity(0.0, "m"), _source("assumed", "contractions were given: braid only")),
+        "braid_angle": _fitted(fit, "braid_angle"),
+    }
+    if data.contraction is None:
+        found["end_length"] = _fitted(fit, "end_length")
+    return found
+
+
+def _fitted(fit: LawFit, name: str) -> tuple[str | float, dict[str, str]]:
+    """A parameter's value as text, and what is known of it."""
+    si = fit.problem.describe(name).unit
+    if name not in fit.values:
+        return format_quantity(fit.problem.fixed[name], si), _source("assumed", "held during the fit")
+    factor, unit = residual_unit(fit)
+    summary = f"fitted with {fit.problem.law.name} to {_files(fit)}, {factor * fit.rms:.3g} {unit} RMS"
+    belief = "no interval: the data do not identify it alone"
+    if math.isfinite(fit.half_width[name]):
+        shown, usual_unit = usual(fit.half_width[name], si)
+        belief = f"95 % interval ± {shown:.3g} {usual_unit}".rstrip()
+    return format_quantity(fit.values[name], si), _source("fitted", f"{summary}; {belief}")
+
+
+def _law_table(fit: LawFit, data: Measured) -> dict[str, Any]:
+    """The law's parameters, and the range that was measured, no more."""
+    found = {p.name: _fitted(fit, p.name) for p in fit.problem.law.parameters}
+    return {
+        **{name: value for name, (value, _) in found.items()},
+        "pressure_range": [format_quantity(p, "Pa") for p in (data.pressure.min(), data.pressure.max())],
+        "contraction_range": [0.0, _greatest_contraction(fit, data)],
+        "provenance": {name: source for name, (_, source) in found.items()},
+    }
+
+
+def _covariance(fit: LawFit, data: Measured) -> dict[str, Any] | None:
+    """The covariance of the fitted numbers that this data set's muscle has; None where the fit has none."""
+    found = fit.covariance
+    if found is None:
+        return None
+    # a muscle whose contractions were measured has no end length, which other muscles' data may have told
+    own = [key for key in found.parameters if key != "end_length" or data.contraction is None]
+    return found.block(own).model_dump(mode="json") if own else None
+
+
+def _limits(fit: LawFit, data: Measured) -> dict[str, Any]:
+    """Limits of the muscle's use: the largest pressure, force and contraction that were measured."""
+    highest = _source("derived", f"the highest of {data.file.name}")
+    return {
+        "pressure": format_quantity(float(data.pressure.max()), "Pa"),
+        "force": format_quantity(max(float(data.force.max()), 1.0), "N"),
+        "contraction_min": -0.03,
+        "contraction_max": _greatest_contraction(fit, data),
+        "provenance": {
+            **dict.fromkeys(("pressure", "force", "contraction_max"), highest),
+            "contraction_min": _source("assumed", "as comparable fluidic muscles"),
+        },
+    }
+
+
+def _greatest_contraction(fit: LawFit, data: Measured) -> float:
+    """The greatest measured contraction ratio [-], within what a muscle can be described with."""
+    active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
+    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    return min(max(float(kappa.max()), 0.01), 0.6)
+
+
+def _files(fit: LawFit) -> str:
+    return ", ".join(data.file.name for data in fit.problem.data)
+
+
+def _source(kind: str, source: str) -> dict[str, str]:
+    return {"kind": kind, "source": source}
+
+
+def _value(entry: Any) -> Any:
+    """The value of a description's entry, with or without its source."""
+    return entry["value"] if isinstance(entry, dict) else entry
+
+
+FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one
+GROSS = 3.0  # times the error of the law that fits best: the two orders contradict each other
+
+
+def kinds(fits: Sequence[LawFit]) -> list[str]:
+    """The kinds of groups that were left out in turn, over several fits."""
+    return list(dict.fromkeys(kind for fit in fits for kind in fit.held_out))
+
+
+def _ranked_by(fits: Sequence[LawFit]) -> str:
+    """The kind of held-out error that laws are ranked by; "" where too little or nothing was left out."""
+    return next((kind for kind in kinds(fits) if kind != "file" and not _too_few(fits, kind)), "")
+
+
+def rank(fits: Sequence[LawFit]) -> list[LawFit]:
+    """Best first: by the error on what was left out, or else by the standard deviation of the residuals."""
+    kind = _ranked_by(fits)
+
+    def error(fit: LawFit) -> float:
+        return fit.held_out_rms(kind) if kind in fit.held_out else math.inf
+
+    return sorted(fits, key=lambda fit: (error(fit), fit.spread, fit.rms))
+
+
+def criterion(fits: Sequence[LawFit]) -> str:
+    """The measure that the laws are ranked by, in words."""
+    kind = _ranked_by(fits)
+    return f"error on each {kind} left out in turn" if kind else "standard deviation about the fitted points"
+
+
+def doubts(fits: Sequence[LawFit]) -> list[Notice]:
+    """Reasons to look twice before taking the first of several ranked laws."""
+    if len(fits) < 2:
+        return []
+    best = fits[0]
+    found: list[Notice] = []
+    factor, unit = residual_unit(best)
+    for kind in kinds(fits):
+        if _too_few(fits, kind):
+            text = (
+                "only {groups} {subject}s: one left out is extrapolated from the other, so the laws are not "
+                "ranked by it; measure at {fewest} or more"
+            )
+            groups = _groups(fits, kind)
+            found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
+    if not _ranked_by(fits) and not found:
+        text = "nothing was left out: the order says how laws fit, not how they predict"
+        found.append(Notice("nothing-left-out", text))
+    # more parameters than the points can bear fit anything
+    sound = [
+        fit
+        for fit in fits
+        if len(fit.residuals) - fit.silent >= POINTS_PER_PARAMETER * len(fit.values) and fit.values
+    ]
+    closest = min(sound or [best], key=lambda fit: fit.spread)
+    if best.spread > GROSS * closest.spread:
+        text = (
+            f"{{subject}} is first by the {criterion(fits)}, but misses the fitted points by "
+            f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by "
+            f"{factor * closest.rms:.3g} {unit}: the two orders contradict each other"
+        )
+        found.append(
+            Notice("orders-contradict", text, subject=best.problem.law.name, closest=closest.problem.law.name)
+        )
+    return found
+
+
+def _groups(fits: Sequence[LawFit], kind: str) -> int:
+    return max(len(fit.held_out.get(kind, {})) for fit in fits)
+
+
+def _too_few(fits: Sequence[LawFit], kind: str) -> bool:
+    return _groups(fits, kind) < FEWEST.get(kind, 1)

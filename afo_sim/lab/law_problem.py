@@ -1,0 +1,292 @@
+"""A static fit as it is posed: law, free and held parameters, data, and the law's predictions of them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.lab.measured import Measured
+from afo_sim.physics.curves import contractions, forces
+from afo_sim.physics.law import Braid, Law, LawParameter
+from afo_sim.physics.laws import LAWS
+
+Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
+
+MOST_LEVELS = 12  # of pressure; more is a sweep
+GEOMETRY = {
+    "braid_angle": LawParameter(
+        "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
+    ),
+    "end_length": LawParameter("end_length", "d", "m", 0.0, 0.5, "not contracting", (0.0, 0.06), 0.0),
+}
+SLACK = 1e-3  # of the largest force: a gauge that reads less than this reads zero
+NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
+
+
+@dataclass(frozen=True)
+class LawProblem:
+    """A law, its free parameters, the values of the others, and the data that they are fitted to."""
+
+    law: Law
+    data: tuple[Measured, ...]
+    free: tuple[str, ...]
+    fixed: Mapping[str, float]
+    loss: Loss = "linear"
+
+    def describe(self, name: str) -> LawParameter:
+        """The description of a free or fixed parameter."""
+        return _describe(self.law, name)
+
+    @property
+    def loaded(self) -> bool:
+        """The residuals are changes of length [m] (a load was set), not forces [N]."""
+        return self.data[0].loaded
+
+
+def select(data: Measured) -> tuple[Measured, int]:
+    """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
+
+    Stretched, the braid carries; without air there is no muscle. A force gauge cannot read less than zero
+    on a slack muscle, while a law goes on below it: readings of zero are marked as `slack`. A load of zero
+    that was hung on the muscle is none of them: its contraction is measured.
+    """
+    shortening = data.contraction if data.contraction is not None else data.change
+    assert shortening is not None
+    slack = np.zeros(len(data), dtype=bool)
+    if not data.loaded and len(data):
+        slack = np.abs(data.force) <= SLACK * max(float(data.force.max()), 0.0)
+    keep = (data.pressure > 0.0) & ((data.force >= 0.0) | slack) & (shortening >= 0.0)
+    return take(replace(data, slack=slack), keep), int(np.sum(~keep))
+
+
+def take(data: Measured, keep: np.ndarray) -> Measured:
+    """Some points of the data."""
+    return replace(
+        data,
+        pressure=data.pressure[keep],
+        force=data.force[keep],
+        curve=data.curve[keep],
+        contraction=None if data.contraction is None else data.contraction[keep],
+        change=None if data.change is None else data.change[keep],
+        slack=None if data.slack is None else data.slack[keep],
+    )
+
+
+def pose(
+    law_name: str,
+    data: Sequence[Measured],
+    *,
+    free: Sequence[str] = (),
+    fixed: Mapping[str, float] | None = None,
+    loss: Loss = "linear",
+) -> LawProblem:
+    """Decide what of a law is free, from the data and from what the caller says.
+
+    Units: fixed [SI].
+    """
+    if law_name not in LAWS:
+        raise unknown(law_name, [*LAWS, "all"], field="law", problem="is an unknown law")
+    law, given = LAWS[law_name], dict(fixed or {})
+    changes = data[0].contraction is None
+    _require_sensible(law, data, free, given)
+    _require_possible(law, given)
+    given = _stated(data, [*free, *given]) | given
+    wanted = [*law.fitted, *free]
+    if changes and "braid_angle" in law.fitted:
+        wanted.append("end_length")
+    chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
+    problem = LawProblem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
+    _require_enough(problem)
+    return problem
+
+
+def _require_sensible(
+    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
+) -> None:
+    """Refuse parameters that the law does not have, or that have no effect on these data."""
+    known = [*(p.name for p in law.parameters), *GEOMETRY]
+    for name in (*free, *given):
+        if name not in known:
+            raise unknown(
+                name,
+                known,
+                field="free" if name in free else "fixed",
+                problem=f"is not a parameter of {law.name}",
+            )
+    if len({d.loaded for d in data}) > 1:
+        raise InputError(
+            "are given in one file and loads in another: their errors cannot be added",
+            field="force",
+            allowed="forces in all files, or loads in all files",
+        )
+    if data[0].contraction is not None and "end_length" in (*free, *given):
+        raise InputError(
+            "has no effect where contraction ratios were measured",
+            field="free" if "end_length" in free else "fixed",
+            value="end_length",
+        )
+
+
+def _describe(law: Law, name: str) -> LawParameter:
+    return GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
+
+
+def _require_possible(law: Law, given: Mapping[str, float]) -> None:
+    """Refuse values to hold that the parameter cannot have."""
+    for name, value in given.items():
+        parameter = _describe(law, name)
+        if not parameter.lower <= value <= parameter.upper:
+            raise InputError(
+                "is out of range",
+                field=f"fixed.{name}",
+                value=f"{value:g} {parameter.unit}".strip(),
+                allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
+            )
+
+
+def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
+    """The braid's numbers that headers state: they are held, unless they are asked to be free."""
+    found: dict[str, float] = {}
+    for name in GEOMETRY:
+        values = {d.facts[name] for d in data if name in d.facts}
+        if name in but or not values:
+            continue
+        if len(values) > 1:
+            raise InputError(
+                "is stated differently in the files, which are fitted with one value",
+                field=name,
+                allowed=f"the same in all files, or free: {name}",
+            )
+        found[name] = values.pop()
+    return found
+
+
+def _settled(
+    law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
+) -> dict[str, float]:
+    """The values of what is not free: as given, or the default."""
+    settled = dict(given)
+    for name, parameter in (*((p.name, p) for p in law.parameters), *GEOMETRY.items()):
+        if name in free or name in settled:
+            continue
+        if parameter.default is None:
+            raise InputError(
+                f"is neither free nor fixed in {law.name}",
+                field=name,
+                allowed="a value to hold, or one of the parameters to fit as well",
+            )
+        settled[name] = parameter.default
+    for d in data:
+        if "bore" not in d.facts:
+            raise InputError("must be stated", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
+        if d.contraction is None and "total_length" not in d.facts:
+            raise InputError(
+                "must be stated",
+                file=d.file,
+                field="total_length",
+                allowed=_header("total_length", "21.5 cm"),
+            )
+    return settled
+
+
+def _header(name: str, example: str) -> str:
+    return f'a header line "# {name}: {example}"; in Python facts={{"{name}": "{example}"}} too'
+
+
+def telling(data: Sequence[Measured]) -> int:
+    """Readings of a muscle that pulls: a slack one tells next to nothing."""
+    return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in data)
+
+
+def _require_enough(problem: LawProblem) -> None:
+    points = telling(problem.data)
+    file = problem.data[0].file
+    pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
+    if len(pressures) < 2:
+        raise InputError(
+            "holds one pressure only: how the force depends on pressure cannot be identified",
+            file=file,
+            field="pressure",
+            value=f"{pressures[0]:g} bar" if len(pressures) else "none",
+            allowed="at least two pressures",
+        )
+    if points <= len(problem.free):
+        raise InputError(
+            f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
+            file=file,
+            allowed="more points than parameters; or a law with fewer, or some of them held",
+        )
+
+
+def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
+    """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one.
+
+    Pressures nearer than 2 % of their span (and 50 mbar) are one level. Where that makes one of them all,
+    or more than 12 (a pressure that was swept), they are five blocks of as many points.
+
+    Returns
+    -------
+    per data set the level of each point [bar]
+    """
+    everything = np.concatenate([d.pressure for d in data])
+    ordered = np.sort(everything)
+    span = float(np.ptp(ordered))
+    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
+    if (len(starts) == 1 and span > 2e4) or len(starts) > MOST_LEVELS:
+        starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
+    blocks = np.split(ordered, starts[1:])
+    means = np.array([round(float(block.mean()) * 1e-5, 3) for block in blocks])
+    edges = ordered[starts]
+    return [means[np.searchsorted(edges, d.pressure, side="right") - 1] for d in data]
+
+
+def predict(problem: LawProblem, values: Mapping[str, float], data: Measured) -> np.ndarray:
+    """The law's force [N], or change of length [m], where the data were measured."""
+    everything = {**problem.fixed, **values}
+    total = data.facts.get("total_length", NOMINAL_LENGTH)
+    active = total - (everything["end_length"] if data.contraction is None else 0.0)
+    braid = Braid(active, data.facts["bore"] / 2.0, everything["braid_angle"])
+    coefficients = problem.law.coefficients(braid, everything)
+    if data.loaded:
+        scale = active if data.contraction is None else 1.0
+        return scale * contractions(problem.law.native_id, coefficients, data.force, data.pressure)
+    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    return forces(problem.law.native_id, coefficients, kappa, data.pressure)
+
+
+def measurements(data: Sequence[Measured]) -> np.ndarray:
+    """The measured forces [N], or changes of length [m], of all data end to end."""
+    return np.concatenate([_measurement(d) for d in data])
+
+
+def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Prediction less measurement over several data sets [N or m].
+
+    A slack muscle is predicted as the gauge reads it, max(F, 0).
+    """
+    parts = []
+    for d in data:
+        found = predict(problem, values, d)
+        if d.slack is not None:
+            found = np.where(d.slack & (found < 0.0), 0.0, found)
+        parts.append(found - _measurement(d))
+    return np.concatenate(parts)
+
+
+def agreed_slack(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
+    """Readings of a slack muscle that the law, too, says is slack: they say nothing of its parameters."""
+    parts = [
+        np.zeros(len(d), dtype=bool) if d.slack is None else d.slack & (predict(problem, values, d) <= 0.0)
+        for d in data
+    ]
+    return np.concatenate(parts)
+
+
+def _measurement(data: Measured) -> np.ndarray:
+    if not data.loaded:
+        return data.force
+    found = data.change if data.contraction is None else data.contraction
+    assert found is not None
+    return found

@@ -1,0 +1,452 @@
+"""Fits of force laws to a measured characteristic: points in, ranked laws and a muscle that runs out.
+
+In files and in words: muscle.toml, fit.json, tables and remarks to print.
+"""
+
+import dataclasses
+import math
+import os
+import pathlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+import numpy as np
+
+from afo_sim.common import assets
+from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.units import parse_quantity
+from afo_sim.common.writing import write_json, write_text
+from afo_sim.description.covariance import FitCovariance
+from afo_sim.description.muscle import Muscle
+from afo_sim.lab.identifiability import rms
+from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
+from afo_sim.lab.law_muscle import (
+    LIKE,
+    criterion,
+    doubts,
+    kinds,
+    muscle,
+    muscle_table,
+    rank,
+    residual_unit,
+    taken_over,
+    usual,
+)
+from afo_sim.lab.law_problem import GEOMETRY, LawProblem, Loss, pose, select
+from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured
+from afo_sim.physics.laws import LAWS
+from afo_sim.simulation.display_hooks import shown
+
+HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
+
+
+@dataclass(frozen=True, repr=False)
+class StaticFit:
+    """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
+
+    `left_out` counts the points that no static law is about; `like` is the muscle from which comes what the
+    data do not tell.
+    """
+
+    fits: tuple[LawFit, ...]
+    skipped: dict[str, str]
+    left_out: int
+    like: str
+
+    def __repr__(self) -> str:
+        """One line: the best law, its parameters, its error."""
+        values = ", ".join(map(self._parameter_text, self.parameters))
+        factor, unit = residual_unit(self.best)
+        error = f"{factor * self.best.rms:.3g} {unit} RMS over {len(self.residuals)} points"
+        others = f"; best of {len(self.fits)} laws" if len(self.fits) > 1 else ""
+        return f"<StaticFit: {self.ranking[0]} with {values}; {error}{others}>"
+
+    def _parameter_text(self, name: str) -> str:
+        value, unit = usual(self.parameters[name], self.best.problem.describe(name).unit)
+        return f"{name} = {value:.4g} {unit}".rstrip()
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    @property
+    def best(self) -> LawFit:
+        """The fit that is ranked first."""
+        return self.fits[0]
+
+    @property
+    def muscle(self) -> Muscle:
+        """The fitted muscle, ready to run; with data of several muscles, the first of `muscles`."""
+        return next(iter(self.muscles.values()))
+
+    @property
+    def muscles(self) -> dict[str, Muscle]:
+        """The fitted muscle of each data set, by the data's name."""
+        data_sets = self.best.problem.data
+        return {data.name: muscle(self.best, data, self.like) for data in data_sets}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The best law's fitted parameters [SI]."""
+        return {name: float(value) for name, value in self.best.values.items()}
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """95 % interval of each of them [SI]; None where the data do not identify it."""
+        values = self.best.values
+        return {
+            name: None if math.isinf(half) else (float(values[name] - half), float(values[name] + half))
+            for name, half in self.best.half_width.items()
+        }
+
+    @property
+    def covariance(self) -> FitCovariance | None:
+        """Covariance of the best law's parameters; its `matrix` [SI] goes with its `parameters`.
+
+        It holds the parameters that the data identify together, whether or not each alone. None where
+        they identify none, the points are too few, or the starts end in different places.
+        """
+        return self.best.covariance
+
+    @property
+    def residuals(self) -> np.ndarray:
+        """Prediction less measurement of the best law, point by point [N or m]."""
+        return self.best.residuals
+
+    @property
+    def ranking(self) -> tuple[str, ...]:
+        """The laws that were fitted, best first."""
+        return tuple(fit.problem.law.name for fit in self.fits)
+
+    @property
+    def slack(self) -> int:
+        """Readings of zero that are taken as of a slack muscle."""
+        return sum(int(d.slack.sum()) for d in self.best.problem.data if d.slack is not None)
+
+    @property
+    def warnings(self) -> tuple[Notice, ...]:
+        """Reasons to look twice."""
+        return tuple(doubts(self.fits))
+
+
+def fit(
+    data: Any,
+    *,
+    law: str = "all",
+    hold_out: str = "all",
+    test: Any = (),
+    free: Sequence[str] = (),
+    fixed: Mapping[str, Any] | None = None,
+    facts: Mapping[str, Any] | None = None,
+    loss: str = "linear",
+    like: str = LIKE,
+    report: Callable[[str], None] = lambda text: None,
+) -> StaticFit:
+    """Fit one force law, or all of them, to a measured characteristic.
+
+    Parameters
+    ----------
+    data : path to a CSV, {title with unit: array}, a pandas DataFrame of such titles, or a list of these, one
+        for each muscle
+    law : name, or "all"
+    hold_out : what is left out in turn to tell the error on unseen points, of HOLD_OUT
+    test : further data that are predicted, not fitted
+    free : parameters to fit beside those that the law usually is fitted by
+    fixed : parameters to hold, for example {"braid_angle": "24 deg"}
+    facts : what the data do not say of the muscle, for example {"bore": "20 mm"}
+    loss : "linear", "soft_l1", "huber" or "cauchy"; the last three bear outliers
+    like : muscle to take from what the data do not tell
+    report : called with what is being done
+
+    Returns
+    -------
+    StaticFit
+
+    Raises
+    ------
+    InputError
+        A file, column, unit, law, parameter or argument is wrong, or no law can be fitted to the data.
+
+    Examples
+    --------
+    >>> muscle = load("muscle", "dmsp_20")
+    >>> share, bar = np.tile(np.linspace(0.0, 0.2, 9), 3), np.repeat([2.0, 3.0, 4.0], 9)
+    >>> force = muscle.force(1e5 * bar, contraction=share)
+    >>> data = {"pressure [bar]": bar, "contraction [-]": share, "force [N]": force}
+    >>> facts = {"total_length": "30 cm", "end_length": "0 cm", "bore": "20 mm"}
+    >>> fitted = fit(data, law="sarosi_2012", facts=facts, hold_out="none")
+    >>> again = fitted.muscle.force("3.5 bar", contraction=0.1)
+    >>> bool(abs(again - muscle.force("3.5 bar", contraction=0.1)) < 5.0)  # [N]
+    True
+    """
+    fixed, facts = dict(fixed or {}), dict(facts or {})
+    _check(law, hold_out, loss, like, fixed)
+    sources, tests = _several(data), _several(test)
+    _require_different(sources, tests)
+    points, left_out = _read(sources, facts)
+    unseen, _ = _read(tests, facts)
+    problems, skipped = _problems(law, points, free, fixed, loss)
+    found = [_fitted(problem, unseen, hold_out, report) for problem in problems]
+    return StaticFit(tuple(rank(found)), skipped, left_out, like)
+
+
+def _problems(
+    law: str, points: Sequence[Measured], free: Sequence[str], fixed: Mapping[str, Any], loss: str
+) -> tuple[list[LawProblem], dict[str, str]]:
+    """The problem of one law, or of each that the data can identify; the reasons why not of the others."""
+    found, skipped, refused = [], {}, []
+    for name in LAWS if law == "all" else [law]:
+        try:
+            held = _fixed(name, fixed, only=law != "all")
+            found.append(pose(name, points, free=free, fixed=held, loss=loss))  # type: ignore[arg-type]
+        except InputError as error:
+            if law != "all":
+                raise
+            skipped[name] = error.problem
+            refused.append(error)
+    if not found:
+        first = refused[0]
+        about = f"{first.field} " if first.field else ""
+        problem = f"no law can be fitted: {about}{first.problem}"
+        raise InputError(problem, file=points[0].file, allowed=first.allowed)
+    return found, skipped
+
+
+def _several(data: Any) -> list[Any]:
+    """The data sets of an argument that may hold one or more."""
+    return list(data) if isinstance(data, list | tuple) else [data]
+
+
+def _fitted(
+    problem: LawProblem, unseen: Sequence[Measured], hold_out: str, report: Callable[[str], None]
+) -> LawFit:
+    """The fit with the held-out errors that were asked for; those of further data always."""
+    report(f"fitting {problem.law.name}")
+    result = fit_law(problem)
+    if hold_out != "none" or unseen:
+        result = held_out(result, unseen, report, groups=hold_out != "none")
+    if hold_out in ("all", "none"):
+        return result
+    if hold_out not in result.held_out:
+        raise InputError(
+            "cannot be left out of these data",
+            field="hold_out",
+            value=hold_out,
+            allowed=", ".join(["all", "none", *result.held_out]),
+        )
+    kept = {kind: e for kind, e in result.held_out.items() if kind in (hold_out, "file")}
+    return dataclasses.replace(result, held_out=kept)
+
+
+def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
+    parameters = {p.name for each in LAWS.values() for p in each.parameters} | set(GEOMETRY)
+    checks: list[tuple[str, str, Sequence[str], str]] = [
+        ("hold_out", hold_out, HOLD_OUT, "is no choice"),
+        ("loss", loss, get_args(Loss), "is no choice"),
+        ("law", law, ("all", *LAWS), "is no choice"),
+    ]
+    checks += [("fixed", name, sorted(parameters), "is not a parameter of any law") for name in fixed]
+    for field, value, allowed, problem in checks:
+        if value not in allowed:
+            raise unknown(value, allowed, field=field, problem=problem)
+    try:
+        assets.find("muscle", like)
+    except InputError as error:
+        raise InputError(
+            error.problem, field="like", value=like, allowed=error.allowed, nearest=error.nearest
+        ) from None
+
+
+def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
+    """Refuse a file that is to be fitted twice, or fitted and predicted."""
+    files = [pathlib.Path(s).resolve() for s in sources if isinstance(s, str | os.PathLike)]
+    others = [pathlib.Path(s).resolve() for s in tests if isinstance(s, str | os.PathLike)]
+    for file in files:
+        if [*files, *others].count(file) > 1:
+            raise InputError("is given twice: its points would count double", file=file)
+
+
+def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:
+    """The usable points of each data set, with what the caller states of the muscle; how many are not."""
+    values: dict[str, Any] = {}
+    for key, text in facts.items():
+        unit = HEADER.get(key)
+        if unit is None:
+            names = [name for name, si in HEADER.items() if si]
+            raise unknown(key, names, field="facts", problem="is not a fact that can be stated")
+        values[key] = _quantity(f"facts.{key}", text, unit)
+    check_facts(None, values, "facts")
+    data, left_out = [], 0
+    for source in sources:
+        measured = read_measured(source, values)
+        usable, dropped = select(measured)
+        if not len(usable):
+            raise InputError("has no point with pressure, tension and contraction", file=measured.file)
+        data.append(usable)
+        left_out += dropped
+    return data, left_out
+
+
+def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float]:
+    """Values of the parameters that are held; with several laws, of those that this law has."""
+    units = {p.name: p.unit for p in (*LAWS[law].parameters, *GEOMETRY.values())}
+    known = {name: text for name, text in texts.items() if name in units}
+    if only and len(known) < len(texts):
+        name = next(name for name in texts if name not in units)
+        raise unknown(name, units, field="fixed", problem=f"is not a parameter of {law}")
+    return {name: _quantity(f"fixed.{name}", text, units[name]) for name, text in known.items()}
+
+
+def _quantity(field: str, text: Any, unit: str) -> float:
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=text) from None
+
+
+Tables = list[tuple[str, list[str], list[list[str]]]]
+
+
+def write(found: StaticFit, folder: pathlib.Path) -> None:
+    """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle.
+
+    Parameters
+    ----------
+    found : from `fit`
+    folder : made if need be
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to, or the fit ends where no muscle can be.
+    """
+    best = found.best
+    stems = [data.file.stem for data in best.problem.data]
+    write_json(folder / "fit.json", _as_json(found))
+    for data in best.problem.data:
+        own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
+        place = folder / own if len(stems) > 1 else folder
+        muscle(best, data, found.like)  # it must be one
+        write_text(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)))
+
+
+def _as_json(found: StaticFit) -> dict[str, Any]:
+    """The fits as plain data, SI but for the residuals, whose unit is stated."""
+    return {
+        "fits": [_fit_as_json(each) for each in found.fits],
+        "skipped": found.skipped,
+        "ranked_by": criterion(found.fits),
+        "warnings": list(found.warnings),
+        "slack_readings": found.slack,
+        "left_out": found.left_out,
+    }
+
+
+def _fit_as_json(each: LawFit) -> dict[str, Any]:
+    factor, unit = residual_unit(each)
+    finite = {name: None if math.isinf(w) else w for name, w in each.half_width.items()}
+    return {
+        "law": each.problem.law.name,
+        "values": each.values,
+        "fixed": dict(each.problem.fixed),
+        "half_width_95": finite,
+        "correlation": each.correlation.tolist(),
+        "covariance": None if each.covariance is None else each.covariance.model_dump(mode="json"),
+        "verdict": list(each.verdict),
+        "points": len(each.residuals),
+        "residual_unit": unit,
+        "rms": factor * each.rms,
+        "worst": factor * each.worst,
+        "agreeing_starts": each.agreeing_starts,
+        "starts": each.starts,
+        "held_out": {
+            kind: {"rms": factor * each.held_out_rms(kind)}
+            | {label: factor * rms(errors) for label, errors in groups.items()}
+            for kind, groups in each.held_out.items()
+        },
+    }
+
+
+def _covariance_line(best: LawFit) -> str:
+    """What stands in the table [covariance], or why there is none, and whether it is too narrow."""
+    told = best.covariance
+    if told is None:
+        return "no covariance is written: the points or the search do not settle the parameters"
+    names = [key.rpartition(".")[2] for key in told.parameters]
+    held = [name for name in best.values if name not in names]
+    line = f"covariance of {', '.join(names)} with {told.freedom} degrees of freedom"
+    line += f"; {', '.join(held)} held at the fitted value: the data do not identify it" if held else ""
+    doubtful = doubt(best.problem, best.residuals)
+    return f"{line}; {doubtful}" if doubtful else line
+
+
+def tables(found: StaticFit) -> Tables:
+    """(title, header, rows) to print: the ranking where there are several laws, the best law's parameters."""
+    _, unit = residual_unit(found.best)
+    shown: Tables = []
+    if len(found.fits) + len(found.skipped) > 1:
+        header = ["law", "parameters", f"RMS [{unit}]"]
+        header += [f"{kind} left out [{unit}]" for kind in kinds(found.fits)]
+        title = f"laws, best first by the {criterion(found.fits)}"
+        rows = _ranking_rows(found)
+        shown.append((title, [*header, "starts agree", "intervals"], rows))
+    rows = _parameter_rows(found.best)
+    shown.append((found.best.problem.law.name, ["parameter", "value", "95 % interval", "unit"], rows))
+    return shown
+
+
+def _parameter_rows(best: LawFit) -> list[list[str]]:
+    """Name, value, half the 95 % interval, unit of every free parameter."""
+    rows = []
+    for name, value in best.values.items():
+        shown, unit = usual(value, best.problem.describe(name).unit)
+        width = best.half_width[name]
+        interval = "refused" if math.isinf(width) else f"± {width * shown / value if value else width:.3g}"
+        rows.append([name, f"{shown:.5g}", interval, unit])
+    return rows
+
+
+def _ranking_rows(found: StaticFit) -> list[list[str]]:
+    rows, columns = [], kinds(found.fits)
+    for each in found.fits:
+        factor, _ = residual_unit(each)
+        held = [f"{factor * each.held_out_rms(k):.3g}" if k in each.held_out else "-" for k in columns]
+        refused = sum(math.isinf(w) for w in each.half_width.values())
+        count = len(each.values)
+        intervals = "all" if not refused else f"{count - refused} of {count}"
+        agree = f"{each.agreeing_starts} of {each.starts}"
+        rows.append([each.problem.law.name, str(count), f"{factor * each.rms:.3g}", *held, agree, intervals])
+    return rows + [[law, "", "", *[""] * len(columns), "", reason] for law, reason in found.skipped.items()]
+
+
+def remarks(found: StaticFit) -> list[str]:
+    """Lines to print below the tables: errors, what the data do not tell, what was left out."""
+    best = found.best
+    factor, unit = residual_unit(best)
+    lines = [
+        f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst {factor * best.worst:.3g} "
+        f"{unit}; {best.agreeing_starts} of {best.starts} starts agree"
+    ]
+    for kind in best.held_out:
+        groups = best.held_out[kind]
+        each = ", ".join(f"{label}: {factor * rms(errors):.2g}" for label, errors in groups.items())
+        word = "predicted" if kind == "file" else f"{kind} left out in turn"
+        lines.append(f"{word}: {factor * best.held_out_rms(kind):.3g} {unit} RMS ({each})")
+    lines += [f"data do not identify: {line}" for line in best.verdict]
+    lines.append(_covariance_line(best))
+    if found.slack:
+        lines.append(
+            f"{found.slack} readings of 0 N are taken as of a slack muscle, whose force a law may put below "
+            "zero; a load of 0 N at which the contraction was measured belongs into a column `load`"
+        )
+    if found.left_out:
+        lines.append(
+            f"{found.left_out} points without pressure or tension, or stretched, were left out: no static "
+            "law is about them"
+        )
+    lacking = dict.fromkeys(name for data in best.problem.data for name in taken_over(data))
+    if lacking:
+        lines.append(f"grade C at most: {', '.join(lacking)} are taken over from {found.like}, not measured")
+    return lines + [f"warning: {warning}" for warning in found.warnings]

@@ -1,0 +1,481 @@
+"""A dynamic fit as it is posed: a device's log, the parameters that it can identify, the scenario.
+
+A log is a CSV of time and of quantities that a run records; each of its titles means columns of a run.
+"""
+
+import math
+import pathlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
+from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.units import AMBIENT_PRESSURE, format_quantity, in_unit, parse_quantity
+from afo_sim.description.field import field_at
+from afo_sim.description.reader import load
+from afo_sim.description.scenario import Scenario
+from afo_sim.model import controls as schedule
+from afo_sim.model.air_path import AirPath
+from afo_sim.model.build import build
+from afo_sim.model.mounting import muscle_names, valve_names
+from afo_sim.simulation.columns import describe
+from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.loop import described_policy
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.simulate import simulate
+
+EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"
+HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
+FEWEST = 10  # samples
+ANKLE = ("angle", "velocity", "acceleration", "moment/orthosis", "moment/passive", "moment/gravity")
+LOAD = "moment/load"  # where the scenario has one
+MUSCLE = ("force", "length", "velocity", "contraction", "path_length", "moment_arm")
+CUFF = ("force", "displacement")
+CHAMBER = ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
+VALVE = ("coil", "opening", "mass_flow")
+HELD = ("pressure", "mass", "temperature")  # of a volume or a store
+SUPPLY = ("pressure", "set_pressure", "mass_flow", "exergy_flow")
+EXHAUST = ("mass_flow", "exergy_flow")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured quantity: its samples [SI], and the recording's columns whose sum it is.
+
+    `title` is what the log calls it, `unit` the log's own, `scale` takes that unit to SI.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    unit: str
+    scale: float
+    values: np.ndarray
+
+    @property
+    def si(self) -> str:
+        """The SI unit of its values."""
+        return describe(self.columns[0])[0]
+
+    def simulated(self, recording: Recording, time: np.ndarray) -> np.ndarray:
+        """The same quantity of a run, at times of the timer [s]; before and after the run it rests."""
+        total = np.sum([recording[column] for column in self.columns], axis=0)
+        return np.interp(time, recording["time"], total)
+
+    def noise(self, time: np.ndarray) -> float:
+        """Spread of the samples about their neighbours [SI], never below the log's resolution.
+
+        The median deviation from the line through both neighbours, as a standard deviation: where the
+        signal is smooth against the sampling, that is the sensor's noise.
+        """
+        y = self.values
+        share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+        bend = y[1:-1] - (1.0 - share) * y[:-2] - share * y[2:]
+        spread = 1.4826 * float(np.median(np.abs(bend) / np.sqrt(1.0 + (1.0 - share) ** 2 + share**2)))
+        levels = np.diff(np.unique(y))
+        resolution = float(levels.min()) / np.sqrt(12.0) if len(levels) else 0.0
+        return max(spread, resolution, 1e-5 * float(np.ptp(y)), 1e-12 * max(float(np.abs(y).max()), 1.0))
+
+
+@dataclass(frozen=True)
+class Log:
+    """Measurements on a device, on its own clock [s]."""
+
+    file: pathlib.Path
+    time: np.ndarray
+    channels: tuple[Channel, ...]
+    facts: dict[str, Any]
+
+    def channel(self, name: str, field: str) -> Channel:
+        """A channel by its title or by its column; `field` names the argument in the message."""
+        for channel in self.channels:
+            if name == channel.title or (name,) == channel.columns:
+                return channel
+        titles = [channel.title for channel in self.channels]
+        raise unknown(name, titles, field=field, problem="the log has no such channel")
+
+
+def read_log(data: Any, scenario: Scenario) -> Log:
+    """A log, read against the scenario that it was taken of.
+
+    Titles are `time`, `angle`, `pressure CHAMBER`, `absolute pressure CHAMBER`, `force MUSCLE` (a group's
+    name means all its muscles together), or paths of a recording's columns, each with its unit.
+    """
+    table = table_of(data, EXAMPLE, "log")
+    file = table.file
+    titles = [_meaning(table, title, scenario) for title in table.titles]
+    _require(table, titles)
+    columns = []
+    for k, (name, _, scale, offset) in enumerate(titles):
+        cells = [number(file, line, name, row[k]) for line, row in table.rows]
+        columns.append(np.array(cells) * scale + offset)
+    clock = [name for name, *_ in titles].index("time")
+    _check_time(table, columns[clock], scenario)
+    channels = [
+        Channel(name, paths, split_title(title)[1], scale, values)
+        for (name, paths, scale, _), title, values in zip(titles, table.titles, columns, strict=True)
+        if name != "time"
+    ]
+    return Log(file, columns[clock], tuple(channels), read_facts(table, HEADER))
+
+
+Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and summand to SI
+
+
+def _meaning(table: Table, title: str, scenario: Scenario) -> Meaning:
+    """The columns that a title stands for, and its unit."""
+    name = " ".join(split_title(title)[0].split())
+    known = dict(_names(scenario))
+    if name not in known:
+        shown = [other for other in known if "/" not in other]
+        raise InputError(
+            "is an unknown column",
+            file=table.file,
+            field="header",
+            value=title,
+            allowed=f"{', '.join(shown)}, or a recording's column such as ankle/velocity",
+            nearest=nearest_name(name, known),
+        )
+    paths = known[name]
+    si = "s" if name == "time" else describe(paths[0])[0]
+    scale, _ = scale_of(table.file, name, title, (si,), EXAMPLE)
+    return name, paths, scale, -AMBIENT_PRESSURE if name.startswith("absolute ") else 0.0
+
+
+def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Every title that a log of this scenario may have, and the recording's columns that it is about."""
+    muscles, chambers = muscle_names(scenario.orthosis), scenario.orthosis.chamber
+    yield "time", ()
+    yield "angle", ("ankle/angle",)
+    for chamber in chambers:
+        yield f"pressure {chamber}", (f"chamber/{chamber}/pressure",)
+    for chamber in chambers:
+        yield f"absolute pressure {chamber}", (f"chamber/{chamber}/pressure",)
+    for group, described in scenario.orthosis.muscle.items():
+        yield f"force {group}", tuple(f"muscle/{group}_{k + 1}/force" for k in range(described.count))
+    for muscle in muscles:
+        yield f"force {muscle}", (f"muscle/{muscle}/force",)
+    for path in recorded_columns(scenario):
+        yield path, (path,)
+
+
+def recorded_columns(scenario: Scenario) -> list[str]:
+    """The columns that a run of a scenario records, but its time and its coordinates."""
+    orthosis = scenario.orthosis
+    paths = [f"ankle/{part}" for part in (*ANKLE, *([LOAD] if scenario.load_moment else []))]
+    paths += [f"muscle/{name}/{part}" for name in muscle_names(orthosis) for part in MUSCLE]
+    paths += [f"cuff/{name}/{part}" for name in orthosis.anchor for part in CUFF]
+    paths += [f"chamber/{name}/{part}" for name in orthosis.chamber for part in CHAMBER]
+    air = AirPath.of(orthosis, scenario.supply)
+    between = [each.name for each in air.restrictions if each.valve is not None]
+    paths += [f"valve/{name}/{part}" for name in (*valve_names(orthosis), *between) for part in VALVE]
+    paths += [f"restriction/{each.name}/mass_flow" for each in air.restrictions if each.valve is None]
+    paths += [f"volume/{each.name}/{part}" for each in air.volumes for part in HELD]
+    paths += [f"store/{each.name}/{part}" for each in air.stores for part in HELD]
+    source = scenario.supply.source
+    running = ("running",) if source is not None and source.kind == "compressor" else ()
+    paths += [f"supply/{part}" for part in (*SUPPLY, *running)]
+    return paths + [f"exhaust/{part}" for part in EXHAUST]
+
+
+def _require(table: Table, titles: list[Meaning]) -> None:
+    """Time, something measured, nothing twice, enough of it."""
+    names, seen = [name for name, *_ in titles], list[tuple[str, ...]]()
+    for name, paths, *_ in titles:
+        if paths in seen:
+            raise InputError("stands there twice", file=table.file, field=name)
+        seen.append(paths)
+    if "time" not in names or len(names) < 2:
+        lacking = "a time" if "time" not in names else "anything measured"
+        raise InputError(
+            f"lacks {lacking}", file=table.file, field="header", value=", ".join(names), allowed=EXAMPLE
+        )
+    if len(table.rows) < FEWEST:
+        raise InputError(f"holds {len(table.rows)} samples", file=table.file, allowed=f"at least {FEWEST}")
+
+
+def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(late):
+        line = table.rows[late[0] + 1][0]
+        raise InputError(
+            f"line {line}: time does not increase",
+            file=table.file,
+            field="time",
+            value=f"{time[late[0] + 1]:g} s",
+        )
+    if time[0] < 0.0 or time[-1] > scenario.duration:
+        early = time[0] < 0.0
+        cure = "cut what is before the timer's start" if early else "a longer duration"
+        raise InputError(
+            "is outside the scenario",
+            file=table.file,
+            field="time",
+            value=f"{time[0] if early else time[-1]:g} s",
+            allowed=f"0 s to {scenario.duration:g} s; {cure}",
+        )
+
+
+def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
+    """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
+    for channel in log.channels:
+        if np.ptp(channel.values) == 0.0 and channel.title not in texts:
+            raise InputError(
+                "is constant, so its noise cannot be estimated, and it would outweigh all else",
+                file=log.file,
+                field=channel.title,
+                allowed="its noise stated, or a log without this column",
+            )
+    noise = {channel.title: channel.noise(log.time) for channel in log.channels}
+    for name, text in texts.items():
+        channel = log.channel(name, "noise")
+        try:
+            deviation = parse_quantity(text, channel.si)
+        except ValueError as error:
+            raise InputError(str(error), field=f"noise.{name}", value=text) from None
+        if deviation <= 0.0:
+            raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
+        noise[channel.title] = deviation
+    return noise
+
+
+@dataclass(frozen=True)
+class RunParameterKind:
+    """A dynamic parameter in general. SI; `shown` is the unit for people's eyes.
+
+    `key` is the dotted key that it sets, with {} for each muscle group or chamber (`each`); without a key
+    it belongs to the log. `lower` and `upper` are searched, within what the key's field allows; the unit of a
+    key is its field's. A `logarithmic` one is searched, and its interval given, as a ratio; `typical`
+    is its size, from which the search starts where the scenario says zero.
+    """
+
+    name: str
+    meaning: str
+    key: str
+    each: str
+    shown: str
+    lower: float
+    upper: float
+    typical: float
+    logarithmic: bool
+    unit: str = ""
+
+
+_CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
+KINDS = {
+    kind.name: kind
+    for kind in (
+        RunParameterKind(
+            "damping",
+            "R of the muscles' damper",
+            "orthosis.muscle.{}.type.damping",
+            *("muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
+        ),
+        RunParameterKind(
+            "inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE
+        ),
+        RunParameterKind(
+            "outlet_conductance", "C of the outlets", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE
+        ),
+        RunParameterKind(
+            "wall_conductance",
+            "heat from the air to the wall, hA",
+            "orthosis.chamber.{}.wall_conductance",
+            *("chamber", "W/K", 1e-3, 1e2, 0.3, True),
+        ),
+        RunParameterKind(
+            "tube_volume",
+            "between valves and muscles",
+            "orthosis.chamber.{}.tube_volume",
+            *("chamber", "ml", 1e-8, 1e-3, 4e-6, True),
+        ),
+        RunParameterKind(
+            "friction",
+            "Coulomb friction about the ankle",
+            *("leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
+        ),
+        RunParameterKind(
+            "inertia",
+            "about the ankle, on top of the model's",
+            *("leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
+        ),
+        RunParameterKind(
+            "time_offset",
+            "what the log's clock reads when the timer starts",
+            *("", "", "ms", -0.5, 0.5, 0.05, False, "s"),
+        ),
+    )
+}
+
+
+@dataclass(frozen=True)
+class RunParameter:
+    """A dynamic parameter of one scenario: its value there, and the keys that it sets.
+
+    `keys` holds each key's share: the value of the first is the parameter's, the others keep the ratio to
+    it that they have in the scenario.
+    """
+
+    name: str
+    kind: RunParameterKind
+    start: float
+    keys: dict[str, float]
+
+    @property
+    def size(self) -> float:
+        """Unit of the search's steps and uncertainties [SI]."""
+        return (self.start or self.kind.typical) if self.kind.logarithmic else self.kind.typical
+
+    def search(self, value: float) -> float:
+        """A value [SI] as the number that is searched: a logarithm, or a multiple of the typical size."""
+        return math.log(value / self.size) if self.kind.logarithmic else value / self.size
+
+    def value(self, x: float) -> float:
+        """The value [SI] of a searched number."""
+        if self.kind.logarithmic:  # bounded before the exponential, which an interval's end may overflow
+            x = min(x, self.search(self.kind.upper))
+        inside = self.size * math.exp(x) if self.kind.logarithmic else self.size * x
+        return float(min(max(inside, self.kind.lower), self.kind.upper))
+
+    def sets(self, value: float, source: str) -> dict[str, Any]:
+        """Dotted keys and values that give a scenario this value."""
+        first = next(iter(self.keys), "")
+        found = {}
+        for key, share in self.keys.items():
+            origin = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
+            text = format_quantity(share * value, self.kind.unit)
+            found[key] = {"value": text, "source": origin, "kind": "fitted"}
+        return found
+
+    def shown(self, value: float) -> float:
+        """A value in the unit for people's eyes."""
+        return in_unit(value, self.kind.unit, self.kind.shown)
+
+
+def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParameter, ...]:
+    """The parameters of a scenario by name."""
+    found = [_find(name, scenario) for name in names]
+    taken: dict[str, str] = {}
+    for parameter in found:
+        for key in parameter.keys or {parameter.name: 1.0}:
+            if key in taken:
+                raise InputError(
+                    f"sets what {taken[key]!r} sets already", field="names", value=parameter.name
+                )
+            taken[key] = parameter.name
+    return tuple(found)
+
+
+def _find(name: str, scenario: Scenario) -> RunParameter:
+    general, dot, one = name.partition(".")
+    kind = KINDS.get(general)
+    members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
+    if kind is None or (dot and one not in members):
+        allowed = [*KINDS] if kind is None else [general, *(f"{general}.{member}" for member in members)]
+        raise unknown(
+            name,
+            allowed,
+            field="names",
+            problem="is not a dynamic parameter"
+            if kind is None
+            else f"there is no such {kind.each or 'part'}",
+        )
+    if not kind.key:
+        return RunParameter(name, kind, 0.0, {})
+    keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
+    fields = [field_at(key, scenario) for key in keys]
+    low, high = fields[0].bounds
+    kind = replace(kind, unit=fields[0].unit, lower=max(kind.lower, low), upper=min(kind.upper, high))
+    values = [float(field.value) for field in fields]
+    start = values[0]
+    # from zero no ratio can be kept
+    shares = [value / start for value in values] if all(values) else [1.0] * len(values)
+    if start and not kind.lower <= start <= kind.upper:
+        low, high = (in_unit(limit, kind.unit, kind.shown) for limit in (kind.lower, kind.upper))
+        raise InputError(
+            "starts beyond what is searched",
+            field=keys[0],
+            value=format_quantity(start, kind.unit),
+            allowed=f"{low:g} to {high:g} {kind.shown}",
+        )
+    return RunParameter(name, kind, start, dict(zip(keys, shares, strict=True)))
+
+
+Values = Mapping[str, float]
+HELD_OUT = 0.3  # share of the log's time, from its end
+
+
+@dataclass(frozen=True)
+class RunProblem:
+    """A scenario as plain data, its free parameters, and the log that they are fitted to; SI."""
+
+    scenario: dict[str, Any]
+    parameters: tuple[RunParameter, ...]
+    log: Log
+    noise: dict[str, float]
+    hold_out: float
+
+    @property
+    def starts(self) -> dict[str, float]:
+        """Each parameter's value before the fit [SI]."""
+        return {p.name: p.start for p in self.parameters}
+
+    @property
+    def seen(self) -> np.ndarray:
+        """Mask of the samples that are fitted when the rest is held out."""
+        first, last = self.log.time[[0, -1]]
+        return self.log.time <= last - self.hold_out * (last - first)
+
+    def with_values(self, values: Values) -> dict[str, Any]:
+        """Dotted keys that give the scenario other values."""
+        source = f"fitted to {self.log.file.name}"
+        return {k: v for p in self.parameters for k, v in p.sets(values[p.name], source).items()}
+
+
+def pose(
+    source: Any,
+    data: Any,
+    names: Sequence[str] = (),
+    *,
+    sets: Mapping[str, Any] | None = None,
+    noise: Mapping[str, Any] | None = None,
+    hold_out: float = HELD_OUT,
+) -> RunProblem:
+    """Read a log against a scenario, and find what is to be fitted."""
+    if not 0.0 <= hold_out <= 0.9:
+        raise InputError("is out of range", field="hold_out", value=hold_out, allowed="0 to 0.9")
+    scenario = load("scenario", source, sets)
+    log = read_log(data, scenario)
+    parameters = find_parameters(names, scenario)
+    problem = RunProblem(scenario.resolved(), parameters, log, read_noise(log, dict(noise or {})), hold_out)
+    samples = int(problem.seen.sum()) * len(log.channels)
+    if samples <= len(names):
+        raise InputError(
+            f"holds {samples} samples outside its held-out part for {len(names)} parameters",
+            file=log.file,
+            allowed="more samples than parameters",
+        )
+    return problem
+
+
+def run_at(problem: RunProblem, values: Values) -> Recording:
+    """The run with other values, at every step, as far as the log goes."""
+    scenario = load("scenario", problem.scenario, problem.with_values(values))
+    slack = max([p.kind.upper for p in problem.parameters if not p.keys], default=0.0)
+    end = problem.log.time[-1] + slack + scenario.timestep
+    scenario = scenario.with_values(
+        duration=end if slack else min(end, scenario.duration), record_rate=1.0 / scenario.timestep
+    )
+    built = build(scenario)
+    rollout = simulate(built, described_policy(built) or schedule.controls(built))
+    if rollout.failure is not None:
+        raise rollout.failure
+    return make_recording(built, rollout)
+
+
+def differences(problem: RunProblem, values: Values, recording: Recording) -> dict[str, np.ndarray]:
+    """Run less log at the log's times, by channel [SI]."""
+    time = problem.log.time - values.get("time_offset", 0.0)
+    return {c.title: c.simulated(recording, time) - c.values for c in problem.log.channels}

@@ -1,0 +1,117 @@
+"""A dynamic fit in files and in words: the fitted scenario, its numbers, tables and remarks to print."""
+
+import pathlib
+from typing import Any
+
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import write_json, write_text
+from afo_sim.description import reader
+from afo_sim.description.portable import portable
+from afo_sim.lab.run_fit import FitRun
+
+SCENARIO, NUMBERS = "scenario.toml", "fit_run.json"
+
+
+def write(fit: FitRun, folder: pathlib.Path) -> None:
+    """Write fit_run.json and, if a search has settled, scenario.toml.
+
+    Parameters
+    ----------
+    fit : from `fit_run`
+    folder : made if need be; the scenario runs wherever it is moved to
+    """
+    write_json(folder / NUMBERS, _as_json(fit))
+    if fit.values and fit.converged:
+        write_text(folder / SCENARIO, scenario_toml(fit, folder))
+        reader.load("scenario", folder / SCENARIO)  # it must be one
+
+
+def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
+    """The fitted scenario as it stands in a folder; what belongs to the log as a comment."""
+    comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
+    for parameter in fit.problem.parameters:
+        if not parameter.keys:
+            value = f"{parameter.shown(fit.values[parameter.name]):.4g} {parameter.kind.shown}"
+            comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
+    scenario = portable(fit.scenario.resolved(), folder)
+    return "\n".join(comments) + "\n" + toml_text(scenario)
+
+
+def _as_json(fit: FitRun) -> dict[str, Any]:
+    """The fit as plain data, SI."""
+    problem = fit.problem
+    channels = {c.title: c for c in problem.log.channels}
+    return {
+        "log": str(problem.log.file),
+        "scenario": problem.scenario["name"],
+        "parameters": {
+            p.name: {
+                "start": p.start,
+                "value": fit.values[p.name],
+                "interval_95": fit.interval[p.name],
+                "refused": fit.reason(p.name) or None,
+                "unit": p.kind.unit,
+                "sets": {key: share * fit.values[p.name] for key, share in p.keys.items()},
+            }
+            for p in problem.parameters
+        },
+        "correlation": fit.correlation.tolist(),
+        "verdict": list(fit.verdict),
+        "channels": {
+            title: {
+                "columns": list(channels[title].columns),
+                "unit": channels[title].si,
+                "noise": problem.noise[title],
+                "rms_before": errors.before,
+                "rms_after": errors.after,
+                "rms_before_held_out": errors.before_held_out,
+                "rms_held_out": errors.held_out,
+                "chi_squared": errors.chi_squared,
+                "chi_squared_held_out": errors.chi_squared_held_out,
+            }
+            for title, errors in fit.errors.items()
+        },
+        "warnings": list(fit.warnings),
+        "held_out_share": problem.hold_out,
+        "samples": len(problem.log.time),
+        "errors_in_noise": fit.misfit,
+        "correlation_of_neighbouring_errors": fit.memory,
+        "runs": fit.runs,
+        "converged": fit.converged,
+    }
+
+
+def tables(fit: FitRun) -> list[tuple[str, list[str], list[list[str]]]]:
+    """(title, header, rows) to print: the parameters, then the errors of each channel."""
+    rows = []
+    for p in fit.problem.parameters:
+        interval = fit.interval[p.name]
+        belief = f"refused: {fit.reason(p.name)}"
+        if interval is not None:
+            belief = " to ".join(f"{p.shown(end):.4g}" for end in interval)
+        rows.append(
+            [p.name, f"{p.shown(p.start):.4g}", f"{p.shown(fit.values[p.name]):.4g}", p.kind.shown, belief]
+        )
+    found = [("parameters", ["parameter", "start", "fitted", "unit", "95 % interval"], rows)] if rows else []
+    header = ["channel", "unit", "noise", "before", "after"]
+    if fit.problem.hold_out and fit.values:
+        header += ["held out: before", "after"]
+    channels = []
+    for channel in fit.problem.log.channels:
+        errors = fit.errors[channel.title]
+        numbers = [fit.problem.noise[channel.title], errors.before, errors.after]
+        numbers += [e for e in (errors.before_held_out, errors.held_out) if e is not None]
+        cells = [f"{number / channel.scale:.3g}" for number in numbers]
+        channels.append([channel.title, channel.unit, *cells])
+    return [*found, ("errors, RMS", header, channels)]
+
+
+def remarks(fit: FitRun) -> list[str]:
+    """Lines to print below the tables."""
+    samples, plural = len(fit.problem.log.time), "s" if fit.runs > 1 else ""
+    lines = [f"{samples} samples, {fit.runs} run{plural}; the errors are {fit.misfit:.3g} times the noise"]
+    if not fit.converged:
+        lines.append("the search was stopped before it converged")
+    lines += [f"the log does not identify: {line}" for line in fit.verdict]
+    lines += [f"warning: {warning}" for warning in fit.warnings]
+    return lines

@@ -1,0 +1,462 @@
+"""A test on the stand as it is planned: what is set, curve by curve.
+
+Below it: refusals of what a muscle cannot undergo, each with what is possible; and a muscle at rest, whose
+loads, lengths and pressures these follow from.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.orthosis import Valve
+from afo_sim.description.quantity import told_of
+from afo_sim.description.reader import load as load_description
+from afo_sim.physics.curves import crossing
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.pneumatics import muscle_volume
+
+Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
+KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")
+LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
+SHORTEST_SWEEP = 8.0  # of one branch [s]
+ROWS = 400  # that are kept of a branch, about
+USUAL_LOAD = 0.2  # of the strength, where no load is given
+LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
+PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
+LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """Surroundings of the muscle on the stand.
+
+    supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
+    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
+    tube_volume : between valve and muscle [m³]
+    wall_conductance : heat to the wall [W/K]
+    timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
+    """
+
+    supply: float | None = None
+    valve: Valve | None = None
+    tube_volume: float = 4e-6
+    wall_conductance: float = 0.5
+    timestep: float | None = None
+
+
+@dataclass(frozen=True)
+class StandPlan:
+    """One test of one muscle: per curve, how pressure and length go between two values and back.
+
+    A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
+    cosine, so that motion starts and ends at rest. With a solenoid valve the pressure is the supply's:
+    up opens the inlet, down the outlet.
+
+    set_points : what tells the curves apart: pressure [Pa], load [N] or contraction [-] (n,)
+    pressure : gauge, from and to [Pa] (n, 2)
+    contraction : from and to [-] (n, 2); where the carriage hangs free, its start only
+    load : weight on the carriage [N] (n,); NaN where the length is prescribed
+    start_pressure : in the chamber before the test [Pa] (n,)
+    timestep, duration : of a step, of one branch [s]
+    branches : how many
+    stride : every how many steps a row is kept; turning points are
+    valve : solenoid valve at inlet and outlet; None is the regulator
+    """
+
+    kind: Kind
+    muscle: Muscle
+    laboratory: Laboratory
+    set_points: np.ndarray
+    pressure: np.ndarray
+    contraction: np.ndarray
+    load: np.ndarray
+    start_pressure: np.ndarray
+    timestep: float
+    duration: float
+    branches: int
+    stride: int = 1
+    valve: Valve | None = field(default=None)
+
+    @property
+    def inertia(self) -> float:
+        """Mass that moves with a hanging carriage beside the load's own: half the muscle's [kg]."""
+        return max(0.5 * self.muscle.whole_mass, 1e-3)
+
+    @property
+    def held(self) -> bool:
+        """Whether the length is prescribed; otherwise a weight hangs on the muscle."""
+        return bool(np.isnan(self.load[0]))
+
+    def wave(self, time: np.ndarray) -> np.ndarray:
+        """Share of the way from the first value to the second [-], over time [s]."""
+        inside = np.clip(time, 0.0, self.duration * self.branches)
+        return 0.5 - 0.5 * np.cos(np.pi * inside / self.duration)
+
+    def branch(self, time: np.ndarray) -> np.ndarray:
+        """Number of the branch at times [s], from 0; a turning point belongs to the branch that it ends."""
+        number = np.ceil(np.round(time / self.duration, 9)).astype(int) - 1
+        return np.clip(number, 0, self.branches - 1)
+
+
+def plan_isobaric(
+    muscle: Muscle,
+    pressures: Sequence[float] | None = None,
+    span: tuple[float, float | None] | None = None,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+) -> StandPlan:
+    """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa].
+
+    By default from zero contraction to where the muscle goes slack, at every whole bar of the law's range.
+    """
+    laboratory = laboratory or Laboratory()
+    top = highest(muscle, laboratory)
+    points = _points(pressures, _whole_bars(muscle, top))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    low, high = span or (0.0, None)
+    ends = np.array([_until_slack(muscle, p) if high is None else high for p in points])
+    _check_contractions(muscle, np.array([low, *([] if high is None else [high])]), float(points.max()))
+    if not low < ends.min():
+        value, allowed = f"{low:g} to {ends.min():.3g}", "FROM < TO"
+        raise InputError("does not rise", field="contraction", value=value, allowed=allowed)
+    sweep = np.column_stack([np.full(len(points), low), ends])
+    if duration is None:
+        duration = max(_slow(muscle, p, float(np.ptp(x))) for p, x in zip(points, sweep, strict=True))
+    pressure = np.column_stack([points, points])
+    nothing = np.full(len(points), np.nan)
+    return _plan("isobaric", muscle, laboratory, points, pressure, sweep, nothing, points, duration)
+
+
+def plan_isometric(
+    muscle: Muscle,
+    contractions: Sequence[float] | None = None,
+    span: tuple[float, float] | None = None,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+) -> StandPlan:
+    """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-].
+
+    By default from no pressure to the highest, at every 5 % up to where the muscle goes slack.
+    """
+    laboratory = laboratory or Laboratory()
+    top = highest(muscle, laboratory)
+    low, high = span or (0.0, top)
+    _check_span(muscle, low, high, laboratory.supply)
+    points = _points(contractions, np.arange(0.0, _until_slack(muscle, high) - 0.01, 0.05))
+    _check_contractions(muscle, points, high)
+    pressure = np.tile([low, high], (len(points), 1))
+    nothing = np.full(len(points), np.nan)
+    lengths = np.column_stack([points, points])
+    start = pressure[:, 0]
+    duration = duration or SHORTEST_SWEEP
+    return _plan("isometric", muscle, laboratory, points, pressure, lengths, nothing, start, duration)
+
+
+def plan_isotonic(
+    muscle: Muscle,
+    loads: Sequence[float] | None = None,
+    span: tuple[float | None, float] | None = None,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+) -> StandPlan:
+    """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N].
+
+    By default each load begins at the lowest pressure at which it stretches the muscle no further than its
+    limit, and the loads are 5 to 60 % of the strength at the highest pressure.
+    """
+    laboratory = laboratory or Laboratory()
+    top = highest(muscle, laboratory)
+    low, high = span or (None, top)
+    _check_span(muscle, low or 0.0, high, laboratory.supply)
+    strength = force_at(muscle, 0.0, high)
+    points = _points(loads, np.array([_two_digits(s * strength) for s in (0.05, 0.1, 0.2, 0.4, 0.6)]))
+    _check_loads(muscle, points, [high] * len(points))
+    limit = muscle.limits.contraction_min
+    lows = [_lifting(muscle, load, limit, high) if low is None else low for load in points]
+    lows = [0.0 if p < 1.0 else p for p in lows]
+    start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
+    for load, p, kappa in zip(points, lows, start, strict=True):
+        if kappa <= muscle.braid.lock:
+            raise InputError(
+                f"the braid would lock under {load:g} N",
+                field="pressure",
+                value=f"{p * 1e-5:g} bar",
+                allowed=f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar",
+            )
+    pressure = np.column_stack([lows, np.full(len(points), high)])
+    lengths = np.column_stack([start, start])
+    if duration is None:
+        way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
+        duration = 3.0 * _slow(muscle, high, way)
+    return _plan("isotonic", muscle, laboratory, points, pressure, lengths, points, pressure[:, 0], duration)
+
+
+def plan_step(
+    muscle: Muscle,
+    pressures: Sequence[float] | None = None,
+    load: float | None = None,
+    contraction: float | None = None,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+) -> StandPlan:
+    """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s].
+
+    Under a load [N], by default a fifth of the strength at the lowest pressure; or at a held contraction [-].
+    """
+    laboratory = laboratory or Laboratory()
+    valve = laboratory.valve or load_description("valve", "mh1")
+    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    loads, start = _hung(muscle, points, load, contraction, 0.0)
+    if start.min() <= muscle.braid.lock:
+        raise InputError(
+            "the empty muscle's braid would lock under it",
+            field="load",
+            value=f"{loads[0]:g} N",
+            allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
+        )
+    if duration is None:
+        volume = laboratory.tube_volume + _greatest_volume(muscle)
+        duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
+    pressure, empty = np.column_stack([points, points]), np.zeros(len(points))
+    plan = _plan("step", muscle, laboratory, points, pressure, start, loads, empty, duration)
+    return dataclasses.replace(plan, stride=1, branches=2, valve=valve)
+
+
+def plan_release(
+    muscle: Muscle,
+    pressures: Sequence[float] | None = None,
+    load: float | None = None,
+    contraction: float = 0.0,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+) -> StandPlan:
+    """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s].
+
+    The load is by default a fifth of the strength at the lowest pressure. Air comes through the
+    laboratory's valve, where there is one; otherwise the regulator keeps the pressure.
+    """
+    laboratory = laboratory or Laboratory()
+    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    _check_contractions(muscle, np.array([contraction]), float(points.min()))
+    loads, _ = _hung(muscle, points, load, None, contraction)
+    lengths = np.full((len(points), 2), contraction)
+    pressure = np.column_stack([points, points])
+    plan = _plan("release", muscle, laboratory, points, pressure, lengths, loads, points, duration or 2.0)
+    return dataclasses.replace(plan, stride=1, branches=1, valve=laboratory.valve)
+
+
+def highest(muscle: Muscle, laboratory: Laboratory) -> float:
+    """Highest gauge pressure of a test: the law's range, the muscle's limit, the supply [Pa]."""
+    top = min(muscle.limits.pressure, muscle.law_set.pressure_range[1])
+    return top if laboratory.supply is None else min(top, laboratory.supply)
+
+
+def _whole_bars(muscle: Muscle, top: float) -> np.ndarray:
+    """The whole bars of a law's range up to `top` at which the muscle pulls, or `top` alone [Pa]."""
+    low = muscle.law_set.pressure_range[0]
+    bars = 1e5 * np.arange(max(math.ceil(low * 1e-5 - 1e-9), 1), math.floor(top * 1e-5 + 1e-9) + 1)
+    pulling = [p for p in bars if force_at(muscle, 0.0, p) > PULLING]
+    return np.array(pulling or [top])
+
+
+def _hung(
+    muscle: Muscle, points: np.ndarray, load: float | None, contraction: float | None, held_at: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(loads, start of the contraction) of a step or release."""
+    if contraction is not None:
+        if load is not None:
+            raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
+        _check_contractions(muscle, np.array([contraction]), float(points.max()))
+        return np.full(len(points), np.nan), np.full((len(points), 2), contraction)
+    weakest = force_at(muscle, held_at, float(points.min()))
+    hung = max(_two_digits(USUAL_LOAD * weakest), LEAST_LOAD) if load is None else load
+    _check_loads(muscle, [hung], [float(points.min())], held_at)
+    return np.full(len(points), hung), np.full((len(points), 2), hanging(muscle, hung, 0.0))
+
+
+def _plan(
+    kind: Kind,
+    muscle: Muscle,
+    laboratory: Laboratory,
+    points: np.ndarray,
+    pressure: np.ndarray,
+    contraction: np.ndarray,
+    load: np.ndarray,
+    start: np.ndarray,
+    duration: float,
+) -> StandPlan:
+    """A plan of whole cycles; a friction that remembers is run in for one more."""
+    remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
+    branches = 4 if remembers else 2
+    plan = StandPlan(
+        kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches
+    )
+    step = laboratory.timestep or _usual_step(plan)
+    if not 10.0 * step <= duration <= 1e4:
+        allowed = f"{10.0 * step:g} s to 10000 s"
+        raise InputError("is out of range", field="time", value=f"{duration:g} s", allowed=allowed)
+    steps = math.ceil(duration / step - 1e-9)
+    stride = max(1, steps // ROWS)
+    return dataclasses.replace(
+        plan, timestep=step, duration=math.ceil(steps / stride) * stride * step, stride=stride
+    )
+
+
+def _usual_step(plan: StandPlan) -> float:
+    """2 ms, 1 ms for the air of a step, 0.1 ms for a release; less where braid and inertia would ring."""
+    step = {"step": 1e-3, "release": 1e-4}.get(plan.kind, 2e-3)
+    if plan.held:
+        return step
+    mass = plan.inertia + float(plan.load.min()) / GRAVITY
+    rate = math.sqrt(plan.muscle.braid_stiffness / (plan.muscle.nominal_length * mass))
+    while step * rate > 0.7:
+        step /= 2.0
+    return step
+
+
+def _points(given: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
+    return np.array(usual if given is None else list(given), float)
+
+
+def _until_slack(muscle: Muscle, pressure: float) -> float:
+    """End of a sweep of the length [-]: slack, or the limit of muscle or law if that comes first."""
+    known = min(muscle.limits.contraction_max, muscle.law_set.contraction_range[1])
+    return min(slack(muscle, pressure), known)
+
+
+def _slow(muscle: Muscle, pressure: float, way: float) -> float:
+    """Time in which dampers add at most `LOSS` of the strength over a contraction of `way` [s]."""
+    mean = _damping(muscle, pressure) * way / (LOSS * force_at(muscle, 0.0, pressure))
+    return float(math.ceil(max(mean, SHORTEST_SWEEP)))
+
+
+def _greatest_volume(muscle: Muscle) -> float:
+    braid = muscle.braid
+    volumes = muscle_volume(0.6, braid.nominal_length, braid.nominal_radius, braid.b, muscle.dead_volume)
+    return volumes[0]
+
+
+def _two_digits(value: float) -> float:
+    return float(f"{value:.2g}")
+
+
+def _check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
+    """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
+    low, high = muscle.braid.lock, slack(muscle, pressure)
+    for value in contractions:
+        if not low < value <= high + 1e-9:
+            worst = "the braid locks before that" if value <= low else "the muscle is slack"
+            lengths = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
+            raise InputError(
+                f"{worst} at {pressure * 1e-5:g} bar",
+                field="contraction",
+                value=f"{value:.4g}",
+                allowed=f"above {low:.3f} (lock) and at most {math.floor(1e4 * high) * 1e-4:.4f} (slack): "
+                f"lengths of {lengths[0]} to {lengths[1]} cm",
+            )
+
+
+def _check_loads(
+    muscle: Muscle, loads: Sequence[float] | np.ndarray, pressures: Sequence[float], contraction: float = 0.0
+) -> None:
+    """Refuse loads beyond the muscle's strength at a contraction [-], each at its pressure [Pa]."""
+    for load, pressure in zip(loads, pressures, strict=True):
+        strength = force_at(muscle, contraction, pressure)
+        if not LEAST_LOAD <= load < strength:
+            weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
+            raise InputError(
+                f"{weak} at {pressure * 1e-5:g} bar",
+                field="load",
+                value=f"{load:g} N",
+                allowed=f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N",
+            )
+
+
+def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
+    """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
+    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
+    whose = f"the muscle's limit{told}"
+    if supply is not None and supply > top:
+        raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)
+    if supply is not None:
+        top, whose = supply, "the supply's pressure"
+    for pressure in pressures:
+        if not 0.0 <= pressure <= top * (1.0 + 1e-9):
+            raise _pressure_refusal(f"is beyond {whose}", "pressure", pressure, 0.0, top)
+        if pulls and force_at(muscle, 0.0, pressure) < PULLING:
+            enough = _lifting(muscle, PULLING, 0.0, top)
+            raise _pressure_refusal(
+                "is too little for this muscle to pull", "pressure", pressure, enough, top
+            )
+
+
+def _pressure_refusal(problem: str, name: str, value: float, low: float, high: float) -> InputError:
+    allowed = f"{math.ceil(low * 1e-3) * 1e-2:g} bar to {high * 1e-5:.4g} bar"
+    return InputError(problem, field=name, value=f"{value * 1e-5:g} bar", allowed=allowed)
+
+
+def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
+    """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
+    _check_pressures(muscle, np.array([low]), supply, pulls=False)
+    _check_pressures(muscle, np.array([high]), supply, pulls=True)
+    if not low < high:
+        raise InputError(
+            "does not rise",
+            field="pressure",
+            value=f"{low * 1e-5:g} bar to {high * 1e-5:g} bar",
+            allowed="FROM < TO",
+        )
+
+
+def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Tension at rest and without friction, exactly as the compiled muscle computes it.
+
+    Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
+
+    Units: contraction [-] (n,), pressure [Pa] (n,), returns [N].
+    """
+    return np.asarray(muscle.force(pressure, contraction=contraction))
+
+
+def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
+    """`rest_force` of one contraction [-] and gauge pressure [Pa]."""
+    return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
+
+
+def slack(muscle: Muscle, pressure: float) -> float:
+    """Contraction ratio from which a muscle at a gauge pressure [Pa] carries nothing [-]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
+
+
+def hanging(muscle: Muscle, load: float, pressure: float) -> float:
+    """Contraction ratio at which a load [N] rests on a muscle at a gauge pressure [Pa]."""
+    return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
+
+
+def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:
+    """Lowest gauge pressure, up to `highest` [Pa], that carries a load [N] at a contraction [-]."""
+    return _crossing(lambda p: load - force_at(muscle, contraction, p), 0.0, highest)
+
+
+def _damping(muscle: Muscle, pressure: float) -> float:
+    """Largest dF/dκ̇ of a muscle's dampers at a gauge pressure [N·s]."""
+    total = muscle.damping * (pressure + AMBIENT_PRESSURE)
+    if muscle.damper is not None:
+        above = muscle.damper.relaxing_above or muscle.damper.relaxing
+        lines = (muscle.damper.contracting, muscle.damper.relaxing, above)
+        total += muscle.nominal_length * max(b0 + b1 * pressure for b0, b1 in lines)
+    return total
+
+
+def _crossing(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Zero of a function that falls from low to high; one ulp of the interval is left after 52 halvings."""
+    return crossing(falling, (), low, high, 52)

@@ -1,0 +1,249 @@
+"""The stand as a MuJoCo model: frame, muscle, carriage on a slide, air; and its roll-out.
+
+The muscle is a spatial tendon between the frame above and a carriage that slides along its axis; the
+slide's coordinate is its shortening. Muscle, chamber, valves and friction are the same compiled
+actuators as everywhere.
+
+* A *regulator* keeps the pressure: an inlet valve that is never shut, as wide as the time step allows,
+  whose supply follows the pressure that is wanted. Air flows through it either way.
+* A *prescribed length*: the carriage is given the inertia of a mountain and the force that moves the
+  mountain as planned. No muscle can disturb it.
+* A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
+* Frame and hook give by `MOUNTING` between muscle and carriage. The muscle's own contraction is recorded.
+"""
+
+import copy
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    GRAVITY,
+    HEAT_CAPACITY_RATIO,
+)
+from afo_sim.lab.stand_plan import StandPlan, rest_force
+from afo_sim.model.start import get_state
+from afo_sim.physics.pneumatics import laminar_slope, muscle_volume
+from afo_sim.simulation.rollout import Case, Recipe, Rollout, roll_out
+from afo_sim.simulation.stepping import Moment, Policy
+
+MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
+REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]
+AIR_LIMIT = 1.0  # of rate × time step of the stand's air, so that its readings are exact beside a sensor's
+REGULATOR_NUMBER = 0.6  # rate × time step of the regulator: wide, and well below the limit of 1
+MUSCLE, CHAMBER = "muscle", "stand"  # names in the circuit
+MOUNTING = 1e7  # stiffness of frame and hook [N/m]: 0.1 mm under 1 kN
+BLOCK = 40_000  # steps of all simulations together that are in memory at once
+INPUTS = int(mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED)
+
+Progress = Callable[[int, int], None]
+Rows = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The compiled stand, and its actuators by name."""
+
+    model: mujoco.MjModel
+    ids: native.CircuitIds
+
+    @property
+    def muscle(self) -> int:
+        """Actuator id of the muscle."""
+        return self.ids.muscles[MUSCLE]
+
+    @property
+    def chamber(self) -> int:
+        """Actuator id of the chamber."""
+        return self.ids.chambers[CHAMBER]
+
+    @property
+    def inlet(self) -> int:
+        """Actuator id of the inlet valve."""
+        return self.ids.valves[f"{CHAMBER}_inlet"]
+
+    @property
+    def outlet(self) -> int:
+        """Actuator id of the outlet valve."""
+        return self.ids.valves[f"{CHAMBER}_outlet"]
+
+
+def _build_rig(plan: StandPlan) -> Rig:
+    """Compile the stand for a plan's muscle, valves and time step."""
+    muscle = plan.muscle
+    spec, circuit = mujoco.MjSpec(), _circuit_of(plan)
+    top = [0.0, 0.0, muscle.nominal_length]
+    spec.worldbody.add_site(name="frame", pos=top)
+    carriage = spec.worldbody.add_body(
+        name="carriage", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True
+    )
+    inertia = MOUNTAIN if plan.held else plan.inertia
+    carriage.add_joint(name="slide", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0], armature=inertia)
+    carriage.add_site(name="hook")
+    tendon = spec.add_tendon(name=MUSCLE, width=muscle.bore / 2.0)
+    tendon.wrap_site("frame")
+    tendon.wrap_site("hook")
+    native.add_circuit(spec, circuit)
+    option = spec.option
+    option.timestep, option.gravity = plan.timestep, [0.0, 0.0, -GRAVITY]
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model = spec.compile()
+    return Rig(model, native.fill_circuit(model, circuit))
+
+
+def _circuit_of(plan: StandPlan) -> native.Circuit:
+    """One muscle on one chamber, between solenoid valves or regulators."""
+    laboratory = plan.laboratory
+    regulator = native.CircuitValve(_regulator_conductance(plan), REGULATOR_RATIO)
+    valve = regulator if plan.valve is None else plan.valve
+    chamber = native.CircuitChamber(
+        CHAMBER, "slide", laboratory.tube_volume, laboratory.wall_conductance, valve, valve
+    )
+    muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, MOUNTING)
+    return native.Circuit((muscle,), (chamber,))
+
+
+def _stability(plan: StandPlan) -> dict[str, float]:
+    """Rate × time step of the air; above the limit of a run it is refused."""
+    step = plan.timestep
+    air = REGULATOR_NUMBER
+    if plan.valve is not None:
+        slope = 2.0 * laminar_slope(plan.valve.conductance, plan.valve.critical_ratio)
+        air = step * _per_slope(plan) * slope
+    if air > AIR_LIMIT:
+        raise InputError(
+            "is too long for the air of this stand",
+            field="timestep",
+            value=f"{step * 1e3:g} ms",
+            allowed=f"at most {0.99e3 * step * AIR_LIMIT / air:.2g} ms",
+        )
+    return {"air": air}
+
+
+def _per_slope(plan: StandPlan) -> float:
+    """A chamber's fastest rate over the slope of its valves' flow [Pa/kg], at its smallest volume."""
+    kappa = min(float(plan.contraction.min()), 0.0)
+    volume = plan.laboratory.tube_volume + _volume(plan, kappa)
+    return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
+
+
+def _regulator_conductance(plan: StandPlan) -> float:
+    """As wide as the time step allows: the chamber follows within a few steps [m³/(s·Pa)]."""
+    number = REGULATOR_NUMBER / plan.timestep
+    return number / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
+
+
+def _volume(plan: StandPlan, contraction: float) -> float:
+    braid = plan.muscle.braid
+    dead = plan.muscle.dead_volume
+    return muscle_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0]
+
+
+def _hook(plan: StandPlan, k: int) -> np.ndarray:
+    """Coordinates of the slide [m] at which the muscle of a curve has its two contractions."""
+    contraction = plan.contraction[k]
+    if plan.held:
+        force = rest_force(plan.muscle, contraction, np.full(2, plan.pressure[k, 1]))
+    else:
+        force = np.full(2, plan.load[k])
+    found: np.ndarray = contraction * plan.muscle.nominal_length - force / MOUNTING
+    return found
+
+
+def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
+    """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, the regulator open."""
+    data = mujoco.MjData(rig.model)
+    opened = float(plan.kind != "step")
+    data.qpos[0] = _hook(plan, k)[0]
+    with native.installed():
+        native.fill_chambers(rig.model, data, float(plan.start_pressure[k]))
+    native.write_valve(rig.model, data.act, rig.inlet, opened, opened)
+    return get_state(rig.model, data)
+
+
+def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
+    """The stand with the weight of a curve on its carriage."""
+    if plan.held:
+        return rig.model
+    model = copy.copy(rig.model)
+    model.body_mass[1] = plan.load[k] / GRAVITY
+    mujoco.mj_setConst(
+        model, mujoco.MjData(model)
+    )  # or the slide would keep the inertia it was compiled with
+    native.fill_inverse_masses(model)
+    return model
+
+
+def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
+    """ctrl and applied force of a curve (n, nu + 1)."""
+    step = plan.timestep
+
+    def choose(moment: Moment) -> np.ndarray:
+        time = np.arange(moment.steps.start - 1, moment.steps.stop + 1) * step
+        wave = plan.wave(time)
+        inputs = np.zeros((len(moment.steps), rig.model.nu + 1))
+        # the supply at the end of each step, so that the regulator is not a step late
+        low, high = plan.pressure[k]
+        inputs[:, rig.chamber] = low + (high - low) * wave[2:]
+        if plan.kind == "step":
+            venting = plan.branch(time[1:-1] + 0.5 * step) % 2
+            inputs[:, rig.inlet], inputs[:, rig.outlet] = 1.0 - venting, venting
+        else:
+            inputs[:, rig.inlet] = 1.0
+        if plan.held:
+            low, high = _hook(plan, k)
+            inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * wave, 2) / step**2
+        return inputs
+
+    return Policy(choose)
+
+
+def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
+    """Run a plan, all its curves side by side.
+
+    Units: progress (steps done, steps in all), returns [s].
+    """
+    _stability(plan)
+    rig, n = _build_rig(plan), len(plan.set_points)
+    cases = [Case(_loaded(rig, plan, k), _start(rig, plan, k), _policy(rig, plan, k), k) for k in range(n)]
+    recipe = Recipe(
+        fields=("actuator_force", "userdata"),
+        inputs=INPUTS,
+        stride=plan.stride,
+        block=max(BLOCK // n // plan.stride, 1) * plan.stride,
+        threads=min(n, os.cpu_count() or 1),
+    )
+    n_step = round(plan.duration * plan.branches / plan.timestep)
+    rollouts = roll_out(cases, n_step + 1, recipe, progress=progress)
+    for rollout in rollouts:
+        if rollout.failure is not None:
+            raise rollout.failure
+    time = np.arange(0, n_step + 1, plan.stride) * plan.timestep
+    return [_columns(rig, plan, time, rollout) for rollout in rollouts]
+
+
+def _columns(rig: Rig, plan: StandPlan, time: np.ndarray, rollout: Rollout) -> Rows:
+    rows = rollout.rows
+    air = native.read_air(rig.model, rows["act"], rows["userdata"], rig.chamber)
+    own = native.read_own(rig.model, rows["userdata"], rig.muscle)
+    inlet, outlet, volume = native.read_flows(rig.model, rows["userdata"], rig.chamber)
+    return {
+        "time": time,
+        "pressure": air.absolute_pressure - AMBIENT_PRESSURE,
+        "contraction": own.contraction,
+        "contraction_rate": own.rate,
+        "force": 0.0 - rows["actuator_force"][:, rig.muscle],
+        "air_mass": np.array(air.mass),
+        "volume": volume,
+        "inflow": np.maximum(inlet, 0.0) + np.maximum(-outlet, 0.0),
+        "outflow": np.maximum(outlet, 0.0) + np.maximum(-inlet, 0.0),
+    }

@@ -1,0 +1,295 @@
+"""Trials beside measured points, and as tables: CSV, Parquet, a summary as JSON, numbers to print."""
+
+import csv
+import json
+import pathlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.versions import versions
+from afo_sim.common.writing import replacing
+from afo_sim.description.muscle import Muscle
+from afo_sim.lab.measured import Measured
+from afo_sim.lab.stand_plan import force_at
+from afo_sim.lab.stand_trial import AXES, COLUMNS, Trial
+
+TABLE_ROWS = 4000  # of a curve in a table, about; sweeps have fewer anyway
+LABELS = ("test", "muscle", "law", "friction", "set_point", "way")
+SET = {  # what tells the curves of a test apart: (quantity, form, factor from SI)
+    "isobaric": ("pressure", "{:.3g} bar", 1e-5),
+    "isotonic": ("load", "{:.3g} N", 1.0),
+    "isometric": ("contraction", "{:.3g} %", 100.0),
+    "step": ("supply", "{:.3g} bar", 1e-5),
+    "release": ("pressure", "{:.3g} bar", 1e-5),
+}
+PRINTED = {  # column title of a printed table: (measure, factor, unit)
+    "isobaric": {
+        "force": ("greatest_force", 1.0, "N"),
+        "off formula": ("off_formula_share", 1.0, "%"),
+        "off pressure": ("pressure_off", 1.0, "%"),
+        "loop": ("loop_height", 1.0, "N"),
+        "work lost": ("work_lost_per_cycle", 1.0, "J"),
+    },
+    "isotonic": {
+        "contraction": ("greatest_contraction", 100.0, "%"),
+        "off formula": ("off_formula_share", 1.0, "%"),
+        "loop": ("loop_height", 100.0, "%"),
+        "work lost": ("work_lost_per_cycle", 1.0, "J"),
+    },
+    "isometric": {"force": ("greatest_force", 1.0, "N"), "off formula": ("off_formula_share", 1.0, "%")},
+    "release": {
+        "peak speed": ("peak_speed", 1.0, "m/s"),
+        "τ": ("time_constant", 1e3, "ms"),
+        "overshoot": ("overshoot", 1.0, "%"),
+        "final contraction": ("final_contraction", 100.0, "%"),
+        "lowest pressure": ("lowest_pressure", 1e-5, "bar"),
+    },
+}
+# Largest distance of a point from its curve in pressure [Pa], load [N] or contraction [-].
+NEAR = {"isobaric": 1e3, "isotonic": 0.5, "isometric": 2e-3}
+MANY = 12  # curves that a comparison makes by itself
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Measured points and what the stand says of them, on the test's own axes (SI).
+
+    curve : the curve that each point belongs to (n,)
+    x, measured, predicted : abscissa, ordinate measured, and the mean of the ways up and down there (n,)
+    left_out : points that belong to no curve, or lie beyond its ends
+    """
+
+    name: str
+    curve: np.ndarray
+    x: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    left_out: int
+
+    @property
+    def error(self) -> np.ndarray:
+        """Prediction less measurement (n,)."""
+        return self.predicted - self.measured
+
+    @property
+    def rms(self) -> float:
+        """Root of the errors' mean square, in the error's unit."""
+        return float(np.sqrt(np.mean(self.error**2)))
+
+    @property
+    def worst(self) -> float:
+        """The largest error, in its unit."""
+        return float(np.abs(self.error).max())
+
+
+def set_point_text(trial: Trial, curve: int) -> str:
+    """A curve's set point, for people."""
+    _, form, factor = SET[trial.plan.kind]
+    return form.format(factor * trial.plan.set_points[curve])
+
+
+def table_of(trials: Sequence[Trial]) -> dict[str, np.ndarray]:
+    """All rows of all curves, SI, very long curves thinned: {column: values (n,)}, LABELS first."""
+    texts: list[list[str]] = [[] for _ in LABELS]
+    values: dict[str, list[np.ndarray]] = {name: [] for name in COLUMNS}
+    for trial in trials:
+        for k, whole in enumerate(trial.curves):
+            columns = _thinned(whole)
+            for column, text in zip(texts, _labels(trial, k), strict=False):
+                column += [text] * len(columns["time"])
+            texts[-1] += ["down" if branch % 2 else "up" for branch in columns["branch"]]
+            for name in COLUMNS:
+                values[name].append(np.asarray(columns[name], float))
+    found: dict[str, np.ndarray] = {
+        name: np.array(column, object) for name, column in zip(LABELS, texts, strict=True)
+    }
+    return found | {name: np.concatenate(parts) for name, parts in values.items()}
+
+
+def _labels(trial: Trial, curve: int) -> list[str]:
+    """All of LABELS but the way, which changes along a curve."""
+    muscle = trial.plan.muscle
+    test = f"{trial.plan.kind}, formula" if trial.static else trial.plan.kind
+    return [test, muscle.name, muscle.law, muscle.friction, set_point_text(trial, curve)]
+
+
+def _thinned(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    every = -(-len(columns["time"]) // TABLE_ROWS)
+    return {name: values[::every] for name, values in columns.items()}
+
+
+def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
+    """Write one row per sample, SI, with the units in the titles; whole or not at all."""
+    table = table_of(trials)
+    units = [f"{name} [{unit or '-'}]" for name, (unit, _) in COLUMNS.items()]
+    texts = [table[name] for name in LABELS]
+    numbers = [table[name] for name in COLUMNS]
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*LABELS, *units])
+        for words, values in zip(zip(*texts, strict=True), zip(*numbers, strict=True), strict=True):
+            writer.writerow([*words, *(f"{value:.9g}" for value in values)])
+
+
+def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
+    """The same rows; unit and meaning in each column's metadata, the summary in the schema's."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    fields = [pa.field(name, pa.string()) for name in LABELS]
+    fields += [
+        pa.field(name, pa.float64(), metadata={"unit": unit, "meaning": meaning})
+        for name, (unit, meaning) in COLUMNS.items()
+    ]
+    schema = pa.schema(fields, metadata={"afo_sim": json.dumps(summary(trials, ()))})
+    arrays = [pa.array(column) for column in table_of(trials).values()]
+    with replacing(path) as temporary:
+        pq.write_table(pa.table(arrays, schema=schema), temporary)
+
+
+def write_summary(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
+    """Write the summary as JSON, whole or not at all."""
+    text = json.dumps(summary(trials, compared), indent=2, ensure_ascii=False)
+    with replacing(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str, Any]:
+    """Muscles, numbers per curve, warnings, errors against measured points, versions."""
+    return {
+        "tests": [
+            {
+                "test": _labels(trial, 0)[0],
+                "muscle": trial.plan.muscle.model_dump(mode="json"),
+                "timestep": trial.plan.timestep,
+                "duration_of_a_branch": trial.plan.duration,
+                "curves": {
+                    set_point_text(trial, k): {
+                        name: {"value": _finite(m.value), "unit": m.unit} for name, m in found.items()
+                    }
+                    for k, found in enumerate(trial.metrics)
+                },
+                "warnings": list(trial.warnings),
+            }
+            for trial in trials
+        ],
+        "compared": [
+            {"data": c.name, "points": len(c.x), "left_out": c.left_out, "rms": c.rms, "worst": c.worst}
+            for c in compared
+        ],
+        "versions": versions(),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """NaN is no JSON."""
+    return value if np.isfinite(value) else None
+
+
+def printed(trial: Trial) -> tuple[str, list[str], list[list[str]]]:
+    """(title, header, rows) to print: the numbers of every curve."""
+    named = PRINTED.get(trial.plan.kind) or _step_columns(trial)
+    present = {title: of for title, of in named.items() if of[0] in trial.metrics[0]}
+    header = ["curve", *(f"{title} [{unit}]" for title, (_, _, unit) in present.items())]
+    rows = [
+        [set_point_text(trial, k), *(_text(f * found[name].value) for name, f, _ in present.values())]
+        for k, found in enumerate(trial.metrics)
+    ]
+    return f"{trial.name}: {trial.plan.kind}", header, rows
+
+
+def _text(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "–"
+
+
+def _step_columns(trial: Trial) -> dict[str, tuple[str, float, str]]:
+    response = "force" if trial.plan.held else "contraction"
+    factor, unit = (1.0, "N") if trial.plan.held else (100.0, "%")
+    return {
+        "dead time": (f"fill_{response}_dead_time", 1e3, "ms"),
+        "pressure, 63 %": ("fill_pressure_time_constant", 1e3, "ms"),
+        f"{response} τ": (f"fill_{response}_time_constant", 1e3, "ms"),
+        "vented τ": (f"vent_{response}_time_constant", 1e3, "ms"),
+        response: (f"filled_{response}", factor, unit),
+        "air": ("air_per_fill", 1.0, "g"),
+    }
+
+
+def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float]]:
+    """The curves that measured points ask for, as arguments of the test: set points and where they begin."""
+    if kind not in AXES:
+        raise InputError(
+            "cannot be compared with a static characteristic",
+            field="compare",
+            value=kind,
+            allowed=", ".join(AXES),
+        )
+    pressure, contraction = data.pressure, _contraction(data, muscle)
+    column = {"isobaric": pressure, "isotonic": data.force, "isometric": contraction}[kind]
+    digits = {"isobaric": -3, "isotonic": 1, "isometric": 3}[kind]
+    values = np.unique(np.round(column, digits)).tolist()
+    if kind == "isobaric":
+        top = muscle.limits.pressure * (1.0 + 1e-9)
+        values = [p for p in values if p <= top and force_at(muscle, 0.0, p) > 10.0]
+    elif kind == "isotonic":
+        values = [f for f in values if 1.0 <= f < 0.999 * force_at(muscle, 0.0, float(pressure.max()))]
+    if not 0 < len(values) <= MANY:
+        raise InputError(
+            f"its points lie on {len(values)} {kind} curves of this muscle",
+            file=data.file,
+            allowed=f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`",
+        )
+    found = {"points": values}
+    if kind == "isobaric":
+        found["span"] = [
+            max(float(contraction.min()), 0.95 * muscle.braid.lock) if contraction.min() < 0.0 else 0.0
+        ]
+    return found
+
+
+def compare_trial(trial: Trial, data: Measured) -> Comparison:
+    """Readings of the stand at the conditions of measured points."""
+    kind = trial.plan.kind
+    contraction = _contraction(data, trial.plan.muscle)
+    columns = {"pressure": data.pressure, "contraction": contraction, "force": data.force}
+    abscissa, _, ordinate, _ = AXES[kind]
+    own = {"isobaric": "pressure", "isotonic": "force", "isometric": "contraction"}[kind]
+    found: list[tuple[int, float, float, float]] = []
+    for point in range(len(data)):
+        distance = np.abs(trial.plan.set_points - columns[own][point])
+        k = int(np.argmin(distance))
+        predicted = _read(trial, k, float(columns[abscissa][point]))
+        if distance[k] <= NEAR[kind] and np.isfinite(predicted) and data.force[point] >= 0.0:
+            found.append((k, columns[abscissa][point], columns[ordinate][point], predicted))
+    if not found:
+        raise InputError(f"no point lies on a curve of this {kind} test", file=data.file)
+    curve, x, measured, predictions = (np.array(values) for values in zip(*found, strict=True))
+    return Comparison(data.name, curve, x, measured, predictions, len(data) - len(found))
+
+
+def _read(trial: Trial, k: int, x: float) -> float:
+    """The mean of the last ways up and down at an abscissa; NaN beyond the curve's ends."""
+    abscissa, _, ordinate, _ = AXES[trial.plan.kind]
+    loop = trial.loop(k)
+    values = []
+    for down in np.unique(loop["branch"]):
+        way = loop["branch"] == down
+        order = np.argsort(loop[abscissa][way], kind="stable")
+        at, y = loop[abscissa][way][order], loop[ordinate][way][order]
+        edge = 1e-3 * (at[-1] - at[0])
+        inside = at[0] - edge <= x <= at[-1] + edge
+        values.append(float(np.interp(x, at, y)) if inside else np.nan)
+    return float(np.mean(values))
+
+
+def _contraction(data: Measured, muscle: Muscle) -> np.ndarray:
+    """Contraction ratios of measured points, from their lengths where need be."""
+    if data.contraction is not None:
+        return data.contraction
+    if data.change is None:
+        raise InputError("has neither contraction nor length", file=data.file)
+    return data.change / muscle.nominal_length

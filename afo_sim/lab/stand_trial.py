@@ -1,0 +1,447 @@
+"""The virtual muscle test stand: isobaric, isotonic, isometric, step and release tests of one muscle.
+
+Each runs the compiled muscle in its rig, through valve and chamber (`stand_rig`); `static` gives the
+formula over the same lengths and pressures. `measures` are the numbers of a curve: errors, loops, time
+constants, speeds; `static_load` is S0's study of a three-element muscle.
+
+Source: the three characteristics after Takosoglu et al. 2016 (S3); open loop and static load after S0.
+At rest L = F_ce(p) − K(p) x: at each pressure the stand's isobaric curve is a straight line over the
+shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pressure with its line.
+"""
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.description.muscle import Muscle
+from afo_sim.description.quantity import told_of
+from afo_sim.description.reader import load as load_description
+from afo_sim.lab.stand_plan import (
+    Laboratory,
+    StandPlan,
+    force_at,
+    hanging,
+    plan_isobaric,
+    plan_isometric,
+    plan_isotonic,
+    plan_release,
+    plan_step,
+    rest_force,
+)
+from afo_sim.lab.stand_rig import Progress, Rows, roll
+from afo_sim.metrics.metric import Metric
+from afo_sim.physics.pneumatics import muscle_volume
+
+# Unit and meaning of every column.
+COLUMNS = {
+    "time": ("s", "from the start of the test"),
+    "branch": ("", "0 is the first way up, 1 down, and so on"),
+    "pressure": ("Pa", "gauge, in the muscle"),
+    "contraction": ("", "(L0 - L)/L0, shorter is positive"),
+    "length": ("m", "active braid length"),
+    "velocity": ("m/s", "lengthening positive"),
+    "force": ("N", "tension of the muscle"),
+    "static_force": ("N", "the formula at this contraction and pressure, without friction and damping"),
+    "load": ("N", "weight on the carriage; not a number where the length is prescribed"),
+    "air_mass": ("kg", "air in muscle and tube"),
+    "volume": ("m^3", "muscle and tube"),
+    "inflow": ("kg/s", "into the muscle, through either valve"),
+    "outflow": ("kg/s", "out of the muscle, through either valve"),
+}
+NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
+BEGUN, REACHED = 0.01, 1.0 - math.exp(-1.0)  # shares of a change: dead time, time constant
+# Axes of a plot: (abscissa, its unit, ordinate, its unit)
+AXES = {
+    "isobaric": ("contraction", "", "force", "N"),
+    "isotonic": ("pressure", "Pa", "contraction", ""),
+    "isometric": ("pressure", "Pa", "force", "N"),
+}
+PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A finished test of one muscle.
+
+    plan : what was set
+    curves : per set point {column: values}, SI, as in COLUMNS
+    metrics : per set point, as `stand_measures.measures` names them
+    static : the formula instead of the rig
+    warnings : limits that were left
+    wall_seconds : what it took
+    """
+
+    plan: StandPlan
+    curves: tuple[Rows, ...]
+    metrics: tuple[dict[str, Metric], ...]
+    static: bool = False
+    warnings: tuple[Notice, ...] = ()
+    wall_seconds: float = field(default=0.0, compare=False)
+
+    @property
+    def name(self) -> str:
+        """Muscle, law, and friction where there is one."""
+        muscle = self.plan.muscle
+        parts = [muscle.name, muscle.law] + ([muscle.friction] if muscle.friction != "none" else [])
+        return " · ".join(dict.fromkeys(parts))
+
+    def loop(self, curve: int) -> Rows:
+        """The rows of a curve's last way up and down; what came before ran the friction in."""
+        columns = self.curves[curve]
+        last = columns["branch"] >= columns["branch"].max() - (columns["branch"].max() % 2)
+        return {name: values[last] for name, values in columns.items()}
+
+
+def isobaric(
+    muscle: Muscle | str,
+    pressures: Sequence[float] | None = None,
+    span: tuple[float, float | None] | None = None,
+    *,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+    progress: Progress | None = None,
+) -> Trial:
+    """Force over contraction at constant pressure: the carriage is driven up and down.
+
+    Units: pressures [Pa], span [-], duration [s], progress (steps done, steps in all).
+    """
+    return run(plan_isobaric(_muscle(muscle), pressures, span, laboratory, duration), progress)
+
+
+def isotonic(
+    muscle: Muscle | str,
+    loads: Sequence[float] | None = None,
+    span: tuple[float | None, float] | None = None,
+    *,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+    progress: Progress | None = None,
+) -> Trial:
+    """Contraction over pressure under constant loads [N]: weights hang on the carriage.
+
+    `span` is the pressure from, to [Pa]; from None, each load begins where it stretches the muscle no further
+    than its limit. The other parameters, result and errors as in `isobaric`.
+    """
+    return run(plan_isotonic(_muscle(muscle), loads, span, laboratory, duration), progress)
+
+
+def isometric(
+    muscle: Muscle | str,
+    contractions: Sequence[float] | None = None,
+    span: tuple[float, float] | None = None,
+    *,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+    progress: Progress | None = None,
+) -> Trial:
+    """Force over pressure at constant contractions [-]: the carriage is held.
+
+    `span` is the pressure from, to [Pa]; the other parameters, result and errors as in `isobaric`. Nothing
+    moves, so friction does not show.
+    """
+    return run(plan_isometric(_muscle(muscle), contractions, span, laboratory, duration), progress)
+
+
+def step(
+    muscle: Muscle | str,
+    pressures: Sequence[float] | None = None,
+    *,
+    load: float | None = None,
+    contraction: float | None = None,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+    progress: Progress | None = None,
+) -> Trial:
+    """Open loop: the inlet valve opens to a supply at each pressure [Pa], then the outlet to ambient.
+
+    Units: load [N], contraction [-], duration [s].
+    """
+    return run(plan_step(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
+
+
+def release(
+    muscle: Muscle | str,
+    pressures: Sequence[float] | None = None,
+    *,
+    load: float | None = None,
+    contraction: float = 0.0,
+    laboratory: Laboratory | None = None,
+    duration: float | None = None,
+    progress: Progress | None = None,
+) -> Trial:
+    """Quick release: held at a contraction [-] under each pressure [Pa], then let go against a load [N].
+
+    The other parameters, result and errors as in `step`.
+    """
+    return run(plan_release(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
+
+
+PLANS: dict[str, Callable[..., StandPlan]] = {
+    "isobaric": plan_isobaric,
+    "isotonic": plan_isotonic,
+    "isometric": plan_isometric,
+    "step": plan_step,
+    "release": plan_release,
+}
+
+
+def run(plan: StandPlan, progress: Progress | None = None) -> Trial:
+    """Run a plan in the rig."""
+    start = time.perf_counter()
+    curves = tuple(_complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
+    return _trial(plan, curves, static=False, wall=time.perf_counter() - start)
+
+
+def static(plan: StandPlan, rows: int = 200) -> Trial:
+    """The formula along a plan's first way up: no rig, no friction, no damping.
+
+    Raises
+    ------
+    InputError
+        Steps and releases are no states of rest.
+    """
+    if plan.kind in ("step", "release"):
+        raise InputError(
+            "has no static formula", field="kind", value=plan.kind, allowed="isobaric, isotonic, isometric"
+        )
+    start = time.perf_counter()
+    times = np.linspace(0.0, plan.duration, rows + 1)
+    wave = plan.wave(times)[:, None]
+    pressure = (plan.pressure[:, 0] + (plan.pressure[:, 1] - plan.pressure[:, 0]) * wave).T
+    contraction = (plan.contraction[:, 0] + (plan.contraction[:, 1] - plan.contraction[:, 0]) * wave).T
+    curves = []
+    for k, (p, kappa) in enumerate(zip(pressure, contraction, strict=True)):
+        if not plan.held:
+            load = float(plan.load[k])
+            kappa = np.array([hanging(plan.muscle, load, float(x)) for x in p])
+        braid, dead = plan.muscle.braid, plan.muscle.dead_volume
+        volume = plan.laboratory.tube_volume + np.array(
+            [muscle_volume(x, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0] for x in kappa]
+        )
+        columns = {
+            "time": times,
+            "pressure": p,
+            "contraction": kappa,
+            "contraction_rate": np.zeros_like(p),
+            "force": rest_force(plan.muscle, kappa, p),
+            "air_mass": (p + AMBIENT_PRESSURE) * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE),
+            "volume": volume,
+            "inflow": np.zeros_like(p),
+            "outflow": np.zeros_like(p),
+        }
+        curves.append(_complete(plan, k, columns))
+    return _trial(plan, tuple(curves), static=True, wall=time.perf_counter() - start)
+
+
+def _muscle(muscle: Muscle | str | os.PathLike[str]) -> Any:
+    return muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
+
+
+def _complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
+    """A curve's columns, in the order of COLUMNS."""
+    length = plan.muscle.nominal_length
+    columns = rows | {
+        "branch": plan.branch(rows["time"]),
+        "length": length * (1.0 - rows["contraction"]),
+        "velocity": -length * rows["contraction_rate"],
+        "static_force": rest_force(plan.muscle, rows["contraction"], rows["pressure"]),
+        "load": np.full(len(rows["time"]), plan.load[k]),
+    }
+    return {name: columns[name] for name in COLUMNS}
+
+
+def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: float) -> Trial:
+    strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
+    bare = Trial(plan, curves, (), static)
+    found = tuple(measures(plan, k, bare.loop(k), strongest) for k in range(len(curves)))
+    return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
+
+
+def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
+    """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
+    muscle = plan.muscle
+    limits, law = muscle.limits, muscle.law_set
+    pressure, contraction, force = (
+        np.concatenate([columns[name] for columns in curves]) for name in ("pressure", "contraction", "force")
+    )
+    least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
+    low, high = law.pressure_range
+    strong, stretched = (told_of(limits, key) for key in ("force", "contraction_min"))
+    law_pressure = f"range of {low * 1e-5:g} to {high * 1e-5:g} bar"
+    asked = f"the law {muscle.law} is asked at {{:.3g}} bar"
+    outside = np.maximum(low - pressure, pressure - high)
+    most_force = f"limit of {limits.force:g} N{strong}"
+    longest, shortest = f"limit of {least:g}{stretched}", f"limit of {most:g}"
+    compared = (  # code, text, values, excess over the limit, tolerated excess, limit
+        ("force", "force reaches {:.4g} N", force, force - limits.force, 1.0, most_force),
+        ("contraction", "contraction reaches {:.3f}", contraction, contraction - most, 1e-3, shortest),
+        ("stretched", "is stretched to {:.3f}", contraction, least - contraction, 1e-3, longest),
+        ("law-pressure", asked, pressure * 1e-5, outside, 1e3, law_pressure),
+    )
+    for code, text, values, beyond, tolerance, limit in compared:
+        worst = int(np.argmax(np.where(force > NEGLIGIBLE * limits.force, beyond, -np.inf)))
+        if beyond[worst] > tolerance and force[worst] > NEGLIGIBLE * limits.force:
+            shown = text.format(round(float(values[worst]), 6) + 0.0)
+            said = "{subject}: {reached}, beyond its {limit}"
+            yield Notice(code, said, subject=muscle.name, reached=shown, limit=limit)
+    if muscle.length_warning:
+        text = "{subject}: {problem}"
+        yield Notice("length", text, subject=muscle.name, problem=muscle.length_warning)
+
+
+def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+    """The numbers of one curve, over its last way up and down.
+
+    `off_formula` is the greatest distance of the force from the formula in the rows in which the muscle
+    pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone
+    bear its law.
+
+    Units: strongest [N].
+    """
+    if plan.kind == "step":
+        return _step(plan, columns)
+    if plan.kind == "release":
+        return _release(plan, columns)
+    return _sweep(plan, curve, columns, strongest)
+
+
+def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
+    abscissa, _, ordinate, unit = AXES[plan.kind]
+    x, y = columns[abscissa], columns[ordinate]
+    carried = columns["force"] if plan.held else columns["load"]
+    off = float(np.abs(carried - columns["static_force"]).max(where=columns["force"] > 0.0, initial=0.0))
+    # what the dampers and friction took: the formula alone gives back all that it takes
+    lost = np.trapezoid(columns["static_force"] - columns["force"], -columns["length"])
+    found = {
+        f"greatest_{ordinate}": Metric(float(y.max()), unit),
+        "off_formula": Metric(off, "N"),
+        "off_formula_share": Metric(100.0 * off / strongest, "%"),
+    }
+    if plan.kind == "isobaric":
+        wanted = plan.set_points[curve]
+        found["pressure_off"] = Metric(100.0 * float(np.abs(columns["pressure"] / wanted - 1.0).max()), "%")
+    down = columns["branch"] % 2 == 1
+    if not down.any() or plan.kind == "isometric":  # nothing moves, so nothing rubs
+        return found
+    return found | {
+        "loop_height": Metric(loop_height(x, y, down), unit),
+        "loop_area": Metric(abs(float(np.trapezoid(y, x))), "N" if plan.kind == "isobaric" else "Pa"),
+        "work_lost_per_cycle": Metric(float(lost), "J"),
+    }
+
+
+def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
+    """Greatest difference of y between the ways up and down at equal x.
+
+    Units: x, y (n,), down (n,).
+    """
+    if np.ptp(x) == 0.0:
+        return 0.0
+    up_x, up_y, down_x, down_y = x[~down], y[~down], x[down][::-1], y[down][::-1]
+    grid = np.linspace(max(up_x[0], down_x[0]), min(up_x[-1], down_x[-1]), 400)
+    return float(np.abs(np.interp(grid, up_x, up_y) - np.interp(grid, down_x, down_y)).max())
+
+
+def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
+    found = {}
+    response = "force" if plan.held else "contraction"
+    unit = {"force": "N", "contraction": ""}[response]
+    turn = int(np.searchsorted(columns["time"], plan.duration - 1e-9))
+    for word, rows in (("fill", slice(0, turn + 1)), ("vent", slice(turn, None))):
+        time = columns["time"][rows] - columns["time"][rows][0]
+        for name in ("pressure", response):
+            values = columns[name][rows]
+            found[f"{word}_{name}_dead_time"] = Metric(time_to(BEGUN, time, values), "s")
+            found[f"{word}_{name}_time_constant"] = Metric(time_to(REACHED, time, values), "s")
+    filled = {name: float(columns[name][turn]) for name in ("pressure", response, "air_mass")}
+    found["filled_pressure"] = Metric(filled["pressure"], "Pa")
+    found[f"filled_{response}"] = Metric(filled[response], unit)
+    found["air_per_fill"] = Metric(1e3 * (filled["air_mass"] - float(columns["air_mass"][0])), "g")
+    before = int(np.searchsorted(columns["time"], 0.95 * plan.duration))
+    moved = abs(filled[response] - float(columns[response][before]))
+    found["still_moving"] = Metric(100.0 * moved / max(abs(filled[response]), 1e-12), "%")
+    return found
+
+
+def time_to(share: float, time: np.ndarray, values: np.ndarray) -> float:
+    """First time at which a change from the first to the last value has gone a share of its way [s]."""
+    change = values[-1] - values[0]
+    if change == 0.0:
+        return math.nan
+    gone = (values - values[0]) / change
+    k = int(np.argmax(gone >= share))
+    if k == 0:
+        return 0.0
+    part = (share - gone[k - 1]) / (gone[k] - gone[k - 1])
+    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+
+
+def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
+    speed, contraction = -columns["velocity"], columns["contraction"]
+    fastest = int(np.argmax(speed))
+    way = contraction[-1] - contraction[0]
+    return {
+        "peak_speed": Metric(float(speed[fastest]), "m/s"),
+        "time_of_peak_speed": Metric(float(columns["time"][fastest]), "s"),
+        "time_constant": Metric(time_to(REACHED, columns["time"], contraction), "s"),
+        "final_contraction": Metric(float(contraction[-1]), ""),
+        "overshoot": Metric(100.0 * float(contraction.max() - contraction[-1]) / way if way else 0.0, "%"),
+        "lowest_pressure": Metric(float(columns["pressure"].min()), "Pa"),
+    }
+
+
+@dataclass(frozen=True)
+class StaticLoad:
+    """F_ce and K at each pressure, and the straight line of F_ce.
+
+    pressure : gauge [Pa] (n,)
+    contractile_force : F_ce [N] (n,)
+    stiffness : K [N/m] (n,)
+    start, slope : F_ce = start + slope p [N], [N/Pa]
+    worst : greatest distance of F_ce from its line [N]
+    """
+
+    pressure: np.ndarray
+    contractile_force: np.ndarray
+    stiffness: np.ndarray
+    start: float
+    slope: float
+    worst: float
+
+    @property
+    def text(self) -> str:
+        """The line, for people."""
+        low, high = self.stiffness.min() * 1e-3, self.stiffness.max() * 1e-3
+        return (
+            f"F_ce = {self.start:.1f} N + {self.slope * 1e3:.3f} N/kPa p (worst {self.worst:.2g} N off), "
+            f"K {low:.2f} to {high:.2f} N/mm"
+        )
+
+
+def static_load(trial: Trial) -> StaticLoad:
+    """F_ce and K from an isobaric test, as S0 takes them from hung loads.
+
+    Parameters
+    ----------
+    trial : isobaric, of a muscle whose curves are straight; the mean of the ways up and down is taken
+    """
+    force, stiffness = [], []
+    for k in range(len(trial.curves)):
+        loop = trial.loop(k)
+        pulls = loop["force"] > PULLING * loop["force"].max()
+        shortening = trial.plan.muscle.nominal_length * loop["contraction"][pulls]
+        slope, start = np.polyfit(shortening, loop["force"][pulls], 1)
+        force.append(start)
+        stiffness.append(-slope)
+    pressure, contractile = trial.plan.set_points, np.array(force)
+    slope, start = np.polyfit(pressure, contractile, 1) if len(pressure) > 1 else (0.0, contractile[0])
+    worst = float(np.abs(start + slope * pressure - contractile).max())
+    return StaticLoad(pressure, contractile, np.array(stiffness), float(start), float(slope), worst)

@@ -1,0 +1,317 @@
+"""What static torques tell of each parameter: an interval, or the reason why there is none; and doubts.
+
+A parameter is refused where the linearised model refuses it (correlation, width, bound), or where a fit
+without it predicts as well what it has not seen. Where groups fitted one by one contradict each other, their
+scatter is the interval, which may be too wide.
+
+No interval holds an error that all readings share, or another value of a stiffness that is held: an angle's
+zero that is off moves every reading alike, the fit lies as close as before, at other parameters, and no
+scatter tells. So the fit is done again with each such error, of a usual size (`shared_errors`).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import t
+
+from afo_sim.common.notice import Notice
+from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
+from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
+from afo_sim.lab.torque_problem import Group, TorqueProblem, errors, predict
+from afo_sim.lab.torque_solution import AT_BOUND, Alternative, Apart, HeldOut, Solution, bounds, levels, solve
+
+TIGHT = 0.2  # half an interval, in a parameter's size or as a ratio, that tells even what nothing needs
+CONTRADICT = 0.05  # chance that groups share a value, below which their scatter is the interval
+TOO_FEW = "independent errors"
+ANGLE, TORQUE, PRESSURE = np.radians(1.0), 1.02, 5e3  # a goniometer's zero, a scale, a gauge's zero
+STIFFER = 1.1  # a held stiffness; one of a calf cuff is known far less well
+COARSE = 0.3  # of the mean torque: errors larger than this leave little of the model
+AIRLESS = 0.1  # of the largest torque: more without air is the limb's own
+RIGID = 0.5  # of the stiffest that is searched: beyond, nothing gives
+PULL = 0.02  # of the largest torque: more than this, and than scatter, is a pull
+HANGING_TOGETHER = 0.5  # correlation of neighbouring errors that is no scatter
+
+
+def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[Notice]]:
+    """The solution with intervals as wide as contradicting groups make them, and a sentence on each."""
+    if groups is None:
+        return solution, []
+    half = solution.half.copy()
+    said: list[Notice] = []
+    count = len(groups.x)
+    scatter = t.ppf(0.975, count - 1) * np.std(groups.x, axis=0, ddof=1) / np.sqrt(count)
+    for k, p in enumerate(solution.problem.free):
+        if groups.chance[p.name] < CONTRADICT and scatter[k] > half[k]:
+            half[k] = scatter[k]
+            own = [values[p.name] for values in groups.values.values()]
+            text = (
+                "{subject}: the groups contradict each other, {least} to {largest} one by one; "
+                "the interval is their scatter"
+            )
+            least, largest = p.text(min(own)), p.text(max(own))
+            said.append(Notice("groups-contradict", text, subject=p.name, least=least, largest=largest))
+    return replace(solution, half=half), said
+
+
+def judged(
+    solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
+) -> list[Notice]:
+    """A notice for each group of parameters that the readings do not identify."""
+    lines = _as_well_without(solution, kind, others, found)
+    lines += _own(solution)
+    lines += _one_pressure(solution, refused(lines))
+    return lines
+
+
+def interval_of(solution: Solution, k: int) -> tuple[float, float]:
+    """95 % interval of a parameter [SI], within what it can be."""
+    p, x, half = solution.problem.free[k], float(solution.x[k]), float(solution.half[k])
+    return max(p.value(x - half), p.lower), min(p.value(x + half), p.upper)
+
+
+def _own(solution: Solution) -> list[Notice]:
+    """What the linearised model says."""
+    free = solution.problem.free
+    lower, upper = bounds(free)
+    size = [1.0 if p.logarithmic else max(abs(float(x)), 1.0) for p, x in zip(free, solution.x, strict=True)]
+    shown = []
+    for k, p in enumerate(free):
+        low, high = interval_of(solution, k)
+        value = p.text(p.value(float(solution.x[k])))
+        wide = np.isfinite(solution.half[k])
+        shown.append(
+            f"{value}, and as well {p.text(low)} to {p.text(high)}"
+            if wide
+            else f"{value}, anything else as well"
+        )
+    found = Estimate(
+        solution.problem.names,
+        solution.x,
+        solution.half,
+        np.array(size),
+        lower,
+        upper,
+        shown,
+        AT_BOUND,
+        TOO_FEW,
+    )
+    lines = list(verdict(found, solution.correlation, int(solution.independent)))
+    if not solution.settled:
+        why = "not identifiable: the search did not settle"
+        lines.insert(0, unidentified("unsettled", solution.problem.names, why))
+    return lines
+
+
+def _as_well_without(
+    solution: Solution, kind: str, others: Sequence[Alternative], found: dict[str, HeldOut]
+) -> list[Notice]:
+    """Parameters that do not lower the error of what was left out, with those whose value they change."""
+    lines = []
+    for other in others:
+        if not other.beaten or solution.half[solution.problem.names.index(other.dropped)] <= TIGHT:
+            continue
+        names = [
+            name for name in solution.problem.names if name == other.dropped or _moved(solution, other, name)
+        ]
+        rest = ", ".join(
+            f"{p.name} {p.text(other.values[p.name])}"
+            for p in solution.problem.free
+            if p.name != other.dropped
+        )
+        words = "not identifiable one by one" if len(names) > 1 else "not identifiable"
+        why = (
+            f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
+            f"to {other.rms:.3g} N·m against {found[kind].rms:.3g} N·m with it, which is within the scatter"
+        )
+        lines.append(unidentified("as-well-without", names, why))
+    return lines
+
+
+def _moved(solution: Solution, other: Alternative, name: str) -> bool:
+    """Whether a parameter moves by over half its interval to one side when another is taken out."""
+    if name == other.dropped:
+        return False
+    k = solution.problem.names.index(name)
+    x = solution.problem.free[k].coordinate(other.values[name])
+    return bool(abs(x - solution.x[k]) > 0.5 * solution.half[k])
+
+
+def _one_pressure(solution: Solution, already: set[str]) -> list[Notice]:
+    """At one pressure a law's strength and its dependence on pressure are one, and so is the compliance."""
+    law = [p.name for p in solution.problem.free if p.of_law]
+    if not law or len(np.unique(levels(solution.problem))) > 1:
+        return []
+    if set(solution.problem.names) <= already:
+        return []
+    why = (
+        "not identifiable one by one: the readings are at one pressure, where the law's strength passes for "
+        "stiffness"
+    )
+    return [unidentified("one-pressure", solution.problem.names, why)]
+
+
+@dataclass(frozen=True)
+class SharedError:
+    """A fit done again as if something were off: what, and the parameters [SI] that come out.
+
+    `held` is the name of a stiffness that the fit holds, "" for an error of the readings.
+    """
+
+    cause: str
+    values: dict[str, float]
+    held: str = ""
+
+
+def shared_errors(solution: Solution) -> tuple[SharedError, ...]:
+    """Fits with an error that all readings share, and with another value of what the fit holds."""
+    return tuple(
+        SharedError(cause, solve(problem, solution.x).values, held)
+        for cause, problem, held in _problems(solution.problem)
+    )
+
+
+def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError]) -> Iterator[Notice]:
+    """A notice on each told parameter that a held stiffness moves by more than its interval."""
+    for k, p in enumerate(solution.problem.free):
+        for each in shared:
+            x = p.coordinate(max(each.values[p.name], p.lower))
+            if each.held and p.name in told and abs(x - solution.x[k]) > solution.half[k]:
+                text = (
+                    "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
+                    "{cause} it is {value}, beyond its interval"
+                )
+                now = p.text(each.values[p.name])
+                yield Notice(
+                    "depends-on-held", text, subject=p.name, held=each.held, cause=each.cause, value=now
+                )
+
+
+def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:
+    yield "all angles 1 deg higher", _reread(problem, lambda r: replace(r, angle=r.angle + ANGLE)), ""
+    yield "all torques 2 % larger", _reread(problem, lambda r: replace(r, torque=TORQUE * r.torque)), ""
+    yield "all pressures 0.05 bar higher", _reread(problem, _more_pressure), ""
+    for name, values in _held(problem).items():
+        if name not in problem.names and len(values) == 1:
+            stiffer = replace(problem, held={**problem.held, name: STIFFER * min(values)})
+            yield f"a {name} 10 % higher", stiffer, name
+
+
+def _more_pressure(readings: Readings) -> Readings:
+    """Without air a gauge is set to zero."""
+    pressure = readings.pressure
+    return replace(readings, pressure=pressure + np.where(pressure > WITHOUT_AIR, PRESSURE, 0.0))
+
+
+def _reread(problem: TorqueProblem, change: Callable[[Readings], Readings]) -> TorqueProblem:
+    return replace(problem, groups=tuple(Group.of(change(g.readings), g.orthosis) for g in problem.groups))
+
+
+def _held(problem: TorqueProblem) -> dict[str, set[float]]:
+    """The finite stiffnesses [N/m] of the orthoses by the parameter that would fit them."""
+    found: dict[str, set[float]] = {
+        "series_stiffness": set(),
+        "cuff_stiffness": set(),
+        "plate_stiffness": set(),
+    }
+    for orthosis in (group.orthosis for group in problem.groups):
+        cables = {muscle.cable.stiffness for muscle in orthosis.muscles_of(problem.chamber).values()}
+        found["series_stiffness"] |= {float(k) for k in cables if np.isfinite(k)}
+        for name, segment in (("cuff_stiffness", "shank"), ("plate_stiffness", "foot")):
+            anchor = orthosis.anchor.get(segment)  # type: ignore[call-overload]
+            if anchor is not None and anchor.stiffness is not None:
+                found[name].add(float(anchor.stiffness))
+    return found
+
+
+def warnings_of(solution: Solution, added: Sequence[str] = ()) -> list[Notice]:
+    """Warnings of a fit; `added` are parameters that were fitted without being asked for."""
+    return list(_warnings(solution, added))
+
+
+def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
+    problem = solution.problem
+    for name in added:
+        yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` tells it", subject=name)
+    angle = np.degrees(problem.column("angle"))
+    pressure, torque = problem.column("pressure"), problem.column("torque")
+    lower, upper = np.degrees(np.array([g.orthosis.range_of_motion for g in problem.groups])).T
+    if angle.min() < lower.min() - 0.1 or angle.max() > upper.max() + 0.1:
+        yield Notice(
+            "beyond-motion",
+            f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
+            "range_of_motion: are unit and zero right?",
+        )
+    yield from _beyond_the_law(solution)
+    yield from _held_soft(solution)
+    if len(np.unique(levels(problem))) == 1:
+        yield Notice(
+            "one-pressure",
+            "the readings are at one pressure: an error of the law's force passes for stiffness or offset; "
+            "readings at three pressures tell them apart",
+        )
+    missed = errors(problem, solution.values)["torque"]
+    share = float(np.sqrt(np.mean(missed**2)) / np.abs(torque).mean())
+    if share > COARSE:
+        yield Notice(
+            "coarse",
+            f"the errors are {100 * share:.0f} % of the mean torque: the model misses something, such as "
+            "friction, a moment arm or the angle's zero",
+            share=share,
+        )
+    if solution.memory > HANGING_TOGETHER:
+        yield Notice(
+            "errors-correlated",
+            "errors of neighbouring angles hang together (correlation {memory:.2f}): they are the "
+            "model's, not the gauge's; the intervals count them as fewer",
+            memory=solution.memory,
+        )
+    airless = (pressure <= WITHOUT_AIR) & (np.abs(missed) > AIRLESS * np.abs(torque).max())
+    if airless.any() and not problem.difference:
+        yield Notice(
+            "torque-without-air",
+            f"without air the torque reads up to {np.abs(torque[pressure <= WITHOUT_AIR]).max():.3g} N·m: "
+            "the limb's weight or tissue is in it; take it out, or fit with torque = difference",
+        )
+
+
+def _beyond_the_law(solution: Solution) -> Iterator[Notice]:
+    problem = solution.problem
+    for name, group in problem.groups[0].orthosis.muscles_of(problem.chamber).items():
+        low, high = group.type.law_set.pressure_range
+        pressure = problem.column("pressure")
+        filled = pressure[pressure > WITHOUT_AIR]
+        if len(filled) and (filled.min() < 0.98 * low or filled.max() > 1.02 * high):
+            yield Notice(
+                "beyond-law",
+                f"{{subject}}: pressures go from {filled.min() * 1e-5:.3g} to "
+                f"{filled.max() * 1e-5:.3g} bar, and "
+                f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar",
+                subject=name,
+            )
+    found, torque = predict(problem, solution.values)["torque"], problem.column("torque")
+    taut = found != 0.0
+    scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0
+    slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
+    if slack:
+        settings = "1 setting" if slack == 1 else f"{slack} settings"
+        text = "at {settings} the fitted muscle hangs slack where a torque was read"
+        yield Notice("slack", text, settings=settings)
+
+
+def _held_soft(solution: Solution) -> Iterator[Notice]:
+    """Cables that end rigid, and a model that still is too weak: what is held gives more than the device."""
+    problem, orthosis = solution.problem, solution.problem.groups[0].orthosis
+    free = next((p for p in problem.free if p.name == "series_stiffness"), None)
+    missed, torque = errors(problem, solution.values)["torque"], problem.column("torque")
+    weaker = float(np.nansum(missed * np.sign(torque))) < 0.0  # errors are predicted less measured
+    held = [f"{name}_stiffness" for name in ("cuff", "plate") if f"{name}_stiffness" not in problem.names]
+    if free is None or not weaker or not held or not orthosis.anchored:
+        return
+    if solution.values[free.name] > RIGID * free.upper:
+        yield Notice(
+            "held-soft",
+            "the cables end rigid, and the readings are stronger still: what is held gives more in the "
+            f"orthosis' file than on the device, or an anchor is elsewhere: try --fit {held[0]}",
+            subject=held[0],
+        )

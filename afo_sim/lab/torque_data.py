@@ -1,0 +1,333 @@
+"""Measured static joint torque: a CSV of angle, pressure and torque, or a worn device's own log.
+
+Readings at one setting count as one: how far they lie apart says what the gauge scatters, not how well the
+model fits. Of a log only the samples are taken at which nothing moves, and a stretch of them is one reading.
+"""
+
+import pathlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
+from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.lab.measured import SENSOR_OFFSET
+
+EXAMPLE = "angle [deg], pressure [bar], torque [N*m]"
+NUMBERS = {
+    "time": "s",
+    "angle": "rad",
+    "pressure": "Pa",
+    "absolute pressure": "Pa",
+    "torque": "N*m",
+    "cuff": "m",
+}
+WORDS = {"group": "group", "test": "group", "chamber": "chamber", "muscle": "chamber"}
+IGNORED = ("length", "moment arm", "note")  # that may stand in such a file
+HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
+ONLY = "1"  # the group where there is no such column
+HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], angle [rad], torque [N·m]
+FARTHEST = 0.5  # displacement of a cuff [m]
+
+WITHOUT_AIR = 5e3  # gauge pressure up to which a reading is one without air [Pa]
+SAME_ANGLE, SAME_PRESSURE = np.radians(0.05), 500.0  # settings are rounded to such steps
+ANGLE_RATE, PRESSURE_RATE = np.radians(2.0), 5e3  # up to which a sample of a log is still [rad/s], [Pa/s]
+WINDOW = 0.5  # over which the rates of a log are taken [s]
+CELL_ANGLE, CELL_PRESSURE = np.radians(1.0), 5e3  # a still stretch is cut into cells of this size
+FEWEST_SAMPLES = 10  # of a log
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Static torques of one group (a test, a day, a wearer), SI, one number a setting.
+
+    `angle` and `torque` are dorsiflexion positive, `pressure` is gauge, `cuff` the displacement of the cuff
+    along the pull, not a number where none was read. `weight` is how many readings a setting is the mean of;
+    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean.
+    """
+
+    file: pathlib.Path
+    group: str
+    angle: np.ndarray
+    pressure: np.ndarray
+    torque: np.ndarray
+    cuff: np.ndarray
+    weight: np.ndarray
+    scatter: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.angle)
+
+    def take(self, keep: np.ndarray) -> "Readings":
+        """Some of the settings."""
+        names = ("angle", "pressure", "torque", "cuff", "weight", "scatter")
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+
+
+@dataclass(frozen=True)
+class Torques:
+    """What was read of a file: a group's readings by its name, the chambers that its rows name, remarks."""
+
+    groups: dict[str, Readings]
+    chambers: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def read_torques(
+    data: Any,
+    *,
+    chamber: str = "",
+    difference: bool = False,
+    rates: tuple[float, float] = (ANGLE_RATE, PRESSURE_RATE),
+) -> Torques:
+    """Measured torques from a CSV, or from columns in memory.
+
+    Columns are `angle`, `pressure` (gauge) or `absolute pressure`, `torque`, each with its unit. There may be
+    `group` (or `test`), `chamber` (or `muscle`) that was filled, `cuff` (displacement along the pull),
+    `time`. With a time the file is a log, of which still samples are taken.
+
+    Units: rates [rad/s].
+    """
+    table = table_of(data, EXAMPLE, "data")
+    read_facts(table, HEADER)
+    columns = _columns(table)
+    columns, chambers = _of_chamber(table.file, columns, chamber)
+    _check(table.file, columns)
+    remarks = []
+    if "time" in columns:
+        columns, said = _still(table.file, columns, rates)
+        remarks.append(said)
+    else:
+        columns["weight"] = np.ones(len(columns["angle"]))
+    doubt = _doubt_gauge(columns)
+    remarks += [doubt] if doubt else []
+    groups = {}
+    for name in dict.fromkeys(columns["group"].tolist()):
+        own = {key: values[columns["group"] == name] for key, values in columns.items()}
+        if difference:
+            own, said = _less_without_air(table.file, own)
+            remarks += [f"group {name}: {said}" if said and name != ONLY else said] if said else []
+        groups[name] = _settings(table.file, name, own)
+    before, after = len(columns["angle"]), sum(len(g) for g in groups.values())
+    if after < before and not difference:
+        remarks.append(f"{before} readings are of {after} settings; those of one setting count as one")
+    return Torques(groups, chambers, tuple(remarks))
+
+
+Columns = dict[str, np.ndarray]
+
+
+def _columns(table: Table) -> Columns:
+    """Columns by their meaning, SI; nothing twice, nothing unknown, nothing missing."""
+    found: Columns = {}
+    for k, title in enumerate(table.titles):
+        name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
+        known = (*NUMBERS, *WORDS, *IGNORED)
+        if name not in known:
+            raise InputError(
+                "is an unknown column",
+                file=table.file,
+                field="header",
+                value=title,
+                allowed=", ".join(known),
+                nearest=nearest_name(name, known),
+            )
+        if name in IGNORED:
+            continue
+        meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
+        if meant in found:
+            raise InputError("stands there twice", file=table.file, field=meant, value=title)
+        cells = [(line, row[k]) for line, row in table.rows]
+        if name in WORDS:
+            found[meant] = np.array([str(cell) for _, cell in cells], dtype=object)
+            continue
+        scale, _ = scale_of(table.file, name, title, (NUMBERS[name],), EXAMPLE)
+        found[meant] = scale * np.array([number(table.file, line, name, cell) for line, cell in cells])
+        if name == "absolute pressure":
+            found[meant] -= AMBIENT_PRESSURE
+    for needed in ("angle", "pressure", "torque"):
+        if needed not in found:
+            titles = ", ".join(table.titles)
+            raise InputError(
+                f"lacks {'an' if needed == 'angle' else 'a'} {needed}",
+                file=table.file,
+                field="header",
+                value=titles,
+                allowed=EXAMPLE,
+            )
+    count = len(table.rows)
+    if not count:
+        raise InputError("holds no points", file=table.file, allowed=EXAMPLE)
+    found.setdefault("group", np.full(count, ONLY, dtype=object))
+    found.setdefault("chamber", np.full(count, "", dtype=object))
+    found.setdefault("cuff", np.full(count, np.nan))
+    return found
+
+
+def _of_chamber(file: pathlib.Path, columns: Columns, chamber: str) -> tuple[Columns, tuple[str, ...]]:
+    """The rows of one chamber, and the chambers that the file names."""
+    named = columns.pop("chamber")
+    chambers = tuple(dict.fromkeys(name for name in named.tolist() if name))
+    if chamber and chambers:
+        if chamber not in chambers:
+            problem = "the file's rows are of other chambers"
+            raise unknown(chamber, chambers, field="chamber", file=file, problem=problem)
+        keep = (named == chamber) | (columns["pressure"] <= WITHOUT_AIR)
+        columns = {name: values[keep] for name, values in columns.items()}
+        return columns, (chamber,)
+    return columns, chambers
+
+
+def _check(file: pathlib.Path, columns: Columns) -> None:
+    """Refuse numbers that no joint and no muscle has: they are of another unit, or absolute."""
+    for name, low, high, words in (
+        ("pressure", -SENSOR_OFFSET, HIGHEST, "gauge, 0 to 20 bar; or the title absolute pressure [bar]"),
+        ("angle", -WIDEST, WIDEST, "-180 to 180 deg; is the unit right?"),
+        ("torque", -LARGEST, LARGEST, "-10 to 10 kN*m; is the unit right?"),
+        ("cuff", -FARTHEST, FARTHEST, "-50 to 50 cm; is the unit right?"),
+    ):
+        values = columns[name]
+        beyond = values[(values < low) | (values > high)]
+        if len(beyond):
+            shown = {"pressure": 1e-5, "angle": 180.0 / np.pi, "torque": 1.0, "cuff": 100.0}[name]
+            unit = {"pressure": "bar", "angle": "deg", "torque": "N·m", "cuff": "cm"}[name]
+            raise InputError(
+                "is out of range",
+                file=file,
+                field=name,
+                value=f"{shown * beyond[0]:.4g} {unit}",
+                allowed=words,
+            )
+
+
+def _doubt_gauge(columns: Columns) -> str:
+    """Whether the pressures look absolute: none below 0.9 bar, and no torque where they are near 1 bar."""
+    pressure, torque = columns["pressure"], np.abs(columns["torque"])
+    empty = np.abs(pressure - AMBIENT_PRESSURE) < 5e3
+    if pressure.min() < 0.9e5 or not empty.any() or torque[empty].max() > 0.02 * torque.max():
+        return ""
+    return (
+        "at 1 bar the torque is zero, and no pressure is below: if these pressures are absolute, the title "
+        "of their column must say absolute pressure"
+    )
+
+
+def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> tuple[Columns, str]:
+    """Means over the still stretches of a log, and how many samples and readings these are."""
+    time = columns.pop("time")
+    if len(time) < FEWEST_SAMPLES:
+        few = f"holds {len(time)} samples"
+        raise InputError(few, file=file, field="time", allowed=f"a log of at least {FEWEST_SAMPLES}")
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(late):
+        at = f"{time[late[0] + 1]:g} s"
+        raise InputError("does not increase", file=file, field="time", value=at)
+    (angle, turning), (pressure, filling) = (_line(time, columns[name]) for name in ("angle", "pressure"))
+    still = (np.abs(turning) <= rates[0]) & (np.abs(filling) <= rates[1])
+    bounds = f"{np.degrees(rates[0]):.3g} deg/s and {rates[1] * 1e-5:.3g} bar/s"
+    if not still.any():
+        least = f"{np.degrees(np.abs(turning).min()):.3g} deg/s, {np.abs(filling).min() * 1e-5:.3g} bar/s"
+        problem = f"is never still: angle and pressure change faster than {bounds} throughout"
+        raise InputError(
+            problem, file=file, field="time", value=least, allowed="higher bounds, or held postures"
+        )
+    stretch = np.cumsum(np.diff(still.astype(int), prepend=0) == 1)
+    group = columns["group"]
+    cells: dict[tuple[Any, ...], list[int]] = {}
+    for k in np.flatnonzero(still):
+        key = (
+            group[k],
+            stretch[k],
+            np.floor(angle[k] / CELL_ANGLE + 0.5),
+            np.floor(pressure[k] / CELL_PRESSURE + 0.5),
+        )
+        cells.setdefault(key, []).append(int(k))
+    found: Columns = {"group": np.array([key[0] for key in cells], dtype=object)}
+    for name in ("angle", "pressure", "torque", "cuff"):
+        found[name] = np.array([columns[name][rows].mean() for rows in cells.values()])
+    found["weight"] = np.ones(len(cells))
+    said = (
+        f"{int(still.sum())} of {len(time)} samples are still (slower than {bounds}, over {WINDOW:g} s); "
+        f"their stretches give {len(cells)} readings"
+    )
+    return found, said
+
+
+def _line(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of the samples within half a window to either side, and slope of the line through them [1/s]."""
+    first = np.searchsorted(time, time - 0.5 * WINDOW)
+    last = np.searchsorted(time, time + 0.5 * WINDOW, side="right")
+    first, last = np.minimum(first, len(time) - 2), np.maximum(last, 2)
+    narrow = last - first < 2  # slow logs: at least the neighbours
+    first, last = np.where(narrow, np.maximum(first - 1, 0), first), np.where(narrow, last + 1, last)
+    last = np.minimum(last, len(time))
+    t, y = time - time.mean(), values - values.mean()
+
+    def total(x: np.ndarray) -> np.ndarray:
+        sums = np.concatenate([[0.0], np.cumsum(x)])
+        return sums[last] - sums[first]
+
+    n = (last - first).astype(float)
+    spread = total(t * t) - total(t) ** 2 / n
+    slope = (total(t * y) - total(t) * total(y) / n) / np.maximum(spread, 1e-300)
+    return values.mean() + total(y) / n, slope
+
+
+def _less_without_air(file: pathlib.Path, columns: Columns) -> tuple[Columns, str]:
+    """Torques less those read without air at the same angle, between which a straight line is drawn."""
+    empty = columns["pressure"] <= WITHOUT_AIR
+    if not empty.any():
+        return columns, "no reading without air: taken as differences already"
+    if empty.all():
+        raise InputError("holds readings without air only", file=file, field="pressure")
+    angles, where = np.unique(columns["angle"][empty], return_inverse=True)
+    base = np.bincount(where, columns["torque"][empty]) / np.bincount(where)
+    angle = columns["angle"]
+    within = (angle >= angles[0] - SAME_ANGLE) & (angle <= angles[-1] + SAME_ANGLE)
+    keep = ~empty & within
+    if not keep.any():
+        span = f"{np.degrees(angles[0]):.3g} to {np.degrees(angles[-1]):.3g} deg"
+        problem = "no reading with air lies within the angles that were read without air"
+        raise InputError(problem, file=file, field="angle", value=span)
+    found = {name: values[keep] for name, values in columns.items()}
+    found["torque"] = found["torque"] - np.interp(found["angle"], angles, base)
+    outside = int(np.sum(~empty & ~within))
+    said = f"{int(empty.sum())} readings without air are taken from the others"
+    more = f"; {outside} beyond their angles are left out" if outside else ""
+    return found, said + more
+
+
+def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:
+    """Means of the readings at one angle and pressure, in the order of the file."""
+    keys = np.column_stack(
+        [np.round(columns["angle"] / SAME_ANGLE), np.round(columns["pressure"] / SAME_PRESSURE)]
+    )
+    _, first, where = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)  # of the settings, as they come in the file
+    where = np.ravel(where)
+    weight = np.bincount(where, columns["weight"])
+    means = {}
+    for name in ("angle", "pressure", "torque"):
+        means[name] = (np.bincount(where, columns["weight"] * columns[name]) / weight)[order]
+    away = columns["torque"] - (np.bincount(where, columns["weight"] * columns["torque"]) / weight)[where]
+    scatter = (np.bincount(where, columns["weight"] * away**2) / weight)[order]
+    seen = np.isfinite(columns["cuff"])
+    share = np.bincount(where[seen], minlength=len(order))
+    with np.errstate(invalid="ignore"):  # where none was read
+        cuff = np.bincount(where[seen], columns["cuff"][seen], len(order)) / np.where(share, share, np.nan)
+    return Readings(file, group, **means, cuff=cuff[order], weight=weight[order], scatter=scatter)
+
+
+def joined(parts: Mapping[str, Torques]) -> Torques:
+    """Several files as one: their groups by name, told apart by the file where two have the same."""
+    groups: dict[str, Readings] = {}
+    for name, part in parts.items():
+        for group, readings in part.groups.items():
+            own = group if len(parts) == 1 else (name if group == ONLY else f"{name}/{group}")
+            groups[own] = replace(readings, group=own)
+    chambers = tuple(dict.fromkeys(c for part in parts.values() for c in part.chambers))
+    return Torques(groups, chambers, tuple(r for part in parts.values() for r in part.remarks))

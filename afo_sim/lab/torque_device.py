@@ -1,0 +1,257 @@
+"""Statics of an orthosis about its joint: paths and moment arms over angle, and the tensions that balance.
+
+    L(φ) = |i(φ) − o|,  r = −dL/dφ         path between two anchors and its moment arm; round guides by MuJoCo
+    x(φ) = −r φ,        r constant          path over a pulley, from angle zero
+    κ_path = (L0 + s − L)/L0                contraction ratio that the path leaves, s all that is in series
+    κ = κ_path + [F/k + Σ z(P)]/L0          own contraction: cable k, anchors z under the pull P = Σ F
+    M = Σ r F                               torque, dorsiflexion positive
+
+The same balance as in a run at rest; here from the description alone, without leg. Friction at guides
+is left out: at rest it acts either way.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.units import format_quantity
+from afo_sim.description import reader
+from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.rest_curves import at_rest
+from afo_sim.model.paths import paths_of
+from afo_sim.physics.in_series import on_anchors, row, tensions
+from afo_sim.physics.laws import LAWS
+from afo_sim.physics.series import anchor_displacement
+
+HALVINGS = 50  # of the pull on the anchors, where several groups share them
+Anchor = tuple[
+    float, float, float
+]  # stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens
+ANCHORS = {"cuff_stiffness": "shank", "plate_stiffness": "foot"}
+CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """One muscle's path over a set of angles: length [m] (n,), moment arm [m] (n,), and how many have it."""
+
+    group: str
+    length: np.ndarray
+    arm: np.ndarray
+    count: int
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a fit puts in place of an orthosis' own values, SI; None leaves them.
+
+    `series_stiffness`, `offset` and `law` (by parameter) are of the muscles that are filled; `shank` and
+    `foot` are the anchors' stiffnesses.
+    """
+
+    series_stiffness: float | None = None
+    offset: float | None = None
+    shank: float | None = None
+    foot: float | None = None
+    law: Mapping[str, float] | None = None
+
+
+def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
+    """The paths of an orthosis' muscles, alike ones together.
+
+    Units: angle [rad] (n,).
+    """
+    found = []
+    guided = _guided(orthosis, angle)
+    for name, group in orthosis.muscle.items():
+        if group.pulley is not None:
+            arm = np.full(len(angle), group.pulley.moment_arm)
+            found.append(Path(name, -arm * angle, arm, group.count))
+            continue
+        alike = group.alike
+        for k in range(1 if alike else group.count):
+            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(group, k, angle)
+            found.append(Path(name, length, arm, group.count if alike else 1))
+    return found
+
+
+def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Length and moment arm of each muscle whose path has points or surfaces, by name."""
+    if not any(group.path for group in orthosis.muscle.values()):
+        return {}
+    known = paths_of(orthosis)
+    lengths, arms = known.lengths(angle), known.moment_arms(angle)
+    return {name: (lengths[:, k], arms[:, k]) for k, name in enumerate(known.tendons)}
+
+
+def _between(group: MuscleGroup, number: int, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length and moment arm of one muscle between two anchors; toe up is positive."""
+    assert group.origin is not None and group.insertion is not None
+    side = number - 0.5 * (group.count - 1)
+    ends = {}
+    for end in (group.origin, group.insertion):
+        x, y, z = end.from_ankle
+        ends[end.segment] = (x, y + side * end.spacing, z)
+    (shank_x, shank_y, shank_z), (x, y, z) = ends["shank"], ends["foot"]
+    cos, sin = np.cos(angle), np.sin(angle)
+    turned_x, turned_z = x * cos - z * sin, x * sin + z * cos
+    forward, aside, up = turned_x - shank_x, y - shank_y, turned_z - shank_z
+    length = np.sqrt(forward**2 + aside**2 + up**2)
+    return length, (forward * turned_z - up * turned_x) / length
+
+
+def statics(
+    orthosis: Orthosis, geometry: Sequence[Path], chamber: str, pressure: np.ndarray, change: Change
+) -> tuple[np.ndarray, np.ndarray]:
+    """Torque and pull on the anchors at rest.
+
+    Units: pressure [Pa] (n,), returns [N·m].
+    """
+    anchors = _anchors(orthosis, change)
+    pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
+    for path in geometry:
+        muscle = _Muscle.of(orthosis, path, chamber, pressure, change)
+        tension = muscle.tension(())
+        if not tension.any():
+            continue  # slack on rigid anchors, so on any
+        if anchors and muscle.anchored:
+            pulling.append(muscle)
+        else:
+            torque += path.count * tension * path.arm
+            pull += path.count * tension * muscle.anchored
+    shared = _shared(pulling, anchors)
+    for muscle, tension in zip(pulling, shared, strict=True):
+        torque += muscle.path.count * tension * muscle.path.arm
+        pull += muscle.path.count * tension
+    return torque, pull
+
+
+def _anchors(orthosis: Orthosis, change: Change) -> tuple[Anchor, ...]:
+    """The anchors that give: as described, or with the stiffness of a fit."""
+    found: list[Anchor] = []
+    for segment, fitted in (("shank", change.shank), ("foot", change.foot)):
+        described: Mounting | None = orthosis.anchor.get(segment)  # type: ignore[call-overload]
+        if fitted is not None:
+            found.append((fitted, 0.0, 0.0))
+        elif described is not None and described.stiffening is not None:
+            found.append((0.0, described.stiffening.force, described.stiffening.length))
+        elif described is not None and described.stiffness is not None:
+            found.append((described.stiffness, 0.0, 0.0))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Muscle:
+    """One path with its muscle: what the path leaves [-] (n,), pressures [Pa] (n,), the muscle's numbers."""
+
+    path: Path
+    room: np.ndarray
+    pressure: np.ndarray
+    nominal_length: float
+    row: np.ndarray
+    anchored: bool
+
+    @classmethod
+    def of(
+        cls, orthosis: Orthosis, path: Path, chamber: str, pressure: np.ndarray, change: Change
+    ) -> "_Muscle":
+        group = orthosis.muscle[path.group]
+        filled = (group.chamber or path.group) == chamber
+        bare, cable, series = at_rest(group.type), group.cable.stiffness, group.series_length
+        if filled:
+            if change.series_stiffness is not None:
+                cable = change.series_stiffness
+            if change.offset is not None:
+                series += change.offset - group.cable.offset
+            if change.law:
+                parameters = group.type.law_set.parameters | dict(change.law)
+                coefficients = group.type.coefficients_of(group.type.law, parameters)
+                bare = type(bare)(**{**vars(bare), "coefficients": coefficients})
+        nominal = group.type.nominal_length
+        return cls(
+            path,
+            1.0 + (series - path.length) / nominal,
+            pressure if filled else np.zeros(len(pressure)),
+            nominal,
+            row(bare, cable, path.count),
+            group.pulley is None,
+        )
+
+    def tension(self, anchors: Sequence[Anchor], given: np.ndarray | float = 0.0) -> np.ndarray:
+        """Of each muscle [N], alone on anchors, or on ones that have given a length [m]."""
+        u = on_anchors(self.row, anchors)
+        return tensions(self.room + given / self.nominal_length, self.pressure, u)
+
+
+def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.ndarray]:
+    """Tension of each muscle where all pull on the same anchors.
+
+    P − Σ n F rises with P: bisection between none and the pull on rigid anchors.
+    """
+    if len(muscles) < 2:
+        return [muscle.tension(anchors) for muscle in muscles]
+
+    def of(pull: np.ndarray) -> list[np.ndarray]:
+        given = np.array([_displacement(anchors, float(p)) for p in pull])
+        return [muscle.tension((), given) for muscle in muscles]
+
+    def total(found: list[np.ndarray]) -> np.ndarray:
+        return np.sum([m.path.count * f for m, f in zip(muscles, found, strict=True)], axis=0)
+
+    low, high = np.zeros(len(muscles[0].room)), total([muscle.tension(()) for muscle in muscles])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        more = total(of(middle)) > middle
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return of(0.5 * (low + high))
+
+
+def _displacement(anchors: Sequence[Anchor], pull: float) -> float:
+    return math.fsum(anchor_displacement(pull, *anchor, 0.0, 0.0, 0.0, 1.0)[0] for anchor in anchors)
+
+
+def fitted_orthosis(
+    orthosis: Orthosis, chamber: str, values: Mapping[str, float], sources: Mapping[str, str]
+) -> Orthosis:
+    """An orthosis with fitted values in place of its own.
+
+    Units: values [SI].
+    """
+    table = orthosis.model_dump(mode="json", exclude_none=True)
+    for name, value in values.items():
+        if name in ANCHORS:
+            _anchor(table, ANCHORS[name], value, sources[name])
+            continue
+        for group in orthosis.muscles_of(chamber):
+            muscle = table["muscle"][group]
+            if name in CABLE:
+                key, unit = CABLE[name]
+                _put(muscle.setdefault("cable", {}), key, format_quantity(value, unit), sources[name])
+            else:
+                law = orthosis.muscle[group].type.law
+                unit = LAWS[law].parameter(name).unit
+                _put(muscle["type"]["laws"][law], name, format_quantity(value, unit), sources[name])
+                muscle["type"].pop("covariance", None)  # of another fit, about another value
+    table["name"] = f"{orthosis.name or 'orthosis'}-fitted"
+    try:
+        found: Orthosis = reader.load("orthosis", table)
+    except InputError as error:
+        problem = f"the fit is not a valid orthosis: {error.field} {error.problem}"
+        raise InputError(problem, value=error.value, allowed=error.allowed) from None
+    return found
+
+
+def _anchor(table: dict[str, Any], segment: str, value: float, source: str) -> None:
+    """An anchor of a stiffness, in place of a stiffening law; its damping stays."""
+    anchor = table.setdefault("anchor", {}).setdefault(segment, {})
+    anchor.pop("stiffening", None)
+    _put(anchor, "stiffness", format_quantity(value, "N/m"), source)
+
+
+def _put(table: dict[str, Any], key: str, value: Any, source: str) -> None:
+    table[key] = value
+    table["provenance"] = table.get("provenance", {}) | {key: {"kind": "fitted", "source": source}}

@@ -1,0 +1,416 @@
+"""Compliance, offset and law of a mounted device from measured static torque.
+
+The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
+each reading the muscle is in balance with its cable, cuff and plate,
+
+    κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
+
+with path and moment arm r of the orthosis. `series_stiffness` is k, the stiffness of each filled muscle's
+cable and brackets. `offset` is the length that they give before they carry anything. `cuff_stiffness`
+and `plate_stiffness` are those of the anchors, which all muscles share. Any other name is a parameter
+of the muscle's law.
+"""
+
+import os
+import pathlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import parse_quantity
+from afo_sim.description import reader
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.lab.identifiability import refusal_of, refused
+from afo_sim.lab.torque_belief import (
+    SharedError,
+    doubts,
+    interval_of,
+    judged,
+    scattered,
+    shared_errors,
+    warnings_of,
+)
+from afo_sim.lab.torque_data import ANGLE_RATE, PRESSURE_RATE, Torques, joined, read_torques
+from afo_sim.lab.torque_device import fitted_orthosis
+from afo_sim.lab.torque_problem import (
+    Group,
+    TorqueParameter,
+    TorqueProblem,
+    choose_chamber,
+    errors,
+    parameters,
+    require_possible,
+)
+from afo_sim.lab.torque_solution import (
+    KINDS,
+    Alternative,
+    Apart,
+    HeldOut,
+    Solution,
+    alternatives,
+    apart,
+    held_out,
+    parts,
+    predicted,
+    root_mean_square,
+    solve,
+)
+from afo_sim.simulation.display_hooks import shown
+
+USUAL_FIT = ("series_stiffness", "offset")
+HOLD_OUT = ("all", "none", *KINDS)
+MEANINGS = ("device", "difference")
+FILE = "file"
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class TorqueFit:
+    """Parameters of a mounted device, and how far they can be believed. SI.
+
+    `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
+    readings that were left out, by what was left out; `alternatives` are the fits without each parameter,
+    `apart` the fits to each group alone, `remarks` remarks of reading the files, `shared` the fits as if all
+    readings were off alike, or what is held were another: no interval holds these.
+    """
+
+    solution: Solution
+    verdict: tuple[Notice, ...]
+    held_out: dict[str, HeldOut]
+    judged_by: str
+    alternatives: tuple[Alternative, ...]
+    apart: Apart | None
+    remarks: tuple[str, ...]
+    warnings: tuple[Notice, ...]
+    shared: tuple[SharedError, ...] = ()
+
+    def __repr__(self) -> str:
+        """One line: parameters with intervals, error, and how many are refused."""
+        lacking = len(refused(self.verdict))
+        told = f"; {lacking} not identifiable" if lacking else ""
+        return f"<TorqueFit: {', '.join(map(self._in_short, self.problem.free))}; {self._error}{told}>"
+
+    def _repr_html_(self) -> str:  # asked for by Jupyter
+        return shown().html(self)
+
+    @property
+    def _error(self) -> str:
+        seen = f"{self.rms:.3g} N·m RMS over {len(self.problem)} settings"
+        kind = next(iter(self.held_out), "")
+        return seen + (f", {self.held_out[kind].rms:.3g} with {kind} left out" if kind else "")
+
+    @property
+    def problem(self) -> TorqueProblem:
+        """What was fitted to what."""
+        return self.solution.problem
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The fitted values [SI]."""
+        return self.solution.values
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """95 % interval of each [SI]; None where the readings do not identify it."""
+        lacking = refused(self.verdict)
+        return {
+            p.name: None if p.name in lacking else interval_of(self.solution, k)
+            for k, p in enumerate(self.problem.free)
+        }
+
+    @property
+    def residuals(self) -> np.ndarray:
+        """Predicted less measured torque, setting by setting [N·m]."""
+        return errors(self.problem, self.parameters)["torque"]
+
+    @property
+    def rms(self) -> float:
+        """Of the residuals, every reading alike [N·m]."""
+        return root_mean_square(self.solution)
+
+    @property
+    def identifiable(self) -> bool:
+        """True where the readings identify every parameter."""
+        return not self.verdict
+
+    @property
+    def orthosis(self) -> Orthosis:
+        """The orthosis with the fitted values, ready to run; with several, the first of `orthoses`."""
+        return next(iter(self.orthoses.values()))
+
+    @property
+    def orthoses(self) -> dict[str, Orthosis]:
+        """The fitted orthosis by group; all the same where one orthosis was measured."""
+        problem, sources = self.problem, {p.name: self.source(p) for p in self.problem.free}
+        return {
+            g.readings.group: fitted_orthosis(g.orthosis, problem.chamber, self.parameters, sources)
+            for g in problem.groups
+        }
+
+    def parts(self, kind: str) -> dict[str, np.ndarray]:
+        """Which settings were left out together, by the names in `held_out`."""
+        return parts(self.problem, kind)
+
+    def _in_short(self, parameter: TorqueParameter) -> str:
+        interval = self.intervals[parameter.name]
+        ends = "" if interval is None else " to ".join(f"{parameter.number(end):.3g}" for end in interval)
+        value = parameter.text(self.parameters[parameter.name])
+        return f"{parameter.name} = {value} ({ends or 'no interval'})"
+
+    def ends(self, parameter: TorqueParameter) -> str:
+        """A parameter's interval, or why it has none."""
+        interval = self.intervals[parameter.name]
+        if interval is None:
+            return f"no interval: {self.reason(parameter.name)}"
+        low, high = (f"{parameter.number(end):.3g}" for end in interval)
+        return f"95 % interval {low} to {high} {parameter.shown}".strip() + ", of the readings' scatter alone"
+
+    def reason(self, name: str) -> str:
+        """The reason why a parameter's interval is refused; "" where it is not."""
+        notice = refusal_of(self.verdict, name)
+        return "" if notice is None else notice.data["reason"]
+
+    def source(self, parameter: TorqueParameter) -> str:
+        """What stands beside a fitted value in the orthosis' file."""
+        files = ", ".join(dict.fromkeys(g.readings.file.name for g in self.problem.groups))
+        together = [p.name for p in self.problem.free if p is not parameter]
+        beside = f" with {', '.join(together)}" if together else ""
+        return (
+            f"fitted{beside} to {len(self.problem)} static torques of {files}, {self.rms:.3g} N·m RMS; "
+            f"{self.ends(parameter)}"
+        )
+
+
+def fit_torque(
+    data: Any,
+    orthosis: Any,
+    fit: Sequence[str] = USUAL_FIT,
+    *,
+    hold_out: Any = "all",
+    chamber: str = "",
+    torque: str = "device",
+    rates: Mapping[str, Any] | None = None,
+    report: Progress = lambda text: None,
+) -> TorqueFit:
+    """Fit the compliance between device and joint, and the muscle's law, to measured static torque.
+
+    Parameters
+    ----------
+    data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles; or a list of these.
+        Columns `angle`, `pressure` (gauge), `torque`; also `group`, `chamber`, `cuff` (displacement along the
+        pull, by which `cuff_stiffness` is fitted), `time` (a log: still samples are taken)
+    orthosis : name, path or description; or {group: orthosis} where groups were taken of different ones
+    fit : parameters: `series_stiffness` and `offset` of each filled muscle's cable and brackets,
+        `cuff_stiffness` and `plate_stiffness` of the anchors, or a parameter of the muscle's law
+    hold_out : "all", "group", "angle", "pressure" left out in turn, "none"; or further data, only predicted
+    chamber : that was filled, or its muscle group; by default as the data say, the only one, or `dorsiflexor`
+    torque : "device", the pull of the muscles alone, without the limb's weight and tissue; or "difference":
+        less what is read without air, at the angles of the readings without air where there are such
+    rates : of a log's still samples, by default {"angle": "2 deg/s", "pressure": "0.05 bar/s"}
+    report : called with what is being done
+
+    Returns
+    -------
+    TorqueFit
+
+    Raises
+    ------
+    InputError
+        A file, column, unit, name or argument is wrong, there are too few readings, or the muscles cannot
+        give such torques.
+
+    Examples
+    --------
+    >>> muscle, lever = load("muscle", "dmsp_20"), 0.05  # the arm's pulley [m]
+    >>> angle, bar = np.tile(np.linspace(-30.0, 30.0, 7), 3), np.repeat([2.0, 3.0, 4.0], 7)
+    >>> path = 0.1 + lever * np.radians(angle) / muscle.nominal_length
+    >>> force = muscle.force(1e5 * bar, contraction=path, series_stiffness="20 kN/m", offset="3 mm")
+    >>> data = {"angle [deg]": angle, "pressure [bar]": bar, "torque [N*m]": lever * force}
+    >>> found = fit_torque(data, "arm", chamber="flexor", hold_out="pressure")
+    >>> round(found.parameters["series_stiffness"]), round(1e3 * found.parameters["offset"], 3)
+    (20000, 3.0)
+    >>> found.verdict, found.orthosis.muscle["flexor"].cable.offset == found.parameters["offset"]
+    ((), True)
+    """
+    if torque not in MEANINGS:
+        raise unknown(torque, MEANINGS, field="torque")
+    kinds, unseen = _held(hold_out)
+    names = (fit,) if isinstance(fit, str) else tuple(fit)
+    difference, orthoses = torque == "difference", _orthoses(orthosis)
+    read, *others = (_read(each, chamber, difference, rates) for each in (data, *unseen))
+    further = [group for each in others for group in _groups(each, orthoses)]
+    problem = _posed(read, orthoses, names, chamber, difference)
+    return _fitted(problem, names, kinds, hold_out, further, read.remarks, report)
+
+
+def _fitted(
+    problem: TorqueProblem,
+    asked: Sequence[str],
+    kinds: Sequence[str],
+    hold_out: Any,
+    further: Sequence[Group],
+    remarks: tuple[str, ...],
+    report: Progress,
+) -> TorqueFit:
+    """The fit, and what it says of readings that it did not see."""
+    report("fitting")
+    solution = solve(problem)
+    groups = apart(solution, report)
+    solution, contradictions = scattered(solution, groups)
+    found = held_out(solution, kinds, report)
+    _require_held_out(hold_out, kinds, found)
+    kind, alone = alternatives(solution, found, report)
+    lines = judged(solution, kind, alone, found)
+    if further:
+        found[FILE] = predicted(solution, further)
+    shared = shared_errors(solution)
+    warnings = (*contradictions, *_warnings(solution, asked, lines, shared))
+    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared)
+
+
+def _warnings(
+    solution: Solution, asked: Sequence[str], verdict: Sequence[Notice], shared: Sequence[SharedError]
+) -> list[Notice]:
+    """Warnings of a fit, and doubts about the parameters that it does not refuse."""
+    names = solution.problem.names
+    lacking = refused(verdict)
+    known = [name for name in names if name not in lacking]
+    added = [name for name in names if name not in asked]
+    return [*warnings_of(solution, added), *doubts(solution, known, shared)]
+
+
+def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
+    """The kinds of parts to leave out, and further data to predict."""
+    given = list(hold_out) if isinstance(hold_out, list | tuple) else [hold_out]
+    kinds: list[str] = []
+    unseen = []
+    for each in given:
+        if each == "all":
+            kinds += KINDS
+        elif isinstance(each, str) and each in KINDS:
+            kinds.append(each)
+        elif isinstance(each, str) and each != "none" and not pathlib.Path(each).is_file():
+            problem = "is neither something to leave out nor a file"
+            near = nearest_name(each, HOLD_OUT)
+            allowed = f"{', '.join(HOLD_OUT)}, or a CSV"
+            raise InputError(problem, field="hold_out", value=each, allowed=allowed, nearest=near)
+        elif each != "none":
+            unseen.append(each)
+    if unseen and not kinds and "none" not in [e for e in given if isinstance(e, str)]:
+        kinds = list(KINDS)
+    return tuple(dict.fromkeys(kinds)), unseen
+
+
+def _require_held_out(asked: Any, kinds: Sequence[str], found: Mapping[str, HeldOut]) -> None:
+    """Refuse a kind that was asked for by its name and cannot be left out."""
+    given = asked if isinstance(asked, list | tuple) else [asked]
+    named = [each for each in given if isinstance(each, str)]
+    for kind in kinds:
+        if kind in named and kind not in found:
+            raise InputError(
+                "cannot be left out of these readings",
+                field="hold_out",
+                value=kind,
+                allowed=", ".join(["all", "none", *found]),
+            )
+
+
+def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
+    """The orthosis of every group, under its name; under "" the one of all."""
+    by_group = isinstance(orthosis, Mapping) and not ({"muscle", "range_of_motion"} & set(orthosis))
+    if not by_group:
+        return {"": _orthosis(orthosis)}
+    if not orthosis:
+        raise InputError("names no orthosis", field="orthosis")
+    return {str(group): _orthosis(each) for group, each in orthosis.items()}
+
+
+def _orthosis(source: Any) -> Orthosis:
+    found: Orthosis = source if isinstance(source, Orthosis) else reader.load("orthosis", source)
+    if not found.muscle:
+        raise InputError("has no muscle", field="orthosis", value=found.name)
+    return found
+
+
+def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | None) -> Torques:
+    """The readings of one or several files; several files are groups of their own."""
+    sources = list(data) if isinstance(data, list | tuple) else [data]
+    if not sources:
+        raise InputError("names no data", field="data")
+    bounds = {"angle": ANGLE_RATE, "pressure": PRESSURE_RATE}
+    for name, text in (rates or {}).items():
+        if name not in bounds:
+            raise unknown(name, bounds, field="rates")
+        bounds[name] = _rate(name, text)
+    found: dict[str, Torques] = {}
+    files = []
+    for k, source in enumerate(sources):
+        if not isinstance(source, str | os.PathLike) and not hasattr(source, "keys"):
+            shown = type(source).__name__
+            raise InputError(
+                "is not valid data", field="data", value=shown, allowed="a CSV, or {title: numbers}"
+            )
+        name = pathlib.Path(source).stem if isinstance(source, str | os.PathLike) else f"data {k + 1}"
+        if isinstance(source, str | os.PathLike):
+            if pathlib.Path(source).resolve() in files:
+                raise InputError("is given twice: its readings would count double", file=source)
+            files.append(pathlib.Path(source).resolve())
+        name = name if name not in found else f"{name} {k + 1}"
+        found[name] = read_torques(
+            source, chamber=chamber, difference=difference, rates=(bounds["angle"], bounds["pressure"])
+        )
+    return joined(found)
+
+
+def _rate(name: str, text: Any) -> float:
+    unit, example = {"angle": ("rad/s", "2 deg/s"), "pressure": ("Pa/s", "0.05 bar/s")}[name]
+    try:
+        found = parse_quantity(text, unit)
+    except ValueError as error:
+        problem = str(error).partition(";")[0]
+        raise InputError(problem, field=f"rates.{name}", value=text, allowed=f"as in {example}") from None
+    if found <= 0.0:
+        raise InputError("is out of range", field=f"rates.{name}", value=text, allowed="more than 0")
+    return found
+
+
+def _groups(read: Torques, orthoses: Mapping[str, Orthosis]) -> tuple[Group, ...]:
+    """The readings with their orthoses."""
+    found = []
+    for name, readings in read.groups.items():
+        if "" not in orthoses and name not in orthoses:
+            problem = "no orthosis is given for this group"
+            raise unknown(name, orthoses, field="group", file=readings.file, problem=problem)
+        found.append(Group.of(readings, orthoses.get(name, orthoses.get(""))))  # type: ignore[arg-type]
+    return tuple(found)
+
+
+def _posed(
+    read: Torques, orthoses: Mapping[str, Orthosis], names: Sequence[str], chamber: str, difference: bool
+) -> TorqueProblem:
+    """The problem, if there is enough to fit; a measured cuff brings its stiffness with it."""
+    chamber = choose_chamber(next(iter(orthoses.values())), chamber, read.chambers)
+    groups = _groups(read, orthoses)
+    used = [group.orthosis for group in groups]
+    for orthosis in used:
+        if chamber not in orthosis.chamber:
+            lacking = "one of the orthoses has no such chamber"
+            raise unknown(chamber, orthosis.chamber, field="chamber", problem=lacking)
+    cuff = any(np.isfinite(group.readings.cuff).any() for group in groups)
+    wanted = [*names, *(["cuff_stiffness"] if cuff and "cuff_stiffness" not in names else [])]
+    problem = TorqueProblem(groups, parameters(wanted, used, chamber), chamber, difference)
+    file = groups[0].readings.file
+    if len(problem) <= len(problem.free):
+        raise InputError(
+            f"holds {len(problem)} different setting{'s' if len(problem) != 1 else ''} for "
+            f"{len(problem.free)} parameter{'s' if len(problem.free) != 1 else ''}",
+            file=file,
+            allowed="more settings than parameters, or fewer parameters in the fit",
+        )
+    require_possible(problem)
+    return problem

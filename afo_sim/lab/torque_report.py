@@ -1,0 +1,165 @@
+"""A torque fit in files and in words: the fitted orthosis, its numbers, tables and remarks to print."""
+
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.toml_text import toml_text
+from afo_sim.common.writing import write_json, write_text
+from afo_sim.description import reader
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.portable import portable
+from afo_sim.lab.identifiability import rms
+from afo_sim.lab.torque_fit import TorqueFit
+from afo_sim.lab.torque_problem import errors
+
+NUMBERS, ORTHOSIS = "fit_torque.json", "orthosis.toml"
+FILES = (NUMBERS, ORTHOSIS, "fit_torque.png", "fit_torque.pdf")
+
+Table = tuple[str, list[str], list[list[str]]]
+
+
+def write(found: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
+    """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each.
+
+    Parameters
+    ----------
+    found : from `fit_torque`
+    folder : to write to
+    place : where these files will stand; the orthosis runs from there and wherever the folder is moved to
+    """
+    write_json(folder / NUMBERS, as_json(found))
+    for name, own in folders(found).items():
+        (folder / own).mkdir(parents=True, exist_ok=True)
+        _write_orthosis(found, found.orthoses[name], folder / own, place / own)
+
+
+def folders(found: TorqueFit) -> dict[str, pathlib.Path]:
+    """Where the orthosis of each group is written: one for all, or a folder for each."""
+    names = [g.readings.group for g in found.problem.groups]
+    if len({id(g.orthosis) for g in found.problem.groups}) == 1:
+        return {names[0]: pathlib.Path()}
+    return {
+        name: pathlib.Path("".join(c if c.isalnum() or c in "-_" else "_" for c in name)) for name in names
+    }
+
+
+def _write_orthosis(found: TorqueFit, orthosis: Orthosis, folder: pathlib.Path, place: pathlib.Path) -> None:
+    """One orthosis' file, with its cuff and plate beside it where they are not shipped."""
+    table = orthosis.model_dump(mode="json", exclude_none=True)
+    table = portable({"orthosis": table}, place, folder)["orthosis"]
+    lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
+    text = "\n".join([*lacking, toml_text(table)]) if lacking else toml_text(table)
+    write_text(folder / ORTHOSIS, text)
+    reader.load("orthosis", folder / ORTHOSIS)  # it must be one
+
+
+def as_json(found: TorqueFit) -> dict[str, Any]:
+    """The fit as plain data, SI."""
+    problem, intervals = found.problem, found.intervals
+    return {
+        "data": list(dict.fromkeys(str(g.readings.file) for g in problem.groups)),
+        "chamber": problem.chamber,
+        "torque": "difference" if problem.difference else "device",
+        "parameters": {
+            p.name: {
+                "value": found.parameters[p.name],
+                "unit": p.unit,
+                "interval_95": intervals[p.name],
+                "refused": found.reason(p.name) or None,
+            }
+            for p in problem.free
+        },
+        "correlation": found.solution.correlation.tolist(),
+        "verdict": list(found.verdict),
+        "settings": len(problem),
+        "readings": float(problem.column("weight").sum()),
+        "independent_errors": found.solution.independent,
+        "correlation_of_neighbouring_errors": found.solution.memory,
+        "rms": found.rms,
+        "rms_cuff": _cuff_error(found),
+        "held_out": {
+            kind: {"rms": each.rms} | {name: each.of(name) for name in each.errors}
+            for kind, each in found.held_out.items()
+        },
+        "without": {
+            each.dropped: {"values": each.values, "rms_held_out": each.rms, "predicts_as_well": each.beaten}
+            for each in found.alternatives
+        },
+        "judged_by": found.judged_by or None,
+        "shared_errors": {each.cause: each.values for each in found.shared},
+        "one_by_one": found.apart.values if found.apart else None,
+        "chance_that_groups_agree": found.apart.chance if found.apart else None,
+        "points": _points(found),
+        "remarks": list(found.remarks),
+        "warnings": list(found.warnings),
+    }
+
+
+def _cuff_error(found: TorqueFit) -> float | None:
+    """RMS error of the cuff's displacement [m]; None where none was read."""
+    missed = errors(found.problem, found.parameters)["cuff"]
+    missed = missed[np.isfinite(missed)]
+    return rms(missed) if len(missed) else None
+
+
+def _points(found: TorqueFit) -> dict[str, Any]:
+    problem, names = found.problem, [g.readings.group for g in found.problem.groups]
+    return {
+        "group": [names[k] for k in problem.of_group],
+        **{c: problem.column(c).tolist() for c in ("angle", "pressure", "torque", "weight")},
+        "residual": found.residuals.tolist(),
+    }
+
+
+def tables(found: TorqueFit) -> list[Table]:
+    """(title, header, rows) to print: parameters, without each, with shared errors, by group."""
+    free = found.problem.free
+    rows = []
+    for p in free:
+        interval = found.intervals[p.name]
+        belief = "refused" if interval is None else " to ".join(f"{p.number(end):.3g}" for end in interval)
+        rows.append([p.name, f"{p.number(found.parameters[p.name]):.4g}", belief, p.shown])
+    shown = [("parameters", ["parameter", "value", "95 % interval", "unit"], rows)]
+    if found.alternatives:
+        kind, header = found.judged_by, ["fit", *(p.name for p in free), "RMS [N·m]"]
+        rows = [["as asked", *(p.text(found.parameters[p.name]) for p in free), _rms(found, kind)]]
+        for each in found.alternatives:
+            cells = [p.text(each.values[p.name]) if p.name in each.values else "-" for p in free]
+            rows.append([f"without {each.dropped}", *cells, f"{each.rms:.3g}"])
+        shown.append((f"with and without each parameter; error of the {kind} left out", header, rows))
+    if found.identifiable or any(found.intervals.values()):
+        rows = [[each.cause, *(p.text(each.values[p.name]) for p in free)] for each in found.shared]
+        shown.append(("not in the intervals: the same fit with", ["", *(p.name for p in free)], rows))
+    if found.apart:
+        rows = [
+            [group, *(p.text(values[p.name]) for p in free)] for group, values in found.apart.values.items()
+        ]
+        shown.append(("each group fitted alone", ["group", *(p.name for p in free)], rows))
+    return shown
+
+
+def _rms(found: TorqueFit, kind: str) -> str:
+    return f"{found.held_out[kind].rms:.3g}"
+
+
+def remarks(found: TorqueFit) -> list[str]:
+    """Lines to print below the tables."""
+    problem = found.problem
+    readings = problem.column("weight").sum()
+    largest = float(np.abs(found.residuals).max())
+    lines = [*found.remarks]
+    lines.append(
+        f"{readings:.0f} readings: {found.rms:.3g} N·m RMS, worst {largest:.3g} N·m, on a mean torque of "
+        f"{np.abs(problem.column('torque')).mean():.3g} N·m"
+    )
+    cuff = _cuff_error(found)
+    if cuff is not None:
+        lines.append(f"displacement of the cuff: {1e3 * cuff:.3g} mm RMS")
+    for kind, each in found.held_out.items():
+        parts = ", ".join(f"{name}: {each.of(name):.2g}" for name in each.errors)
+        word = "predicted" if kind == "file" else f"{kind} left out in turn"
+        lines.append(f"{word}: {each.rms:.3g} N·m RMS ({parts})")
+    lines += [f"the readings do not identify: {line}" for line in found.verdict]
+    return lines + [f"warning: {warning}" for warning in found.warnings]

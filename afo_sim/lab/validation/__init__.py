@@ -1,1 +1,0 @@
-"""Every published number held against simulation."""

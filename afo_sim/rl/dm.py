@@ -1,0 +1,54 @@
+"""dm_control's modules, or one sentence where it is missing; and the present state's forces."""
+
+import mujoco
+import numpy as np
+
+_MISSING = (
+    "dm_control is not installed, and its interface here needs it: pip install 'dm-control>=1.0.50,<2' "
+    "(on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12)"
+)
+
+try:
+    from dm_control import composer, mjcf
+    from dm_control import mujoco as dm
+    from dm_control.composer.observation import observable
+    from dm_control.rl.control import PhysicsError
+except ImportError as error:
+    if (error.name or "").split(".")[0] not in ("dm_control", "labmaze", "dm_env"):
+        raise
+    raise ImportError(_MISSING) from None
+
+__all__ = ["PhysicsError", "Present", "composer", "dm", "mjcf", "observable"]
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+INPUTS = int(mujoco.mjtState.mjSTATE_CTRL)
+
+
+class Present:
+    """A second MjData, in which the present state of a simulation is solved, and the first stays untouched.
+
+    What MuJoCo keeps between steps (the solver's start, the callbacks' results) is never written, so that
+    reading changes no number of the simulation. A state that was solved already is not solved again.
+    """
+
+    def __init__(self, model: mujoco.MjModel):
+        self.model, self.data = model, mujoco.MjData(model)
+        self.row = np.full(mujoco.mj_stateSize(model, STATE), np.nan)
+        self.next = np.empty_like(self.row)
+        before = sum(mujoco.mj_stateSize(model, 1 << k) for k in range(INPUTS.bit_length() - 1))
+        self.inputs = slice(before, before + model.nu)  # MuJoCo concatenates a state in the order of its bits
+
+    def of(self, data: mujoco.MjData, inputs: np.ndarray | None = None) -> mujoco.MjData:
+        """The solved state of `data`; good until the next call. The callbacks must be installed.
+
+        Units: inputs (nu,).
+        """
+        mujoco.mj_getState(self.model, data, self.next, STATE)
+        if inputs is not None:
+            self.next[self.inputs] = inputs
+        if not np.array_equal(self.next, self.row):
+            self.row[:] = np.nan  # should a kernel refuse it
+            mujoco.mj_setState(self.model, self.data, self.next, STATE)
+            mujoco.mj_forward(self.model, self.data)
+            self.row[:] = self.next
+        return self.data

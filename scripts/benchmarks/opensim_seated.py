@@ -1,0 +1,213 @@
+"""The seated leg in OpenSim 4.6, beside this project's own roll-out: wall time of 16 s, measured in turn.
+
+    pip install opensim
+    python scripts/benchmarks/opensim_seated.py [--accuracy 1e-3] [--repeats 7]
+
+The foot hangs on the same pin joint, with the same mass, inertia, damping, passive moment and weight. Five
+`McKibbenActuator`s of the same braid pull between the same points. OpenSim has no air: pressures are
+prescribed, as tables of time from our own run. Either those at which a rigidly mounted braid pulls at the
+recorded angle as our muscle did: the two feet move alike, and the script tells how far they are apart. Or the
+chambers' own: they move the foot further, beyond its stops, since nothing gives and there is no bladder.
+Where the wheel is missing the script says so and ends.
+"""
+
+import argparse
+import functools
+import importlib
+import importlib.util
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+from measuring import figure, in_turn, ratio, table
+
+from afo_sim.common.units import GRAVITY
+from afo_sim.description.reader import load
+from afo_sim.model import controls as schedule
+from afo_sim.model.build import Built, build
+from afo_sim.model.mounting import muscle_names
+from afo_sim.physics.law import Braid
+from afo_sim.simulation.recording import Recording
+from afo_sim.simulation.run import run
+from afo_sim.simulation.simulate import simulate
+
+ROW = 0.02  # between two pressures of a table [s]
+DIFFERENCES = """What differs: OpenSim is given the pressures, so that it computes no air, no valves and no
+own lengths. Its muscles have no bladder, damping, cable or cuff; its joint has no stops. It chooses its steps
+by its accuracy and keeps their states. This project computes all of that, at a fixed step, and keeps forces
+and states of every step."""
+ALIKE, CHAMBERS = "moves alike", "chambers' pressures"
+
+
+def foot_of(built: Built) -> tuple[float, np.ndarray, float]:
+    """Mass of all that turns about the ankle [kg], its centre [m], inertia about the centre [kg·m²]."""
+    model, data = built.model, _straight(built)
+    foot = model.body("foot").id
+    mass, centre = float(model.body_subtreemass[foot]), data.subtree_com[foot]
+    inertia = 0.0
+    for body in range(model.nbody):
+        if foot in (body, model.body_parentid[body]):
+            axes, place = data.ximat[body].reshape(3, 3), data.xipos[body] - centre
+            own = (axes * model.body_inertia[body]) @ axes.T
+            inertia += own[1, 1] + model.body_mass[body] * (place[0] ** 2 + place[2] ** 2)
+    return mass, centre - data.xanchor[0], float(inertia)
+
+
+def points_of(built: Built, name: str) -> list[np.ndarray]:
+    """Origin and insertion of a muscle at angle zero, from the ankle [m]."""
+    data = _straight(built)
+    return [data.site(f"{name}_{end}").xpos - data.xanchor[0] for end in ("origin", "insertion")]
+
+
+def _straight(built: Built) -> mujoco.MjData:
+    data = mujoco.MjData(built.model)
+    mujoco.mj_kinematics(built.model, data)
+    mujoco.mj_comPos(built.model, data)
+    return data
+
+
+def pressures(built: Built, recording: Recording, name: str) -> np.ndarray:
+    """Pressure at which a rigidly mounted braid pulls as hard as our muscle at the recorded angles [Pa]."""
+    group = built.scenario.orthosis.muscle[name.rpartition("_")[0]]
+    length = recording[f"muscle/{name}/path_length"] - group.series_length
+    return recording[f"muscle/{name}/force"] / braid_area(group.type.braid, length)
+
+
+def braid_area(braid: Braid, length: np.ndarray) -> np.ndarray:
+    """Force per pressure of OpenSim's muscle, (3 L² − B²)/(4 π N²) [m²]."""
+    return (3.0 * length**2 - braid.thread_length**2) / (4.0 * math.pi * braid.turns**2)
+
+
+def passive_expression(built: Built) -> str:
+    """Damping and passive moment of the ankle as OpenSim reads them (`riener_edrich_1999`, −40…20°)."""
+    leg, knee = built.scenario.leg, math.degrees(built.scenario.shank.knee_angle or 0.0)
+    angle = f"({180.0 / math.pi!r}*(q-({leg.passive.offset!r})))"
+    dorsal = f"exp({-7.9763 + 0.0008 * knee!r}-0.1949*{angle})"
+    plantar = f"exp({2.1016 - 0.0176 * knee!r}+0.0843*{angle})"
+    passive = f"{leg.passive.scale!r}*({dorsal}-{plantar}+1.792)"
+    return f"{passive}-{leg.damping!r}*qdot-({built.scenario.load_moment!r})"
+
+
+def leg_in(osim: Any, built: Built, recording: Recording, kind: str) -> Any:
+    """The OpenSim model; its pressures are of the kind ALIKE or CHAMBERS."""
+    model = osim.Model()
+    model.setGravity(osim.Vec3(0.0, 0.0, -GRAVITY))
+    mass, centre, inertia = foot_of(built)
+    foot = osim.Body("foot", mass, osim.Vec3(*centre), osim.Inertia(inertia, inertia, inertia))
+    upright = osim.Vec3(0.5 * math.pi, 0.0, 0.0)  # a pin turns about z, the ankle about −y
+    here = osim.Vec3(0.0)
+    joint = osim.PinJoint("ankle", model.getGround(), here, upright, foot, here, upright)
+    joint.updCoordinate().setName("angle")
+    model.addBody(foot)
+    model.addJoint(joint)
+    model.addForce(osim.ExpressionBasedCoordinateForce("angle", passive_expression(built)))
+    valves = osim.PrescribedController()
+    valves.setName("valves")
+    rows = np.arange(0.0, recording["time"][-1] + ROW, ROW)
+    for name in muscle_names(built.scenario.orthosis):
+        muscle = _muscle(osim, model, foot, built, name)
+        valves.addActuator(muscle)
+        chamber = f"chamber/{name.rpartition('_')[0]}/pressure"
+        known = recording[chamber] if kind == CHAMBERS else pressures(built, recording, name)
+        pressure = np.interp(rows, recording["time"], known)
+        points = osim.PiecewiseLinearFunction()
+        for moment, value in zip(rows, pressure, strict=True):
+            points.addPoint(float(moment), float(value))
+        valves.prescribeControlForActuator(name, points)
+    model.addController(valves)
+    return model
+
+
+def _muscle(osim: Any, model: Any, foot: Any, built: Built, name: str) -> Any:
+    group = built.scenario.orthosis.muscle[name.rpartition("_")[0]]
+    braid, (origin, insertion) = group.type.braid, points_of(built, name)
+    muscle = osim.McKibbenActuator(name, braid.turns, braid.thread_length)
+    muscle.set_cord_length(group.series_length)
+    muscle.addNewPathPoint(f"{name}_origin", model.getGround(), osim.Vec3(*origin))
+    muscle.addNewPathPoint(f"{name}_insertion", foot, osim.Vec3(*insertion))
+    model.addForce(muscle)
+    return muscle
+
+
+def integrated(
+    osim: Any, model: Any, recording: Recording, accuracy: float, step: float
+) -> tuple[float, Any]:
+    """Wall time of the integration alone [s], and the states at its steps of `step` at most [s]."""
+    state = model.initSystem()
+    coordinate = model.getCoordinateSet().get("angle")
+    coordinate.setValue(state, float(recording["ankle/angle"][0]))
+    coordinate.setSpeedValue(state, 0.0)
+    manager = osim.Manager(model)
+    manager.setIntegratorAccuracy(accuracy)
+    manager.setIntegratorMaximumStepSize(step)
+    manager.initialize(state)
+    begun = time.perf_counter()
+    manager.integrate(float(recording["time"][-1]))
+    return time.perf_counter() - begun, manager.getStatesTable()
+
+
+def apart(states: Any, recording: Recording) -> float:
+    """Greatest difference of the two angles at OpenSim's steps [deg]."""
+    times = np.array(states.getIndependentColumn())
+    angle = states.getDependentColumn("/jointset/ankle/angle/value").to_numpy()
+    return math.degrees(np.abs(angle - np.interp(times, recording["time"], recording["ankle/angle"])).max())
+
+
+def measured(osim: Any, accuracy: float, repeats: int) -> str:
+    """Both programs in turn, as a table in words."""
+    built = build(load("scenario", "seated"))
+    recording, control = run("seated"), schedule.controls(built)
+    models = {kind: leg_in(osim, built, recording, kind) for kind in (ALIKE, CHAMBERS)}
+    duration, ours = built.scenario.duration, built.scenario.timestep
+    variants = {
+        f"OpenSim, {ALIKE}": (models[ALIKE], duration),
+        f"OpenSim, {CHAMBERS}": (models[CHAMBERS], duration),
+        f"OpenSim, {ALIKE}, steps of {1e3 * ours:g} ms at most": (models[ALIKE], ours),
+    }
+
+    def roll_out() -> float:
+        begun = time.perf_counter()
+        simulate(built, control)
+        return time.perf_counter() - begun
+
+    measures: dict[str, Callable[[], float]] = {"afo-sim": roll_out}
+    lines = []
+    for name, (model, step) in variants.items():
+        states = integrated(osim, model, recording, accuracy, step)[1]
+        steps, far = states.getNumRows() - 1, apart(states, recording)
+        lines.append(f"{name}: {steps} steps, angles at most {far:.3f} deg apart")
+        measures[name] = functools.partial(_seconds, osim, model, recording, accuracy, step)
+    seconds = in_turn(measures, repeats, first=True)
+    figures = [
+        *(figure(name, "s", "lower", values) for name, values in seconds.items()),
+        *(ratio(f"{name}, over afo-sim", seconds[name], seconds["afo-sim"], "") for name in variants),
+    ]
+    title = f"{duration:g} s of `seated`; afo-sim: steps of {1e3 * ours:g} ms, OpenSim: accuracy {accuracy:g}"
+    return "\n".join([*lines, "", table(title, figures)])
+
+
+def _seconds(osim: Any, model: Any, recording: Recording, accuracy: float, step: float) -> float:
+    return integrated(osim, model, recording, accuracy, step)[0]
+
+
+def main() -> None:
+    """Measure where the wheel is there."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--accuracy", type=float, default=1e-3, help="of OpenSim's integrator")
+    parser.add_argument("--repeats", type=int, default=7)
+    options = parser.parse_args()
+    if importlib.util.find_spec("opensim") is None:
+        print("skipped: the wheel `opensim` is not installed (pip install opensim)")
+        return
+    osim = importlib.import_module("opensim")
+    osim.Logger.setLevelString("Error")
+    print(
+        f"OpenSim {osim.GetVersion()}\n{DIFFERENCES}\n\n{measured(osim, options.accuracy, options.repeats)}"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,285 @@
+"""Pictures that no other script keeps up: `python scripts/pictures.py PART …`, all parts by default.
+
+drives   the three pressure drives follow steps of pressure on S1's device (scenario seated-antagonist), whose
+         dorsiflexor's drive is asked for STEPS by a controller: picture and table of docs/drives.md
+muscles  force over contraction of the fluidic muscles of 10, 20 and 40 mm, with their limits
+runs     the seated scenarios and the arms, as the viewer shows them, and their figures; needs what
+         `afo-sim view --screenshot` needs
+wiring   the wiring of an exported board
+"""
+
+import argparse
+import itertools
+import pathlib
+import tempfile
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from PIL import Image
+from small_png import save
+
+import afo_sim
+from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.description.muscle import Muscle
+from afo_sim.show.rerun import screenshot
+from afo_sim.show.style import BLUE, GREY, RED, RUN_STYLES, RUNS, write_figure
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+MODELS = ROOT / "models"
+PICTURES = MODELS / "scenarios/pictures"
+PAGE = ROOT / "docs/drives.md"
+BEGIN, END = "<!-- drives: begin -->\n", "<!-- drives: end -->"
+STEPS = ((0.1, 2.0), (1.6, 1.2), (3.1, 1.6), (4.1, None))  # from [s], gauge [bar]; the end
+BAND = 0.1  # within which a step is taken for followed [bar]
+LAST = 0.3  # of each step, over which the error is averaged [s]
+DRIVES: dict[str, dict[str, Any]] = {
+    "bang_bang": {"dead_band": "50 mbar", "least_on": "5 ms"},
+    "pwm": {"full_at": "0.3 bar", "integral_time": "0.5 s", "period": "20 ms", "least_on": "5 ms"},
+    "regulator": {"full_at": "0.3 bar", "integral_time": "0.5 s", "bandwidth": "20 Hz"},
+}
+MUSCLES = {"dmsp_10": "maker's curve", "dmsp_20": "maker's curve", "dmsp_40": "20 mm × 4, not measured"}
+LOW = 3e5  # gauge pressure of the second curve [Pa]
+SHORT = 0.112  # shortest length at which the 10 mm muscle's force was measured [m]
+HIGHEST = 1.6  # of a panel, over the limit of force
+TIMES = (1.0, 3.5, 6.0)  # of the seated scenarios [s]
+SIZE = (960, 540)  # of each picture in a row [pixel]
+SCENARIOS = ("seated", "seated-antagonist", "arm", "arm-s1")
+VALVES = (
+    ("dorsiflexor inlet", 2),
+    ("dorsiflexor outlet", 3),
+    ("plantarflexor inlet", 4),
+    ("plantarflexor outlet", 5),
+)
+
+
+def keep(place: pathlib.Path, drawn: Callable[[pathlib.Path], None]) -> None:
+    """Draw a picture and keep it with few colours."""
+    with tempfile.TemporaryDirectory() as folder:
+        drawn(pathlib.Path(folder) / "drawn.png")
+        save(Image.open(pathlib.Path(folder) / "drawn.png"), place)
+
+
+def wanted(time: float) -> float:
+    """The pressure that is asked for [Pa]."""
+    return 1e5 * next((p for start, p in reversed(STEPS[:-1]) if time >= start - 1e-9), 0.0)
+
+
+def followed(kind: str) -> afo_sim.Recording:
+    """The run of one kind."""
+    sets: dict[str, Any] = {"duration": f"{STEPS[-1][0]} s", "timestep": "1 ms"}
+    sets["drive.dorsiflexor"] = {"kind": kind, **DRIVES[kind]}
+    run = afo_sim.run(
+        "seated-antagonist", sets, controller=lambda seen: {"dorsiflexor": wanted(seen.time)}, rate=100
+    )
+    assert run.ok, run.status
+    return run
+
+
+def draw(runs: dict[str, afo_sim.Recording], path: pathlib.Path) -> None:
+    """Pressures above, the two coils of each kind below."""
+
+    def fill(figure: Any) -> None:
+        axes = figure.subplots(1 + len(runs), sharex=True, height_ratios=[3.0] + [1.0] * len(runs))
+        first = next(iter(runs.values()))
+        axes[0].step(
+            first["time"], 1e-5 * first["chamber/dorsiflexor/target"], color=GREY, lw=0.9, label="asked for"
+        )
+        for number, (kind, run) in enumerate(runs.items()):
+            look = {"color": RUNS[number], "ls": RUN_STYLES[number]}
+            axes[0].plot(run["time"], 1e-5 * run["chamber/dorsiflexor/pressure"], label=kind, **look)
+            below = axes[1 + number]
+            for side, sign in (("inlet", 1.0), ("outlet", -1.0)):
+                coil = sign * run[f"valve/dorsiflexor_{side}/coil"]
+                below.fill_between(run["time"], coil, step="post", color=RUNS[number], lw=0.0)
+            counts = [run[f"valve/dorsiflexor_{side}/switches"][-1] for side in ("inlet", "outlet")]
+            below.set_title(f"{kind}: switched {counts[0]:.0f} and {counts[1]:.0f} times", loc="left", pad=2)
+            below.set_ylim(-1.1, 1.1)
+            below.set_yticks([-1.0, 1.0], ["outlet", "inlet"])
+            below.axhline(0.0, color=GREY, lw=0.4)
+        axes[0].set_ylabel("pressure [bar, gauge]")
+        axes[0].legend(ncols=4, loc="lower right")
+        axes[-1].set_xlabel("time [s]")
+
+    write_figure(path, (6.6, 5.4), fill)
+
+
+def rows(runs: dict[str, afo_sim.Recording]) -> Iterator[str]:
+    """The table, one row a kind."""
+    yield "| drive | error at the end [bar] | time to within 0.1 bar [s] | switched | air [l] |"
+    yield "|---|---|---|---|---|"
+    for kind, run in runs.items():
+        time, pressure = run["time"], 1e-5 * run["chamber/dorsiflexor/pressure"]
+        errors, times = [], []
+        for (start, target), (end, _) in itertools.pairwise(STEPS):
+            assert target is not None
+            late = (time >= end - LAST) & (time < end)
+            errors.append(f"{pressure[late].mean() - target:+.3f}".replace("-", "−"))
+            inside = (time >= start) & (time < end) & (np.abs(pressure - target) <= BAND)
+            times.append(f"{time[np.argmax(inside)] - start:.2f}" if inside.any() else "never")
+        counts = [f"{run[f'valve/dorsiflexor_{side}/switches'][-1]:.0f}" for side in ("inlet", "outlet")]
+        flow = np.maximum(run["valve/dorsiflexor_inlet/mass_flow"], 0.0)
+        litres = 1e3 * float(flow.sum()) * float(time[1]) / STANDARD_DENSITY
+        cells = kind, ", ".join(errors), ", ".join(times), " + ".join(counts), f"{litres:.3f}"
+        yield f"| {' | '.join(cells)} |"
+
+
+def drives() -> None:
+    """Run, draw, and write the table into the page."""
+    runs = {kind: followed(kind) for kind in DRIVES}
+    keep(PICTURES / "drives.png", lambda path: draw(runs, path))
+    table = "\n".join(rows(runs))
+    print(table)
+    for kind, run in runs.items():
+        print(kind, *(warning for warning in run.warnings if "drive" in warning))
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    PAGE.write_text(f"{before}{BEGIN}{table}\n{END}{rest.partition(END)[2]}", encoding="utf-8")
+
+
+def panel(axis: Any, muscle: Muscle, grade: str) -> None:
+    """One muscle: curves at its highest pressure and at LOW, its limits as lines."""
+    limits, top = muscle.limits, f"{muscle.limits.pressure * 1e-5:g} bar"
+    kappa = np.linspace(-0.01, 0.30, 311)
+    percent, length = 100.0 * kappa, f"{100.0 * muscle.nominal_length:g} cm"
+    axis.plot(percent, muscle.force(limits.pressure, contraction=kappa), color=BLUE, label=f"{top}, {length}")
+    axis.plot(
+        percent,
+        muscle.force(LOW, contraction=kappa),
+        color=RED,
+        ls=RUN_STYLES[1],
+        label=f"{LOW * 1e-5:g} bar, {length}",
+    )
+    if muscle.lengths is not None and muscle.lengths.force is not None:
+        short = muscle.with_values(total_length=SHORT).force(limits.pressure, contraction=kappa)
+        axis.plot(percent, short, color=BLUE, ls=RUN_STYLES[3], label=f"{top}, {100.0 * SHORT:g} cm")
+    axis.axhline(limits.force, color=GREY, lw=0.8)
+    axis.text(24.5, 1.02 * limits.force, f"at most {limits.force:g} N", ha="right", va="bottom", color=GREY)
+    for limit in (limits.contraction_min, limits.contraction_max):
+        axis.axvline(100.0 * limit, ymax=1.0 / HIGHEST, color=GREY, lw=0.8, ls=":")
+    axis.set(
+        title=f"{1e3 * muscle.bore:g} mm: {grade}",
+        xlabel="contraction [%]",
+        xlim=(-4.0, 30.0),
+        ylim=(0.0, HIGHEST * limits.force),
+    )
+    axis.legend(loc="upper right")
+
+
+def fill_muscles(figure: Any) -> None:
+    """A panel for each muscle."""
+    axes = figure.subplots(1, len(MUSCLES))
+    for axis, (name, grade) in zip(axes, MUSCLES.items(), strict=True):
+        panel(axis, afo_sim.load("muscle", name), grade)
+    axes[0].set_ylabel("force at rest [N]")
+
+
+def muscles() -> None:
+    """Draw the fluidic muscles."""
+    keep(MODELS / "muscles/pictures/fluidic.png", lambda path: write_figure(path, (9.5, 3.4), fill_muscles))
+
+
+def taken(folder: pathlib.Path, at: float, size: tuple[int, int]) -> Image.Image:
+    """The viewer's picture of a run at an instant."""
+    place = folder / "taken.png"
+    screenshot(folder / "recording.rrd", place, at)
+    return Image.open(place).convert("RGB").resize(size, Image.Resampling.LANCZOS)
+
+
+def in_a_row(folder: pathlib.Path) -> Image.Image:
+    """The run at each of TIMES, side by side."""
+    row = Image.new("RGB", (len(TIMES) * SIZE[0], SIZE[1]))
+    for column, at in enumerate(TIMES):
+        row.paste(taken(folder, at, SIZE), (column * SIZE[0], 0))
+    return row
+
+
+def overview(run: afo_sim.Recording, place: pathlib.Path) -> Image.Image:
+    """The run's own overview figure."""
+    afo_sim.figure(run, place, kind="overview")
+    return Image.open(place).convert("RGB")
+
+
+def runs() -> None:
+    """Run the scenarios, and take their pictures."""
+    with tempfile.TemporaryDirectory() as name:
+        made = {scenario: afo_sim.run(scenario) for scenario in SCENARIOS}
+        folders = {scenario: run.save(pathlib.Path(name) / scenario) for scenario, run in made.items()}
+        scratch = pathlib.Path(name) / "figure.png"
+        pictures = {
+            "scenarios/pictures/seated": in_a_row(folders["seated"]),
+            "scenarios/pictures/seated-antagonist": in_a_row(folders["seated-antagonist"]),
+            "orthoses/s1/seated": taken(folders["seated"], 3.5, (1280, 720)),
+            "scenarios/pictures/arm": taken(folders["arm"], 4.0, (1280, 720)),
+            "scenarios/pictures/overview": overview(made["seated-antagonist"], scratch),
+            "orthoses/arm_s1/arm-s1": overview(made["arm-s1"], scratch),
+        }
+    for title, picture in pictures.items():
+        save(picture, MODELS / f"{title}.png")
+
+
+def box(axes: Any, x: float, y: float, width: float, height: float, text: str, colour: str = "white") -> None:
+    axes.add_patch(plt.Rectangle((x, y), width, height, facecolor=colour, edgecolor="black"))
+    axes.text(x + width / 2, y + height / 2, text, ha="center", va="center", fontsize=8)
+
+
+def wire(axes: Any, *points: tuple[float, float], colour: str = "black") -> None:
+    axes.plot(*zip(*points, strict=True), color=colour, linewidth=1.2)
+
+
+def valve(axes: Any, y: float, name: str, pin: int) -> None:
+    """Pin → gate resistor → MOSFET on the coil's ground side; a diode across the coil; a pull-down."""
+    wire(axes, (2.2, y), (2.7, y))
+    axes.text(2.15, y, f"pin {pin}", ha="right", va="center", fontsize=8)
+    box(axes, 2.7, y - 0.13, 0.8, 0.26, "220 Ω")
+    wire(axes, (3.5, y), (4.7, y))
+    wire(axes, (3.9, y), (3.9, y - 0.42))
+    box(axes, 3.55, y - 0.68, 0.7, 0.26, "10 kΩ")
+    axes.text(4.3, y - 0.6, "to ground", va="center", fontsize=7)
+    box(axes, 4.7, y - 0.28, 1.2, 0.56, "n-MOSFET\nsource to ground")
+    wire(axes, (5.9, y), (6.5, y))
+    box(axes, 6.5, y - 0.2, 1.7, 0.4, f"coil: {name}", "#e8f0fa")
+    wire(axes, (8.2, y), (9.2, y), colour="tab:red")
+    wire(axes, (6.2, y), (6.2, y - 0.5), (7.0, y - 0.5))
+    box(axes, 7.0, y - 0.63, 0.9, 0.26, "▶| diode")
+    wire(axes, (7.9, y - 0.5), (8.6, y - 0.5), (8.6, y), colour="tab:red")
+
+
+def draw_wiring(path: pathlib.Path) -> None:
+    """A board, the driver of each coil, and what else stands at its pins."""
+    figure, axes = plt.subplots(figsize=(10, 6.2))
+    box(axes, 0.2, 0.1, 2.0, 6.5, "", "#f4f4f4")
+    axes.text(0.3, 6.35, "board", fontsize=10, weight="bold")
+    for k, (name, pin) in enumerate(VALVES):
+        valve(axes, 5.9 - 1.1 * k, name, pin)
+    wire(axes, (9.2, 2.6), (9.2, 6.4), colour="tab:red")
+    axes.text(9.2, 6.5, "+ of the coils' supply", ha="right", fontsize=8, color="tab:red")
+    for height, label, text in (
+        (1.5, "pin 6", "run switch, to ground: open is off"),
+        (0.9, "A0", "foot switch or sensor, 0 to 5 V"),
+    ):
+        axes.text(2.15, height, label, ha="right", va="center", fontsize=8)
+        wire(axes, (2.2, height), (4.7, height))
+        box(axes, 4.7, height - 0.2, 3.5, 0.4, text)
+    axes.text(2.15, 0.35, "GND", ha="right", va="center", fontsize=8)
+    wire(axes, (2.2, 0.35), (4.7, 0.35))
+    axes.text(
+        4.8, 0.35, "ground of the supply, sources, switches and sensors: one point", va="center", fontsize=8
+    )
+    axes.set(xlim=(0, 9.6), ylim=(0, 6.8))
+    axes.axis("off")
+    figure.savefig(path, dpi=110, bbox_inches="tight")
+
+
+def wiring() -> None:
+    """Draw the board's wiring."""
+    draw_wiring(ROOT / "docs/electronics.png")
+
+
+PARTS = {"drives": drives, "muscles": muscles, "runs": runs, "wiring": wiring}
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART")
+    for part in parser.parse_args().parts or PARTS:
+        PARTS[part]()

@@ -1,0 +1,247 @@
+"""The validation says what the papers print, judges by its own tolerances, and is what its page shows."""
+
+import dataclasses
+import json
+import math
+import pathlib
+from typing import Any
+
+import numpy as np
+import pytest
+from command import call
+from documents import PAGES
+from matplotlib.figure import Figure
+
+from afo_sim.description import reader
+from afo_sim.lab import validation, validation_laws, validation_row, validation_s1
+from afo_sim.lab.validation_row import Row
+from afo_sim.show import validation_figures as validate_figures
+
+BEGIN, END = "<!-- validation begins -->\n", "<!-- validation ends -->"
+KEYS = {
+    *("source", "quantity", "published", "simulated", "error", "tolerance", "unit", "sourcing", "passed"),
+    *("outcome", "why", "expected", "held_out", "points", "cell"),
+}
+# Typed from S1: change of length [cm]; rows 1, 1.5, 2, 3 kg, columns 2, 3, 4 bar.
+S1_TABLES = {
+    "I": [1.7, 2.7, 3.7, 1.6, 2.6, 3.2, 1.6, 2.6, 3.2, 1.3, 2.6, 3.1],
+    "II": [0.4, 1.2, 1.5, 0.4, 1.2, 1.5, 0.3, 1.0, 1.5, 0.3, 1.0, 1.5],
+    "III": [4.3, 4.8, 5.1, 3.5, 4.3, 4.7, 2.7, 3.7, 4.3, 1.4, 2.8, 3.5],
+    "IV": [2.4, 2.7, 2.8, 1.9, 2.4, 2.6, 1.5, 2.1, 0.7, 1.5, 1.9],  # without the misprint
+}
+# Every other number that stands in a source, typed again.
+PRINTED = {
+    "S1": [37.0] * 3,
+    "S1 table IV": [4.3],
+    "S2 figure 4": [2000.0] * 6,
+    "S2 figure 6": [-5.0, 35.0],
+    "S3 eq. 5": [17.0, 3.2, 17.0, 3.5],
+    "Abed 2025, doi 10.1109/IC2AI62984.2025.10932214": [0.45, 0.21],
+    "Bolen, pin knee": [2.16, 1.37, 2.29, 1.61, 1.08],
+    "Reynolds 2003": [179.2, 1.39, 5.71, 0.0307, 1.01, 0.00691, 0.6, -0.000803],
+    "SMC EUS11-83B-UK": [276.0, 746.0, 1130.0, 2527.0],
+    "SMC": [420.0],
+    "Festo MPYE 2025/03": [1400.0],
+    "Festo 8035170": [1000.0],
+    "Serres 2009": [44.6, 2.91, 32.7, -0.0321, 17.0, 0.0179, 2.9, 1.57, 0.311, 0.00338],
+}
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return validation.validate()
+
+
+def only(rows: list[Row], source: str, text: str = "") -> Row:
+    (row,) = (r for r in rows if r.source == source and text in r.quantity and not r.cell)
+    return row
+
+
+def test_what_is_printed_is_what_the_sources_print(rows: list[Row]) -> None:
+    for number, cells in S1_TABLES.items():
+        found = [r.published for r in rows if r.source == f"S1 table {number}" and r.cell]
+        assert found == pytest.approx(cells, abs=1e-12)
+    found_else: dict[str, list[float]] = {}
+    for row in rows:
+        if row.published is not None and not row.cell:
+            found_else.setdefault(row.source, []).append(row.published)
+    assert {k: pytest.approx(v, abs=1e-12) for k, v in PRINTED.items()} == found_else
+
+
+def test_derived_numbers_are_never_called_printed(rows: list[Row]) -> None:
+    for row in rows:
+        assert "published" not in row.sourcing
+        if row.published is not None:
+            assert row.sourcing.startswith("printed")
+            assert row.points == 1
+        if row.outcome == "lost":
+            assert row.sourcing == "not recoverable"
+            assert (row.published, row.expected, row.simulated, row.error) == (None,) * 4
+        else:
+            assert row.sourcing != "not recoverable"
+            assert row.error is not None
+            assert row.points > 1 or row.simulated is not None
+
+
+def test_lost_numbers_are_said_to_be_lost(rows: list[Row]) -> None:
+    text = {(r.source, r.quantity) for r in rows if r.outcome == "lost"}
+    for source, what in (
+        ("S0", "F_ce"),
+        ("S0", "calibration"),
+        ("S2", "coefficients"),
+        ("S3", "n(p), a(p)"),
+        ("S3", "table 2"),
+        ("Kerscher 2006", "a_ε"),
+    ):
+        assert any(s == source and what in q for s, q in text)
+
+
+def test_errors_and_verdicts_follow_from_the_numbers(rows: list[Row]) -> None:
+    assert all(row.passed for row in rows)
+    for row in rows:
+        reference = row.published if row.published is not None else row.expected
+        if reference is not None:
+            assert row.simulated is not None
+            assert row.error == pytest.approx(row.simulated - reference, abs=1e-12)
+        if row.tolerance is not None:
+            assert row.error is not None
+            assert abs(row.error) <= row.tolerance
+            assert row.outcome == "good"
+        assert row.why
+
+
+def test_numbers_that_are_known_otherwise(rows: list[Row]) -> None:
+    """From separate calculations on the same tables and curves."""
+    assert only(rows, "S1 tables I, II", "RMS").error == pytest.approx(0.149, abs=1e-3)
+    assert only(rows, "S1 table III", "against table I,").expected == pytest.approx(1.46, abs=5e-3)
+    assert only(rows, "S1 table IV", "against table II,").expected == pytest.approx(1.21, abs=5e-3)
+    misprint = only(rows, "S1 table IV", "2 kg, 4 bar")
+    assert (misprint.outcome, misprint.published, misprint.expected) == ("erratum", 4.3, pytest.approx(2.4))
+    assert misprint.simulated == pytest.approx(2.39, abs=5e-3)
+    readings = [r.simulated for r in rows if r.source == "S1" and "largest contraction" in r.quantity]
+    assert readings == pytest.approx([37.7, 27.7, 16.6], abs=0.05)
+    exponents = [r.simulated for r in rows if r.source == "S3 eq. 5"]
+    assert exponents == pytest.approx([17.25, 3.24, 17.19, 3.65], abs=5e-3)
+    held_out = only(rows, "S1 tables I, II", "RMS").held_out
+    assert held_out["the 12 cm muscle"] == pytest.approx(0.25, abs=5e-3)
+    assert held_out["the 21.5 cm muscle"] == pytest.approx(0.46, abs=5e-3)
+
+
+def test_document_shows_this_table(rows: list[Row]) -> None:
+    shown = PAGES["validation"].partition(BEGIN)[2].partition(END)[0]
+    how = 'python -c "from afo_sim.lab.validation import *; print(markdown(validate()))"'
+    assert shown.strip() == validation.markdown(rows).strip(), f"put this into its page: {how}"
+
+
+def test_json_holds_every_row_as_plain_values(
+    rows: list[Row], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation, "PARTS", (lambda: rows,))
+    code, text, _ = call(capsys, "validate", "--json")
+    found = json.loads(text)
+    assert code == 0
+    assert len(found) == len(rows)
+    assert all(set(row) == KEYS for row in found)
+    for row in found:
+        assert row["source"][:2] in ("S0", "S1", "S2", "S3") or row["source"][0].isupper()
+        for key in ("published", "simulated", "error", "tolerance", "expected"):
+            assert row[key] is None or isinstance(row[key], float)
+    lost = dataclasses.replace(rows[0], error=math.nan)
+    assert validation.record(lost)["error"] is None
+
+
+def test_table_and_exit_code_of_good_rows(
+    rows: list[Row], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation, "PARTS", (lambda: rows,))
+    code, text, _ = call(capsys, "validate")
+    assert code == 0
+    for word in ("S1 table IV", "4.3 (2.4)", "erratum", "how well sourced", "not recoverable", "1 erratum"):
+        assert word in text
+    assert "1.5 kg" not in text  # a cell that is good is left to --json
+
+
+def test_a_folder_that_cannot_be_is_told_at_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    monkeypatch.setattr(validation, "PARTS", (lambda: pytest.fail("too late"),))
+    file = tmp_path / "file"
+    file.touch()
+    assert call(capsys, "validate", "--figures", str(file / "x"))[0] == 2
+
+
+def changed(**values: Any) -> Any:
+    def load(kind: str, name: str) -> Any:
+        return reader.load(kind, name).with_values(**values)
+
+    class Reader:
+        pass
+
+    Reader.load = staticmethod(load)  # type: ignore[attr-defined]
+    return Reader
+
+
+def test_a_wrong_muscle_number_fails(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validation, "PARTS", (validation_s1._bench,))
+    monkeypatch.setattr(validation_s1, "reader", changed(braid_angle=math.radians(24.0)))
+    code, text, _ = call(capsys, "validate")
+    assert code == 1
+    assert "FAILED" in text
+    assert "1.5 kg" in text  # cells that fail are shown
+
+
+def test_a_wrong_law_parameter_fails(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    muscle = reader.load("muscle", "reynolds_2003")
+    law_set = muscle.law_set.with_values(parameters=muscle.law_set.parameters | {"k1": 0.0308})
+    monkeypatch.setattr(validation, "PARTS", (validation_laws._reynolds,))
+    monkeypatch.setattr(validation_laws, "reader", changed(laws={"reynolds_2003": law_set}))
+    code, text, _ = call(capsys, "validate", "--json")
+    assert code == 1
+    assert [row["quantity"].split(",")[0] for row in json.loads(text) if not row["passed"]] == ["K"]
+
+
+def test_what_is_no_number_fails() -> None:
+    look = {"sourcing": "printed", "why": "a test"}
+    for bad in (
+        validation_row.number("S1", "x", 1.0, math.nan, 1.0, "m", **look),
+        validation_row.implied("S1", "x", 1.0, math.nan, 1.0, "m", **look),
+        validation_row.curve("S1", "x", np.array([0.0, math.nan]), 1.0, "m", **look),
+        validation_row.curve("S1", "x", np.array([0.0, math.nan]), None, "m", **look),
+        validation_row.compared("S1", "x", 1.0, math.nan, "m", **look),
+        validation_row.contradicted("disagrees", "S1", "x", 1.0, 2.0, math.nan, 1.0, "m", **look),
+    ):
+        assert not bad.passed
+        assert bad.outcome == "FAILED"
+
+
+def test_hung_masses_rest_at_the_closed_form() -> None:
+    muscle = reader.load("muscle", "s1_215mm")
+    a, b = 3.0 / math.tan(muscle.braid_angle) ** 2, 1.0 / math.sin(muscle.braid_angle) ** 2
+    hung = [validation_s1.Hung(muscle, mass, gauge) for mass, gauge in ((1.1, 2e5), (3.1, 2e5), (3.1, 4e5))]
+    for shortening, h in zip(validation_s1.settled(hung), hung, strict=True):
+        area = math.pi * 5.75e-3**2 * h.pressure
+        roots = np.roots([area * a, -2.0 * area * a - 153.0, area * (a - b) - 136.0 - h.mass * 9.80665])
+        assert shortening == pytest.approx(muscle.nominal_length * roots.min(), abs=1e-7)
+
+
+@pytest.mark.slow
+def test_figures_show_the_printed_points(tmp_path: pathlib.Path) -> None:
+    written = validate_figures.write_figures(tmp_path / "figures")
+    assert {path.suffix for path in written} == {".png", ".pdf"}
+    assert len(written) == 2 * len(validate_figures.FIGURES)
+    assert all(path.stat().st_size > 5000 for path in written)
+    assert sorted(tmp_path.glob("figures/*")) == sorted(written)
+    for name, number, bench, own in (
+        ("s1_figures_9_to_12", 0, "I", "III"),
+        ("s1_figures_13_to_15", 1, "II", "IV"),
+    ):
+        page = Figure()
+        validate_figures.FIGURES[name][1](page)
+        drawn = {line.get_label(): line.get_ydata() for line in page.axes[0].lines}
+        row = slice(3 * number, 3 * number + 3)
+        assert drawn["S1's measurement, printed"] == pytest.approx(S1_TABLES[bench][row])
+        assert drawn["S1's simulation, printed"] == pytest.approx(S1_TABLES[own][row])
