@@ -3,7 +3,6 @@
 import base64
 import doctest
 import functools
-import importlib
 import inspect
 import pathlib
 import re
@@ -53,15 +52,6 @@ def test_listing_names_imports_nothing_heavy() -> None:
     code = f"import afo_sim, sys; dir(afo_sim); print([m for m in {heavy} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_names_for_types_are_the_names_at_run_time() -> None:
-    """A type checker reads the block under TYPE_CHECKING."""
-    text = pathlib.Path(afo.__file__).read_text(encoding="utf-8")
-    typed = {name: module for module, name in re.findall(r"^    from (\S+) import \w+ as (\w+)$", text, re.M)}
-    assert set(typed) == set(afo.__all__)
-    for name, module in typed.items():
-        assert getattr(importlib.import_module(module), name) is getattr(afo, name)
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -124,9 +124,9 @@ def fit_run_command(
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common.writing import together
+        from afo_sim.lab import run_report
         from afo_sim.lab.run_fit import fit_run
         from afo_sim.show.fit_figure import write_log_figure
-        from afo_sim.simulation.run import run_scenario
 
         check_folder(out, "fit to a log")
         found = fit_run(
@@ -139,11 +139,11 @@ def fit_run_command(
             report=lambda text: report(0, 0, text),
         )
         with together(out, _RUN_FILES) as folder:
-            run_scenario.write(found, folder)
+            run_report.write(found, folder)
             write_log_figure(found, folder)
-    print_tables(run_scenario.tables(found), run_scenario.remarks(found))
+    print_tables(run_report.tables(found), run_report.remarks(found))
     runnable = bool(names) and found.converged
-    hint = f"; run it with: afo-sim run {out / run_scenario.SCENARIO}" if runnable else ""
+    hint = f"; run it with: afo-sim run {out / run_report.SCENARIO}" if runnable else ""
     print(f"written to {out}{hint}")
 
 
@@ -168,7 +168,7 @@ def fit(
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import together
-        from afo_sim.lab.fitting import law_report, law_result
+        from afo_sim.lab import law_result
         from afo_sim.show.fit_figure import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
@@ -185,9 +185,9 @@ def fit(
             report=lambda text: report(0, 0, text),
         )
         with together(out, _LAW_FILES) as folder:
-            law_report.write(found, folder)
+            law_result.write(found, folder)
             write_fit_figure(found, folder)
-    print_tables(law_report.tables(found), law_report.remarks(found))
+    print_tables(law_result.tables(found), law_result.remarks(found))
     print(f"written to {out}")
 
 
@@ -217,7 +217,7 @@ def fit_torque_command(
     """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
     with progress("reading") as report:
         from afo_sim.common.writing import together
-        from afo_sim.lab.fitting import torque_report
+        from afo_sim.lab import torque_report
         from afo_sim.lab.torque_fit import fit_torque
         from afo_sim.show.torque_bench import write_torque_figure
 
@@ -255,7 +255,7 @@ def validate_command(
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
         from afo_sim.common.writing import check_writable
-        from afo_sim.lab.validation import table as v
+        from afo_sim.lab import validation as v
 
         if figures is not None:
             check_writable(figures, "--figures")

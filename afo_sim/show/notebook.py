@@ -51,16 +51,15 @@ def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
 
 def _fit_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
     """Tables and remarks of a fit to points, torques or a log."""
-    from afo_sim.lab.fitting import law_report, torque_report
+    from afo_sim.lab import law_result, run_report, torque_report
     from afo_sim.lab.law_result import StaticFit
     from afo_sim.lab.torque_fit import TorqueFit
-    from afo_sim.simulation.run import run_scenario
 
     if isinstance(result, StaticFit):
-        return law_report.tables(result), law_report.remarks(result)
+        return law_result.tables(result), law_result.remarks(result)
     if isinstance(result, TorqueFit):
         return torque_report.tables(result), torque_report.remarks(result)
-    return run_scenario.tables(result), run_scenario.remarks(result)
+    return run_report.tables(result), run_report.remarks(result)
 
 
 def recording_html(recording: Recording) -> str:
