@@ -63,10 +63,10 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
     ("wrong", "says"),
     [
         (lambda: afo.load("muscles", "dmsp_20"), "did you mean 'muscle'"),
-        (lambda: afo.load("scenario", "seated", "supply.pressure=3 bar"), "sets .* is no dict"),  # type: ignore
-        (lambda: afo.load("scenario", "seated").set("supply.pressure=3 bar"), "sets .* is no dict"),  # type: ignore
+        (lambda: afo.load("scenario", "seated", "supply.pressure=3 bar"), "sets .* is not a dict"),  # type: ignore
+        (lambda: afo.load("scenario", "seated").set("supply.pressure=3 bar"), "sets .* is not a dict"),  # type: ignore
         (lambda: afo.report("one", afo.load("leg", "arm")), "out .* is no name of a file"),  # type: ignore
-        (lambda: afo.sweep("seated", ["supply.pressure"]), "parameters .* is no dict"),  # type: ignore
+        (lambda: afo.sweep("seated", ["supply.pressure"]), "parameters .* is not a dict"),  # type: ignore
         (lambda: afo.sweep("seated", {"supply.pressure": "2 bar"}), "is one text"),
         (
             lambda: afo.sweep("seated", {"supply.pressure": ["2 bar"]}, metrics="rise_time"),
