@@ -9,7 +9,7 @@ from afo_sim.gait.checks import stance
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import USUAL
 from afo_sim.gait_lab.trial.importing import Imported
-from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.show.style import COLOURS, NORM
 
 OTHER = "0.55"  # grey of what was not taken

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait_lab.trial.importing import Imported
-from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 from afo_sim.show.style import COLOURS, LINE, plain
 

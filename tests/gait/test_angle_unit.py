@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.angle_unit import angle_unit
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+from afo_sim.gait_lab.readers.unit_checks import angle_unit
 
 TIME = np.arange(0.0, 1.0, 0.01)
 KNEE = 32.0 - 30.0 * np.cos(2.0 * np.pi * TIME)  # 2 to 62 deg

@@ -7,9 +7,9 @@ from walking import Walk, known_walk
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait_lab.trial.closing import sample
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.strides import RecordedStride, find_strides
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride, sample
+from afo_sim.gait_lab.trial.strides import find_strides
 
 FAST = np.arange(0.0, 6.0, 0.001)
 PHASE = np.linspace(0.0, 1.0, 201)

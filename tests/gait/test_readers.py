@@ -25,9 +25,9 @@ from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.readers.trc import read_trc
 from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.events import posture_return
 from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
 from afo_sim.gait_lab.trial.importing import Imported, import_gait
-from afo_sim.gait_lab.trial.posture import posture_return
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2

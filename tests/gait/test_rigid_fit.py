@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from afo_sim.gait_lab.trial.rigid_fit import fit_rigid
+from afo_sim.gait_lab.trial.clusters import fit_rigid
 
 BODY = np.array([[0.1, 0.0, 0.02], [-0.05, 0.12, 0.0], [0.0, -0.2, 0.03], [0.04, 0.05, -0.06]])
 FRAMES = 200

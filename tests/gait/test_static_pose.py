@@ -7,8 +7,7 @@ from skin_markers import SHANK_CLUSTER, body, markers_of
 from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
-from afo_sim.gait_lab.trial.static_pose import quiet_part, standing_posture
+from afo_sim.gait_lab.trial.marker_legs import legs_from_markers, quiet_part, standing_posture
 
 TIME = np.arange(0.0, 2.0, 0.01)
 STAND = np.arange(0.0, 3.0, 0.01)

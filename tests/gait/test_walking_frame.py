@@ -9,7 +9,7 @@ from analytic_walker import AnalyticWalker, changed
 
 from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.leg_length import leg_length, unit_doubt
+from afo_sim.gait_lab.trial.leg_points import leg_length, unit_doubt
 from afo_sim.gait_lab.trial.travel import heading, stride_period
 from afo_sim.gait_lab.trial.walking_frame import find_frame
 

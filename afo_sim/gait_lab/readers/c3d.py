@@ -1,19 +1,41 @@
 """C3D files: markers and force plates."""
 
 import pathlib
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
-from afo_sim.gait_lab.readers.c3d_plates import plates_of_c3d
-from afo_sim.gait_lab.readers.length_unit import length_name, metres
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
-from afo_sim.gait_lab.readers.plates import Plate
+from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, place_of, plate
+from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
 RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
+
+CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
+EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
+BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
+DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
+Z = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class DeclaredPlate:
+    """A plate as the file declares it; the unit of length is the file's."""
+
+    kind: int
+    corners: np.ndarray  # (4, 3)
+    origin: np.ndarray  # (3,)
+    channels: np.ndarray  # (n, 6 or 8)
+    calibration: np.ndarray | None  # (6, 6), of type 4
+    moment_unit: str
+
+
+class NoPlateError(Exception):
+    """Why a plate cannot be read."""
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
@@ -75,3 +97,221 @@ def _events(file: C3dFile) -> list[str]:
     shown = ", ".join(f"{name} {at:.2f} s" for name, at in zip(labels[:4], seconds, strict=False))
     more = ", …" if len(labels) > 4 else ""
     return [f"its {len(labels)} events ({shown}{more}) are not used: force and motion tell them again"]
+
+
+def plates_of_c3d(
+    path: pathlib.Path, file: C3dFile, time: np.ndarray, metre: float
+) -> tuple[list[Plate], list[str]]:
+    """All plates that can be read, and warnings for those that cannot.
+
+    Units: time [s] (n,).
+    """
+    used = file.numbers("FORCE_PLATFORM", "USED")
+    plates, warnings = [], []
+    for k in range(min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0):
+        name = str(k + 1)
+        try:
+            plates.append(_plate(path, name, _declared(file, k), time, metre))
+        except NoPlateError as error:
+            warnings.append(f"plate {name} was left out: {error}")
+        except InputError as error:  # a load without a number
+            warnings.append(f"plate {name} was left out: {error.problem}")
+    return plates, warnings
+
+
+def _declared(file: C3dFile, k: int) -> DeclaredPlate:
+    kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
+    kind = int(kinds[k]) if k < len(kinds) else 0
+    if kind not in CHANNELS:
+        raise NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
+    if len(corners) < 12 * (k + 1):
+        raise NoPlateError("its corners are not in the file")
+    channel = file.numbers("FORCE_PLATFORM", "CHANNEL")
+    shape = np.shape(file.value("FORCE_PLATFORM", "CHANNEL"))
+    rows = shape[0] if len(shape) > 1 else len(channel)
+    places = channel[rows * k : rows * (k + 1)][: CHANNELS[kind]]
+    if len(places) < CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
+        shown = ", ".join(f"{place:g}" for place in places) or "none"
+        raise NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
+    index = places.astype(int) - 1
+    units = file.texts("ANALOG", "UNITS")
+    return DeclaredPlate(
+        kind=kind,
+        corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
+        origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
+        channels=file.analogs[index].T,
+        calibration=_calibration(file, k) if kind == 4 else None,
+        moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
+    )
+
+
+def _calibration(file: C3dFile, k: int) -> np.ndarray | None:
+    matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k : 36 * k + 36]
+    if len(matrix) < 36 or not np.any(matrix):
+        return None
+    return np.asarray(matrix.reshape(6, 6, order="F"))
+
+
+def _plate(path: pathlib.Path, name: str, declared: DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
+    remarks: list[str] = []
+    warnings: list[str] = []
+    corners = declared.corners * _edge_unit(declared.corners, metre, warnings)
+    centre, turn = _frame(corners)
+    half = np.abs((corners - centre) @ turn).max(axis=0)
+    force, moment = plate_loads(declared, metre, half, remarks, warnings)
+    if moment is None:  # type 1 has the centre of pressure itself
+        rest = constant(time, force[:, 2], force)
+        spot = np.column_stack([declared.channels[:, 3:5] * metre, np.zeros(len(force))])
+        force = force - rest
+    else:
+        rest = constant(time, force[:, 2], np.column_stack([force, moment]))
+        force, moment = force - rest[:3], moment - rest[3:]
+        spot = place_of(force, moment, Z, 0.0)
+    if np.any(rest):
+        remarks.append(f"read {np.linalg.norm(rest[:3]):.1f} N without load, which was taken off")
+    _doubt_place(spot, force[:, 2], half, warnings)
+    found = plate(path, name, time, force @ turn.T, centre + spot @ turn.T)
+    return Plate(
+        name,
+        time,
+        found.force,
+        found.place,
+        corners,
+        tuple(f"plate {name}: {remark}" for remark in remarks),
+        tuple(f"plate {name}: {warning}" for warning in warnings),
+    )
+
+
+def _edge_unit(corners: np.ndarray, metre: float, warnings: list[str]) -> float:
+    """Metres in the corners' unit: the file's, unless no plate is of that size."""
+    edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
+    if not np.isfinite(edge) or edge == 0.0:
+        raise NoPlateError("its corners are all the same point")
+    fits = [(unit, factor) for unit, factor in UNITS.items() if EDGES[0] <= edge * factor <= EDGES[1]]
+    if EDGES[0] <= edge * metre <= EDGES[1] or len(fits) != 1:
+        return metre
+    unit, factor = fits[0]
+    warnings.append(f"its edges are {edge * metre:.3g} m long as stated; its corners were read as {unit}")
+    return factor
+
+
+def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The surface's centre (3,), and the plate's axes as columns in the laboratory (3, 3).
+
+    Corners stand at +x +y, −x +y, −x −y, +x −y of the plate.
+    """
+    first, second, third, fourth = corners
+    x = first + fourth - second - third
+    z = np.cross(x, first + second - third - fourth)
+    lengths = np.linalg.norm(x), np.linalg.norm(z)
+    if min(lengths) < 1e-6 or not np.isfinite(corners).all():
+        raise NoPlateError("its corners are no rectangle")
+    x, z = x / lengths[0], z / lengths[1]
+    return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
+
+
+def _doubt_place(spot: np.ndarray, load: np.ndarray, half: np.ndarray, warnings: list[str]) -> None:
+    pressed = np.abs(load) > PRESSED
+    if not pressed.any():
+        return
+    off = (np.abs(spot[pressed, :2]) - half[:2]).max(axis=1)
+    share = float((off > BESIDE).mean())
+    if share > 0.1:
+        warnings.append(
+            f"its centre of pressure lies off the plate in {100.0 * share:.0f} % of its loaded samples, "
+            f"by up to {1e3 * float(np.nanmax(off)):.0f} mm: its origin, corners or moments are doubtful"
+        )
+
+
+def plate_loads(
+    declared: DeclaredPlate, metre: float, half: np.ndarray, remarks: list[str], warnings: list[str]
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Force [N] and moment about the surface's centre [N·m] in the plate's axes, (n, 3) each."""
+    channels = declared.channels
+    if declared.kind == 1:
+        return channels[:, :3], None
+    origin = _origin(declared, metre, remarks, warnings)
+    if declared.kind == 3:
+        return _kistler(channels, origin)
+    if declared.kind == 4:
+        if declared.calibration is None:
+            warnings.append("has no calibration matrix; its channels were taken as N and moments")
+        else:
+            channels = channels @ declared.calibration.T
+    force = channels[:, :3]
+    scale, told = _moment_scale(declared, metre, force, channels[:, 3:6], origin, half)
+    warnings += told
+    return force, scale * channels[:, 3:6] + np.cross(force, origin)
+
+
+def _origin(declared: DeclaredPlate, metre: float, remarks: list[str], warnings: list[str]) -> np.ndarray:
+    """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances.
+
+    The plate's z points down, so its third number is negative; where it is not, the opposite vector is
+    meant (as Visual3D and ezc3d read it).
+    """
+    origin = np.where(np.isfinite(declared.origin), declared.origin, 0.0)
+    depth = abs(origin[2]) * metre
+    unit = metre
+    if depth and not DEPTH[0] <= depth <= DEPTH[1]:
+        fits = [(n, f) for n, f in UNITS.items() if DEPTH[0] <= abs(origin[2]) * f <= DEPTH[1]]
+        if depth > DEPTH[1] or depth * 1e3 >= DEPTH[0]:  # a tiny number may be no depth but a mark
+            if len(fits) == 1:
+                unit = fits[0][1]
+                warnings.append(f"its origin lies {depth:.3g} m deep as stated; it was read as {fits[0][0]}")
+            else:
+                warnings.append(f"its origin lies {depth:.3g} m deep")
+    if declared.kind == 3:
+        if not np.all(origin[:2]):
+            raise NoPlateError("the distances of its sensors (ORIGIN) are 0")
+        return np.array([abs(origin[0]), abs(origin[1]), -abs(origin[2])]) * unit
+    if origin[2] > 0.0:
+        remarks.append("its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it")
+        origin = -origin
+    return np.asarray(origin * unit)
+
+
+def _kistler(channels: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Four sensors at (±a, ±b), the first in the first quadrant: Fx12 Fx34 Fy14 Fy23 Fz1 … Fz4 (type 3)."""
+    a, b, depth = origin
+    x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
+    force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
+    moment = np.column_stack(
+        [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)]
+    )
+    return force, moment + np.cross(force, [0.0, 0.0, depth])
+
+
+def _moment_scale(
+    declared: DeclaredPlate,
+    metre: float,
+    force: np.ndarray,
+    moment: np.ndarray,
+    origin: np.ndarray,
+    half: np.ndarray,
+) -> tuple[float, list[str]]:
+    """N·m in the moments' unit: the channel's, or N times the file's length, unless the pressure says no."""
+    stated = metre
+    name = declared.moment_unit.strip().lower().replace(" ", "")
+    for words, factor in ((("nmm", "n*mm", "n.mm", "n-mm"), 1e-3), (("nm", "n*m", "n.m", "n-m"), 1.0)):
+        stated = factor if name in words else stated
+    pressed = np.abs(force[:, 2]) > PRESSED
+    if not pressed.any():
+        return stated, []
+
+    def reach(about: np.ndarray) -> float:
+        """How far from the middle these moments put the pressure; 1 is the plate's edge."""
+        spot = place_of(force[pressed], about, Z, 0.0)[:, :2] / np.maximum(half[:2], 1e-3)
+        return float(np.nanquantile(np.abs(spot).max(axis=1), 0.9))
+
+    def is_on(scale: float) -> bool:
+        # a foot that crosses a plate does not stay within a hundredth of it
+        about = scale * moment[pressed]
+        return reach(about) >= 0.01 and reach(about + np.cross(force[pressed], origin)) <= 1.5
+
+    others = [scale for scale in (1.0, 1e-3) if scale != stated and is_on(scale)]
+    if is_on(stated) or len(others) != 1:
+        return stated, []
+    unit = {1.0: "N·m", 1e-3: "N·mm"}[others[0]]
+    seen = f"its centre of pressure reaches {reach(stated * moment[pressed]):.3g} times as far as its edge"
+    return others[0], [f"{seen} with moments in the stated unit; they were read as {unit}"]

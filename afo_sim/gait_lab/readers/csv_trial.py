@@ -9,12 +9,10 @@ import numpy as np
 from afo_sim.common.csv_table import split_title
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.length_unit import UNITS, length_name, metres
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.plates import Plate, plate, zeroed
-from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     cells_of,
     parse_row,
@@ -22,6 +20,7 @@ from afo_sim.gait_lab.readers.text import (
     unique_names,
     without_empty_end,
 )
+from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 EXAMPLE = (
     "time [s], R.Knee x [mm], R.Knee y [mm], R.Knee z [mm], knee_angle_r [deg], plate1 fx [N], plate1 px [m]"

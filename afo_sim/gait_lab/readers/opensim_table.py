@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     cells_of,
     parse_row,

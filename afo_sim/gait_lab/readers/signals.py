@@ -1,4 +1,4 @@
-"""Sampled signals: gaps filled, noise filtered, evenly in time."""
+"""Sampled signals: clocks made even, gaps filled, noise filtered."""
 
 import pathlib
 
@@ -6,9 +6,79 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 
+WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
+DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
+LONGEST_STEP = 0.5  # between two samples of a walk [s]; assumed: beyond, it is no time in seconds
+
 LONGEST_GAP = 0.2  # that is filled without distrust [s]
 # Two passes of a second-order Butterworth filter have their -3 dB at this share of one pass's (Winter 2009).
 TWO_PASSES = 0.802
+
+
+def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[str], list[str]]:
+    """The clock without the rounding of its print, with remarks and warnings.
+
+    Stamps of 150 Hz printed to a millisecond run 0, 0.007, 0.013, 0.02 s; printed to a hundredth, some
+    repeat. Where all of them are a rounding away from even steps, the even steps are meant. A clock that is
+    uneven otherwise is left alone.
+
+    Units: time [s] (n,), rate [Hz], returns [s].
+    """
+    if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
+        return time, [], []
+    grain, count = _grain(time), np.arange(len(time))
+    steps = np.diff(time)
+    mean = float(time[-1] - time[0]) / count[-1]
+    stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
+    if stated is not None and abs(mean / stated - 1.0) > DISAGREES:
+        if _is_rounded_step(steps, stated, grain):
+            longer = 100.0 * (stated / mean - 1.0)
+            told = f"its clock has rounded steps of {mean:.4g} s; the stated {rate:g} Hz are taken"
+            return time[0] + stated * count, [], [f"{told}, which makes it {longer:+.1f} % as long"]
+        told = f"its clock has steps of {1.0 / mean:.5g} Hz, its header says {rate:g} Hz: the clock is taken"
+        return time, [], [told]
+    if np.ptp(steps) <= WOBBLE * mean or steps.min() < 0.0:
+        return time, [], []
+    repeats = int((steps == 0.0).sum())
+    if not repeats and (grain > 0.5 * mean or np.abs(steps - mean).max() > 1.01 * grain):
+        return time, [], []  # a frame was dropped, or the clock is uneven indeed
+    step = float(np.polyfit(count, time, 1)[0])
+    for likely in (stated, 1.0 / max(round(1.0 / step), 1)):  # a whole number of Hz before any other
+        if likely is not None and abs(likely - step) * count[-1] <= grain:
+            step = likely
+            break
+    even = float(np.mean(time - step * count)) + step * count
+    if np.abs(even - time).max() > 0.75 * grain:  # half of it where rounded, more where cut off
+        return time, [], []
+    told = f"its clock is rounded to {grain:g} s and was read as even steps of {1.0 / step:.5g} Hz"
+    return even, ([] if repeats else [told]), ([f"{told}: {repeats} stamps repeat"] if repeats else [])
+
+
+def _is_rounded_step(steps: np.ndarray, stated: float, grain: float) -> bool:
+    """Whether a clock of equal steps that is no whole number of Hz is the stated one, its step rounded."""
+    mean = float(steps.mean())
+    rate = 1.0 / mean
+    even = float(np.ptp(steps)) < 1e-6 + WOBBLE * mean
+    return even and abs(rate - round(rate)) > 1e-4 * rate and abs(mean - stated) <= 0.5 * grain + 1e-9
+
+
+def _grain(time: np.ndarray) -> float:
+    """The power of ten that all stamps are multiples of [s]; 1e-9 where there is none."""
+    for digits in range(1, 9):
+        if np.abs(time - np.round(time, digits)).max() < 1e-9:
+            return float(10.0**-digits)
+    return 1e-9
+
+
+def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) -> None:
+    """Refuse a clock whose steps are too long for seconds.
+
+    Units: time [s] (n,).
+    """
+    step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
+    if step > LONGEST_STEP:
+        problem = f"its time runs in steps of {step:g} s: milliseconds, or numbers of frames?"
+        raise InputError(problem, file=path, field=field, allowed=allowed)
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:

@@ -8,11 +8,10 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.length_unit import length_name, metres
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
-from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import cells_of, parse_row, read_lines, without_empty_end
+from afo_sim.gait_lab.readers.unit_checks import length_name, metres
 
 LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
 _AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)

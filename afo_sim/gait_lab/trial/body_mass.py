@@ -9,7 +9,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import RANGES
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
 DIFFERENCE = 0.1  # between two masses from which on a person is warned
 BOTH_LEGS = (

@@ -1,19 +1,14 @@
-"""Heel strikes and toe-offs from the leg's motion alone.
+"""When a foot lands and leaves by motion alone, when a leg's posture comes back, and the period of a walk."""
 
-The method is Zeni's (Zeni, Richards, Higginson 2008, Gait & Posture 27:710): the heel strikes where the heel
-is farthest ahead of the pelvis, and the toe leaves where it is farthest behind. Both are relative to the
-pelvis, so a treadmill changes nothing. Without the pelvis, the hip takes its place.
-
-Heel strikes by this method come 0 to 40 ms before a plate carries 20 to 30 N (four strides of two recorded
-walks), some 3 % of a slow stride. So the events of plates go first wherever there are any.
-"""
-
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.gait_lab.readers.signals import low_pass
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.travel import STRIDE
 
 SMOOTH = 10.0  # low-pass of the distances, upper end of what is used with the method [Hz] (assumed)
 STEP = 0.1  # way of the heel about the pelvis that is a walk's; in adults 0.6 to 0.8 [m] (assumed)
@@ -28,6 +23,18 @@ LANDED = 0.01  # height above that from which on the lowest point goes straight 
 SWINGING = 1.0  # speed of the heel ahead of the pelvis from which on the foot still swings [m/s] (assumed: it
 # swings by at 3 m/s or more, and lands at about nothing)
 ABOUT = 0.15  # how far from the farthest heel the landing of the lowest point is looked for [s] (assumed)
+
+POSTURE_SMOOTH = 6.0  # low-pass for comparing postures [Hz]
+STRANGER = 0.5  # largest distance of two postures that are taken for the same [rad]
+VELOCITY = 0.1  # time by which angular velocities are multiplied to be compared with angles [s]
+HARMONICS = 8  # of a leg filtered at 6 Hz, at a stride of 1.2 s
+ROUGHNESS = 0.1  # weight of the third derivative, at the highest harmonic, beside the samples' distance [-]
+# (chosen: of 5 to 12 harmonics and weights from 1e-5 to 0.1, the most exact with noise in a known walk)
+LOOKED = 0.9  # part of a period from which on the period is looked for, so that a refusal can say it [-]
+STATISTIC_STEP = 0.002  # in which a period is looked for [s]
+STRANGE = 0.1  # distance of the motion from a periodic one that is no walk's [rad] (assumed)
+PLACE = 2.0  # weight of the ankle's place beside the angles [rad/m] (assumed: half a leg's length)
+RATE = 120.0  # sampling that is enough [Hz]
 
 
 @dataclass(frozen=True)
@@ -120,3 +127,106 @@ def _landing(motion: LegMotion, swings: np.ndarray, strike: float) -> float | No
     k = int(down[np.argmin(np.abs(motion.time[near][down] - strike))])
     steps = lowest[k] / (lowest[k] - lowest[k + 1])
     return float(motion.time[near][k] + steps * (motion.time[1] - motion.time[0]))
+
+
+def posture(motion: LegMotion) -> np.ndarray:
+    """Shank, knee and ankle angle, and a tenth of a second of their velocities [rad] (n, 6)."""
+    angles = np.column_stack([motion.shank_angle, motion.knee_angle, motion.ankle_angle])
+    angles = low_pass(motion.time, angles, POSTURE_SMOOTH)  # else velocities of unfiltered data are noise
+    return np.hstack([angles, VELOCITY * np.gradient(angles, motion.time, axis=0)])
+
+
+def distance_to(motion: LegMotion, start: float) -> np.ndarray:
+    """Distance of the posture at each sample to that at `start` [rad] (n,)."""
+    state = posture(motion)
+    here = np.array([np.interp(start, motion.time, column) for column in state.T])
+    return np.asarray(np.linalg.norm(state - here, axis=1))
+
+
+def posture_return(motion: LegMotion, start: float) -> float | None:
+    """First time after `start` at which the leg's posture returns [s]; None if the motion ends before.
+
+    The return is the nearest approach, to a part of a sample, of the first cycle.
+    """
+    distance = distance_to(motion, start)
+    later = (motion.time >= start + STRIDE[0]) & (motion.time <= start + STRIDE[1])
+    lows = _lows(distance, later)
+    if not len(lows) and later[-1] and distance[-2] > distance[-1] < 0.5 * STRANGER:
+        return float(motion.time[-1])  # the recording was cut at the heel strike
+    if not len(lows):
+        return None
+    k = int(lows[np.argmax(distance[lows] < 2.0 * distance[lows].min() + 0.05)])
+    return _refined(motion.time, distance, k)
+
+
+def posture_near(motion: LegMotion, start: float, about: float, within: float) -> float | None:
+    """Time at which the posture of `start` is most nearly met, at most `within` from `about` [s]."""
+    distance = distance_to(motion, start)
+    lows = _lows(distance, np.abs(motion.time - about) <= within)
+    return _refined(motion.time, distance, int(lows[np.argmin(distance[lows])])) if len(lows) else None
+
+
+def _lows(distance: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """Samples at which the distance has a minimum that is no stranger's (k,)."""
+    inner = np.flatnonzero(where[1:-1]) + 1
+    lows = inner[(distance[inner] <= distance[inner - 1]) & (distance[inner] < distance[inner + 1])]
+    return lows[distance[lows] < STRANGER]
+
+
+def _refined(time: np.ndarray, distance: np.ndarray, k: int) -> float:
+    return float(time[k] + vertex(distance[k - 1 : k + 2] ** 2) * (time[1] - time[0]))
+
+
+def period_by_force(starts: Sequence[float], motion: LegMotion) -> float | None:
+    """Mean time between heel strikes on plates, each weighted by how much of it the motion covers [s].
+
+    None if they cover less than half of the motion, or the motion does not come back after that time.
+    """
+    weight = total = 0.0
+    for start, end in itertools.pairwise(starts):
+        covered = min(end, motion.time[-1]) - max(start, motion.time[0])
+        if covered > 0.0 and STRIDE[0] <= end - start <= STRIDE[1]:
+            weight, total = weight + covered, total + covered * (end - start)
+    if weight < 0.5 * (motion.time[-1] - motion.time[0]):
+        return None
+    return total / weight if _strangeness(*_signals(motion), total / weight) < STRANGE else None
+
+
+def period_by_motion(motion: LegMotion) -> float | None:
+    """The period of the smooth periodic motion that comes nearest to the leg's [s].
+
+    Least squares of eight harmonics, their third derivative held small. In a known walk with 1 mm of noise
+    in each marker it is right to 6 ms (root mean square) from a whole period, 7 ms from 97.5 % of one and
+    12 ms from 95.5 %, and to 33 ms where the recording ends in a heel strike.
+    """
+    length = float(motion.time[-1] - motion.time[0])
+    tried = np.arange(STRIDE[0], min(length / LOOKED, STRIDE[1]), STATISTIC_STEP)
+    if len(tried) < 3:
+        return None
+    signals = _signals(motion)
+    strange = np.array([_strangeness(*signals, period) for period in tried])
+    k = int(np.argmin(strange))
+    if not 0 < k < len(tried) - 1 or strange[k] > STRANGE:
+        return None
+    return float(tried[k] + STATISTIC_STEP * vertex(strange[k - 1 : k + 2] ** 2))
+
+
+def _signals(motion: LegMotion) -> tuple[np.ndarray, np.ndarray]:
+    """What comes back in each stride: angles, the ankle's height and its place from the pelvis."""
+    thin = slice(None, None, max(1, round(1.0 / (RATE * (motion.time[1] - motion.time[0])))))
+    columns = [motion.shank_angle, motion.knee_angle, motion.ankle_angle, PLACE * motion.ankle_z]
+    if motion.pelvis_x is not None:
+        columns.append(PLACE * (motion.ankle_x - motion.pelvis_x))
+    return motion.time[thin], np.column_stack(columns)[thin]
+
+
+def _strangeness(time: np.ndarray, values: np.ndarray, period: float) -> float:
+    """Root mean square distance from a smooth periodic motion, its roughness counted [rad]."""
+    order = np.arange(1, HARMONICS + 1)
+    wave = 2.0 * np.pi * np.outer((time - time[0]) / period, order)
+    basis = np.column_stack([np.ones(len(time)), np.cos(wave), np.sin(wave)])
+    rough = np.sqrt(ROUGHNESS * len(time)) * np.r_[0.0, np.tile((order / HARMONICS) ** 3.0, 2)]
+    system = np.vstack([basis, np.diag(rough)])
+    wanted = np.vstack([values, np.zeros((len(rough), values.shape[1]))])
+    weights = np.linalg.lstsq(system, wanted, rcond=None)[0]
+    return float(np.sqrt(np.sum((system @ weights - wanted) ** 2) / len(time)))

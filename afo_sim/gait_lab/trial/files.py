@@ -1,6 +1,7 @@
 """The files of one walking trial, recognised by what they hold."""
 
 import pathlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -8,7 +9,6 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
-from afo_sim.gait_lab.readers.file_kind import kind_of
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
@@ -16,6 +16,9 @@ from afo_sim.gait_lab.readers.trc import read_trc
 
 STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
 JOINTS = ("ankle_angle_", "knee_angle_")
+
+SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
+READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,3 +222,31 @@ def _told(contents: Sequence[_Content], what: str) -> tuple[str, ...]:
         for part in (content, *content.plates)
         for text in getattr(part, what)
     )
+
+
+def kind_of(file: pathlib.Path) -> str:
+    """What a file is, by its first lines, and by its name if they do not tell."""
+    if file.is_dir():
+        raise InputError("is a folder", file=file, allowed=f"the files of one trial: {SUFFIXES}")
+    by_name = READ_AS.get(file.suffix.lower(), "")
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(20_000)
+    except OSError as error:
+        if by_name or not file.exists():
+            raise InputError(f"cannot be read: {error.strerror or error}", file=file) from None
+        raise
+    if head[1:2] == b"\x50" and by_name in ("c3d", ""):
+        return "c3d"
+    text = head.replace(b"\0", b"").decode("latin-1").lower()
+    if "<opensimdocument" in text or text.lstrip("ï»¿ \r\n\t").startswith("<?xml"):
+        return "model" if re.search(r"<model[ >]", text) else by_name or "setup"
+    if re.search(r"^[ \t;,]*endheader", text, re.MULTILINE):
+        return "table"
+    if re.match(r"[^\n]*pathfiletype", text) or re.search(r"^ *frame ?#?\s+time\s", text, re.MULTILINE):
+        return "trc"
+    if by_name:
+        return by_name
+    if re.search(r"^[^#\n]*\btime ?[\[(]", text, re.MULTILINE):
+        return "csv"
+    raise InputError("is not a kind of file that can be imported", file=file, allowed=SUFFIXES)

@@ -1,17 +1,27 @@
-"""The legs of a trial, from the best that its files hold."""
+"""The legs of a trial, from the best that its files hold; the chain of joint angles where nothing else is."""
 
 from dataclasses import replace
 
+import numpy as np
+
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.angle_unit import angle_unit
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
-from afo_sim.gait_lab.trial.chain_legs import ANGLES, legs_from_chain
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+from afo_sim.gait_lab.readers.unit_checks import angle_unit
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.files import WalkingTrial
-from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 from afo_sim.gait_lab.trial.model_legs import legs_from_angles, legs_from_model_markers
-from afo_sim.gait_lab.trial.unused_choices import unused_choices
+
+OF_MARKERS = ("markers", "map", "static")  # which a model's own markers make needless
+OF_ANGLES = ("thigh", "shank", "hip", "degrees")  # of a chain of joint angles without a model
+HIP = (-0.063, -0.072)  # hip from the pelvis' origin: between the gait2392 and Rajagopal models [m]
+THIGH, SHANK = 0.41, 0.40  # where the ankle's place is measured, these only carry angles [m]
+FOOT = (-0.05, 0.15)  # heel and toe ahead of the ankle; they carry the foot's angle [m]
+OUT_OF_PLANE = 12.0  # swing of pelvis or hip; half of it in usual walking (assumed) [deg]
+TYPED_ERROR = 0.02  # of an ankle that hangs on three typed lengths (assumed) [m]
+ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 
 
 def find_legs(
@@ -94,3 +104,215 @@ def _require_side(legs: dict[str, LegPoints], trial: WalkingTrial, choices: Choi
             allowed=", ".join(legs) or "a leg",
         )
     return legs
+
+
+def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[str, ...]:
+    """A sentence on what a person has chosen in vain; none if all counts."""
+    names: list[str] = []
+    if by_model:
+        names += [*OF_MARKERS, "thigh", "shank", "hip"]
+        names += [] if trial.angles is not None else ["degrees"]
+    elif trial.angles is None:
+        names += OF_ANGLES
+    given = [name for name in names if getattr(choices, name) not in (None, {}, ())]
+    why = "the model places the joints" if by_model else "they are of joint angles, and these are markers"
+    return (f"{', '.join(given)}: not used, {why}",) if given else ()
+
+
+def legs_from_chain(
+    table: OpenSimTable,
+    choices: Choices,
+    bodies: OpenSimTable | None = None,
+    seen: dict[str, LegPoints] | None = None,
+) -> dict[str, LegPoints]:
+    """Points of the leg from an inverse-kinematics file alone.
+
+    Signs are OpenSim's: pelvis tilt backward positive, hip flexion and dorsiflexion positive; the knee's is
+    found from its swing. The leg stands in the vertical plane in which the pelvis travels: its rotation out
+    of that plane is left out.
+    """
+    found = {}
+    for side in ("right", "left"):
+        complete = all(name in table.columns for name in _names(side))
+        if side == choices.side or (complete and _placed(table, side, choices, bodies, seen)):
+            found[side] = _leg(table, side, choices, bodies, seen or {})
+    return found
+
+
+def _names(side: str) -> list[str]:
+    return [ANGLES[0], *(f"{name}_{side[0]}" for name in ANGLES[1:])]
+
+
+def _placed(
+    table: OpenSimTable,
+    side: str,
+    choices: Choices,
+    bodies: OpenSimTable | None,
+    seen: dict[str, LegPoints] | None,
+) -> bool:
+    """Whether the ankle's place is known."""
+    if bodies is not None and f"talus_{side[0]}_X" in bodies.columns:
+        return True
+    return bool(seen and side in seen) or not _missing(table, choices)
+
+
+def _missing(table: OpenSimTable, choices: Choices) -> list[str]:
+    """Parts of the chain from the pelvis to the ankle that nobody gave."""
+    lengths = {"`thigh`": choices.thigh, "`shank`": choices.shank, "`ankle_height`": choices.ankle_height}
+    missing = [name for name in ("pelvis_tx", "pelvis_ty") if name not in table.columns]
+    return missing + [name for name, value in lengths.items() if value is None]
+
+
+def _leg(
+    table: OpenSimTable,
+    side: str,
+    choices: Choices,
+    bodies: OpenSimTable | None,
+    seen: dict[str, LegPoints],
+) -> LegPoints:
+    tilt, hip, knee, ankle, remarks, warnings = _angles(table, side, choices)
+    shank = knee - hip - tilt
+    heading = _heading(table, seen.get(side))
+    time, place, how, error = _ankle(table, side, choices, bodies, seen.get(side), tilt, hip, shank, heading)
+    shank, knee, pitch = (np.interp(time, table.time, v) for v in (shank, knee, ankle - shank))
+
+    def along(angle: np.ndarray, length: float) -> np.ndarray:
+        """A vector of some length, leaning forward from the vertical (n, 3) [m]."""
+        return length * (
+            np.sin(angle)[:, None] * heading + np.cos(angle)[:, None] * np.array([0.0, 1.0, 0.0])
+        )
+
+    knees = place + along(shank, choices.shank or SHANK)
+    points = {
+        "hip": LegPoint(knees + along(shank - knee, choices.thigh or THIGH), "joint angles"),
+        "knee": LegPoint(knees, "joint angles"),
+        "ankle": LegPoint(place, how, error, "the scaled model with `--model`"),
+        "heel": LegPoint(place + along(np.pi / 2 - pitch, FOOT[0]), "ankle angle, a foot of assumed length"),
+        "toe": LegPoint(place + along(np.pi / 2 - pitch, FOOT[1]), "ankle angle, a foot of assumed length"),
+    }
+    pelvis = _pelvis(table)
+    if pelvis is not None:
+        pelvis = np.column_stack([np.interp(time, table.time, c) for c in pelvis.T])
+    return LegPoints(
+        side, time, points, pelvis=pelvis, by_angles=True, remarks=tuple(remarks), warnings=tuple(warnings)
+    )
+
+
+def _angles(
+    table: OpenSimTable, side: str, choices: Choices
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[str], tuple[str, ...]]:
+    """Tilt, hip, knee (flexion positive) and ankle [rad], remarks, warnings."""
+    names = _names(side)
+    missing = [name for name in names if name not in table.columns]
+    if missing:
+        raise InputError(
+            "these coordinates are missing" if len(missing) > 1 else "this coordinate is missing",
+            file=table.file,
+            field=", ".join(missing),
+            allowed=", ".join(table.columns),
+        )
+    degrees, warnings = angle_unit(table, [names[2]], choices.degrees)
+    tilt, hip, knee, ankle = (table.columns[n] * (np.pi / 180.0 if degrees else 1.0) for n in names)
+    remarks = [f"joint angles in {'degrees' if degrees else 'radians'}"]
+    warnings = (*warnings, *_out_of_plane(table, side, degrees))
+    if -np.nanmin(knee) > np.nanmax(knee):
+        knee = -knee
+        remarks.append("knee angle turned round: its file has flexion negative")
+    return tilt, hip, knee, ankle, remarks, warnings
+
+
+def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[str]:
+    """A warning where the pelvis or the hip turns out of the plane in which the chain is drawn."""
+    names = ("pelvis_list", "pelvis_rotation", f"hip_adduction_{side[0]}", f"hip_rotation_{side[0]}")
+    scale = 1.0 if degrees else 180.0 / np.pi
+    swings = {
+        name: 0.5 * scale * float(np.nanmax(table.columns[name]) - np.nanmin(table.columns[name]))
+        for name in names
+        if name in table.columns
+    }
+    most = max(swings, key=lambda name: swings[name], default="")
+    if not most or swings[most] <= OUT_OF_PLANE:
+        return []
+    return [
+        f"{most} swings by ±{swings[most]:.0f} deg, which a chain in one plane leaves out: "
+        "the scaled model, `model`, takes it in"
+    ]
+
+
+def _pelvis(table: OpenSimTable) -> np.ndarray | None:
+    """The pelvis' way (n, 3) [m]."""
+    if "pelvis_tx" not in table.columns or "pelvis_ty" not in table.columns:
+        return None
+    zero = np.zeros_like(table.time)
+    return np.column_stack([table.columns.get(f"pelvis_t{axis}", zero) for axis in "xyz"])
+
+
+def _heading(table: OpenSimTable, seen: LegPoints | None) -> np.ndarray:
+    """Horizontal direction in which the pelvis travels; x where it hardly does (3,)."""
+    pelvis = _pelvis(table)
+    if pelvis is None and seen is not None:
+        pelvis = seen.points["ankle"].path
+        pelvis = pelvis[np.all(np.isfinite(pelvis), axis=1)]
+    if pelvis is None or len(pelvis) < 2:
+        return np.array([1.0, 0.0, 0.0])
+    way = (pelvis[-1] - pelvis[0]) * np.array([1.0, 0.0, 1.0])
+    length = float(np.linalg.norm(way))
+    return way / length if length > 0.3 else np.array([1.0, 0.0, 0.0])
+
+
+def _ankle(
+    table: OpenSimTable,
+    side: str,
+    choices: Choices,
+    bodies: OpenSimTable | None,
+    seen: LegPoints | None,
+    tilt: np.ndarray,
+    hip: np.ndarray,
+    shank: np.ndarray,
+    heading: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, str, float | None]:
+    """Times [s], the ankle's way (n, 3) [m], how it was found and its error [m]."""
+    if bodies is not None and f"talus_{side[0]}_X" in bodies.columns:
+        zero = np.zeros_like(bodies.time)
+        path = np.column_stack([bodies.columns.get(f"talus_{side[0]}_{axis}", zero) for axis in "XYZ"])
+        return *_common(table, bodies.time, path), "origin of the talus", None
+    if seen is not None:
+        point = seen.points["ankle"]
+        return *_common(table, seen.time, point.path), point.how, point.error
+    missing = _missing(table, choices)
+    if missing:
+        raise InputError(
+            "the ankle's place cannot be had from joint angles alone; missing: " + ", ".join(missing),
+            file=table.file,
+            allowed="the scaled model (`model`), or a .trc with an ankle marker, or body positions with "
+            f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`",
+        )
+    assert choices.thigh is not None and choices.shank is not None
+    forward, up = choices.hip or HIP
+    thigh = tilt + hip
+    x = (
+        forward * np.cos(tilt)
+        - up * np.sin(tilt)
+        + choices.thigh * np.sin(thigh)
+        - choices.shank * np.sin(shank)
+    )
+    y = (
+        forward * np.sin(tilt)
+        + up * np.cos(tilt)
+        - choices.thigh * np.cos(thigh)
+        - choices.shank * np.cos(shank)
+    )
+    pelvis = _pelvis(table)
+    assert pelvis is not None
+    path = pelvis + x[:, None] * heading + y[:, None] * np.array([0.0, 1.0, 0.0])
+    return table.time, path, "pelvis translation and typed lengths", TYPED_ERROR
+
+
+def _common(table: OpenSimTable, time: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The table's times at which the path is known, and the path there."""
+    keep = (table.time >= time[0] - 0.1) & (table.time <= time[-1] + 0.1)
+    if keep.sum() < 3:
+        spans = f"{table.time[0]:g} to {table.time[-1]:g} s and {time[0]:g} to {time[-1]:g} s"
+        raise InputError(f"joint angles and the ankle's place are of different times: {spans}")
+    # a lost marker stays lost: np.interp hands NaN on to its neighbours
+    return table.time[keep], np.column_stack([np.interp(table.time[keep], time, c) for c in path.T])

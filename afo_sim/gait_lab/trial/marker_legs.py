@@ -1,27 +1,39 @@
-"""Points of both legs from markers: by their names, a standing posture, regressions."""
+"""Points of both legs from markers: by their names, a standing posture, and their segments' markers."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.carried_centres import Chosen, carry_centres, choose
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
-from afo_sim.gait_lab.trial.clusters import Cluster, find_clusters
+from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait_lab.trial.role_map import mapped_roles
-from afo_sim.gait_lab.trial.roles import Roles, find_roles, missing_roles, named_points
-from afo_sim.gait_lab.trial.static_pose import (
-    flat_ankle_height,
-    quiet_part,
-    quiet_posture,
-    sole_pitch,
-    standing_posture,
-)
+from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
 
-Clusters = Mapping[tuple[str, str], Cluster]
+QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
+LONG = 0.5  # shortest quiet part [s]
+LAG = 0.1  # before and after, over which a speed is taken, so that noise is none [s]
+FEW = 0.1  # share of markers that may move: an arm, a flicker
+HEIGHTS = (0.04, 0.14)  # that an ankle centre has above the floor [m]
+ENOUGH = 0.9  # of the most seen way's frames, from which on a better way is taken
+STRAY = 0.015  # from its mean place in a segment, above which a point is not bridged by it (assumed) [m]
+MISFIT = 0.015  # of a posture's markers to the walk's, above which they are doubted (assumed) [m]
+# Segments that carry a joint, the best first: the shank's skin moves less than the thigh's.
+CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
+POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """Points of one leg, each with the number of the way that it was found in."""
+
+    points: Mapping[str, LegPoint]
+    ranks: Mapping[str, int]
+    remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def legs_from_markers(
@@ -169,3 +181,178 @@ def _place(still: Landmarks, side: str, role: str, chosen: Chosen) -> np.ndarray
     rank = chosen.ranks[role]
     point = ways[rank] if 0 <= rank < len(ways) else None
     return point.path[0] if point and np.isfinite(point.path[0]).all() else None
+
+
+def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice | None:
+    """The longest stretch in which nothing moves."""
+    moving = _speeds(markers, names)
+    seen = np.isfinite(moving).sum(axis=1)
+    still = (seen >= 3) & ((moving > QUIET).sum(axis=1) <= FEW * seen)
+    edges = np.flatnonzero(np.diff(np.r_[False, still, False].astype(int)))
+    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    if not runs:
+        return None
+    start, stop = max(runs, key=lambda run: run[1] - run[0])
+    return slice(int(start), int(stop)) if markers.time[stop - 1] - markers.time[start] >= LONG else None
+
+
+def standing_posture(markers: Markers) -> Markers:
+    """The mean posture of a standing trial's quiet part, as markers of one frame."""
+    time = markers.time
+    if len(time) == 1 or time[-1] - time[0] < LONG:
+        return quiet_posture(markers, slice(0, len(time)))
+    found = quiet_part(markers)
+    if found is None:
+        slowest = _slowest(_speeds(markers, None))
+        raise InputError(
+            f"nobody stands still for {LONG:g} s in it; at best the markers move at {slowest:.2f} m/s",
+            file=markers.file,
+            field="static",
+            allowed="a trial of a person who stands",
+        )
+    return quiet_posture(markers, found)
+
+
+def quiet_posture(markers: Markers, quiet: slice) -> Markers:
+    """The mean posture of some frames, as markers of one frame."""
+    positions = {name: _mean_place(path[quiet])[None] for name, path in markers.positions.items()}
+    start, end = markers.time[quiet][[0, -1]]
+    told = f"standing from {start:.2f} to {end:.2f} s of {markers.file.name}"
+    return Markers(markers.file, markers.time[quiet][:1], positions, (told,))
+
+
+def _mean_place(path: np.ndarray) -> np.ndarray:
+    """Mean of the seen part of a path (n, 3); NaN if nothing is seen."""
+    seen = path[np.isfinite(path).all(axis=1)]
+    return np.asarray(seen.mean(axis=0)) if len(seen) else np.full(3, np.nan)
+
+
+def sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
+    """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad].
+
+    Units: heel, toe [m] (3,), vertical (3,).
+    """
+    foot = toe - heel
+    rise = float(foot @ vertical)
+    return float(np.arctan2(rise, np.linalg.norm(foot - rise * vertical)))
+
+
+def flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
+    """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m].
+
+    Units: ankle [m] (3,), vertical (3,).
+    """
+    height = float(ankle @ vertical)
+    return height if HEIGHTS[0] <= height <= HEIGHTS[1] else None
+
+
+def _speeds(markers: Markers, names: Collection[str] | None) -> np.ndarray:
+    """Speed of each marker over 2 `LAG` (n, m), that of the nearest whole span at the ends [m/s]."""
+    chosen = list(markers.positions) if names is None else [n for n in markers.positions if n in names]
+    paths = np.stack([markers.positions[name] for name in chosen], axis=1)
+    time = markers.time
+    step = max(1, round(LAG / float(np.median(np.diff(time)))))
+    if len(time) <= 2 * step:
+        return np.full(paths.shape[:2], np.nan)
+    way = np.linalg.norm(paths[2 * step :] - paths[: -2 * step], axis=2)
+    inner = way / (time[2 * step :] - time[: -2 * step])[:, None]
+    return np.pad(inner, ((step, step), (0, 0)), mode="edge")
+
+
+def _slowest(speeds: np.ndarray) -> float:
+    seen = np.isfinite(speeds)
+    mean = np.where(seen, speeds, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    return float(np.min(mean[seen.any(axis=1)], initial=np.inf))
+
+
+def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> Chosen:
+    """The best way to each point that is seen in nearly as many frames as any.
+
+    A joint's gaps are bridged by the markers of its segment.
+    """
+    points, ranks, remarks = {}, {}, []
+    for role, each in ways.items():
+        most = max((_seen(way) for way in each if way), default=0)
+        for rank, way in enumerate(each):
+            if way is None or not _seen(way):
+                continue
+            whole = _bridged(way, [clusters.get((side, segment)) for segment in CARRIERS.get(role, ())])
+            if _seen(whole) >= ENOUGH * most:
+                points[role], ranks[role] = whole, rank
+                more = _seen(whole) - _seen(way)
+                if more:
+                    told = f"{_seen(way)} of {len(way.path)} frames"
+                    remarks.append(f"{side} {role}: seen in {told}, in {more} more by its segment's markers")
+                break
+    return Chosen(points, ranks, tuple(remarks))
+
+
+def carry_centres(chosen: Chosen, side: str, still: Landmarks, clusters: Clusters) -> Chosen:
+    """Joint centres of a standing posture in the walk, where the posture tells them in a better way."""
+    points, ranks = dict(chosen.points), dict(chosen.ranks)
+    remarks, warnings = list(chosen.remarks), list(chosen.warnings)
+    upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture
+    for role in CARRIERS:
+        ways = still.ways(side, role)
+        rank = next((k for k, way in enumerate(ways) if way and _seen(way)), len(ways))
+        if rank < min(ranks.get(role, len(ways)), POOR):
+            way = ways[rank]
+            assert way is not None
+            cluster = _carrier(role, side, clusters, upper, points)
+            if cluster is None:
+                few = _too_few(role, side, clusters)
+                remarks.append(f"the {side} {role} of the standing posture is not used: {few}")
+            else:
+                how = f"{way.how}, standing, carried by {', '.join(cluster.names)}"
+                points[role] = LegPoint(cluster.carry(way.path[0]), how, way.error, way.better)
+                ranks[role] = rank
+                off = cluster.misfit()
+                if off > MISFIT:
+                    warnings.append(
+                        f"{', '.join(cluster.names)} lie {1e3 * off:.0f} mm off where they were in standing: "
+                        "the same person, the same markers?"
+                    )
+        same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
+        upper = (role, same.path[0]) if same and _seen(same) else None
+    return replace(chosen, points=points, ranks=ranks, remarks=tuple(remarks), warnings=tuple(warnings))
+
+
+def _carrier(
+    role: str,
+    side: str,
+    clusters: Clusters,
+    upper: tuple[str, np.ndarray] | None,
+    points: Mapping[str, LegPoint],
+) -> Cluster | None:
+    """The markers that carry a joint; with the joint above where they are too few, as in Plug-in Gait."""
+    found = [cluster for segment in CARRIERS[role] if (cluster := clusters.get((side, segment)))]
+    proximal = clusters.get((side, {"knee": "thigh", "ankle": "shank"}.get(role, "")))
+    if proximal is not None and upper is not None:
+        joined = proximal.joined(f"the {upper[0]} centre", upper[1], points[upper[0]].path)
+        found.insert(found.index(proximal) + 1, joined)
+    return next((cluster for cluster in found if cluster.places_segment), None)
+
+
+def _too_few(role: str, side: str, clusters: Clusters) -> str:
+    segment = CARRIERS[role][0]
+    cluster = clusters.get((side, segment))
+    names = cluster.names if cluster else ()
+    told = ", ".join(names) or "no marker"
+    return f"both trials see {told} on the {segment}, and {FEWEST} that are not on a line are needed"
+
+
+def _bridged(way: LegPoint, carriers: list[Cluster | None]) -> LegPoint:
+    """The way with its gaps filled: first by the segment in which the point strays least."""
+    if np.isfinite(way.path).all():
+        return way
+    filled = [c.bridge(way.path) for c in carriers if c is not None and c.places_segment]
+    path = way.path
+    for more, stray in sorted(filled, key=lambda each: each[1]):
+        if stray < STRAY:
+            path = np.where(np.isfinite(path), path, more)
+    bridged = np.isfinite(path).all(axis=1) & ~np.isfinite(way.path).all(axis=1)
+    return replace(way, path=path, bridged=bridged)
+
+
+def _seen(way: LegPoint) -> int:
+    return int(np.isfinite(way.path).all(axis=1).sum())

@@ -1,19 +1,27 @@
 """Points of both legs from an OpenSim model: by its joint angles, or by the markers that a trial shows."""
 
-from collections.abc import Callable
+import re
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, pairwise
 
-from afo_sim.common.errors import InputError
+import numpy as np
+
+from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_joint import Coordinate
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
-from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.model_angles import placed_leg
-from afo_sim.gait_lab.trial.model_leg import find_leg
-from afo_sim.gait_lab.trial.model_markers import match_markers, name_warnings, scale_warnings
+from afo_sim.gait_lab.trial.inverse_kinematics import posed_legs
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import fitted_leg
-from afo_sim.gait_lab.trial.posed_legs import posed_legs
+
+BEYOND = np.radians(10.0)  # beyond a joint's range in the model, from which on it is told [rad] (assumed)
+SCALE = 0.05  # difference in length that a scaled model has not (assumed)
+APART = 0.03  # least distance of two markers that tells a scale [m] (assumed)
 
 
 def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) -> dict[str, LegPoints]:
@@ -57,3 +65,149 @@ def _both(
         remark = f"no {side} leg: {reason}"
         found[other] = replace(found[other], remarks=(*found[other].remarks, remark))
     return found
+
+
+def placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees: bool) -> LegPoints:
+    """Place a leg by its coordinates; parameters and errors as `legs_from_angles`."""
+    names = ("ground", *(leg.bodies[segment] for segment in ("pelvis", "thigh", "shank", "foot")))
+    parts = [
+        [coordinate for joint, _ in model.path(a, b) for coordinate in joint.coordinates]
+        for a, b in pairwise(names)
+    ]
+    coordinates = [coordinate for part in parts for coordinate in part]
+    _require_angles(table, leg)
+    values = {
+        c.name: table.columns[c.name] * (np.pi / 180.0 if degrees and c.rotational else 1.0)
+        for c in coordinates
+        if c.name in table.columns
+    }
+    bodies = {names[1]: model.pose(names[0], names[1], values)}
+    for a, b in pairwise(names[1:]):
+        bodies[b] = bodies[a] @ model.pose(a, b, values)
+    places = {role: bodies[leg.bodies[segment]].point(place) for role, (segment, place) in leg.points.items()}
+    count = len(table.time)
+    how = "joint angles in the model"
+    return LegPoints(
+        side=leg.side,
+        time=table.time,
+        points={
+            role: LegPoint(
+                np.array(np.broadcast_to(place, (count, 3))),
+                leg.foot.how.get(role, how),
+                leg.foot.error.get(role),
+            )
+            for role, place in places.items()
+        },
+        pelvis=np.array(np.broadcast_to(bodies[names[1]].position, (count, 3))),
+        sole=leg.foot.pitch,
+        ankle_height=leg.foot.ankle_height,
+        outline=leg.foot.outline,
+        remarks=_remarks(leg, coordinates, values),
+        warnings=(*_still(table, parts[0], values), *_beyond(coordinates, values)),
+    )
+
+
+def _require_angles(table: OpenSimTable, leg: ModelLeg) -> None:
+    for joint in (leg.hip.joint, leg.knee.joint, leg.ankle.joint):
+        names = [c.name for c in joint.coordinates]
+        if not any(name in table.columns for name in names):
+            problem = f"has no column for the {leg.side} {joint.name} of the model"
+            allowed = " or ".join(names)
+            raise InputError(
+                problem, file=table.file, allowed=allowed, nearest=nearest_name(names[0], table.columns)
+            )
+
+
+def _remarks(
+    leg: ModelLeg, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
+) -> tuple[str, ...]:
+    still = [c.name for c in coordinates if c.name not in values]
+    lines = [f"{leg.side} leg placed by the model's joints; the toes stay straight on the foot"]
+    if still:
+        lines.append(f"without a column, and so at the model's default: {', '.join(still)}")
+    return tuple(lines)
+
+
+def _still(
+    table: OpenSimTable, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
+) -> tuple[str, ...]:
+    """A pelvis that has no columns of its own stands still."""
+    lost = [c.name for c in coordinates if c.name not in values]
+    if not lost:
+        return ()
+    return (f"{table.file.name} has no {', '.join(lost)}: the pelvis stands still in these",)
+
+
+def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """Joints far beyond the model's range: a table of another model, often with the knee's sign turned."""
+    found = []
+    for c in coordinates:
+        if c.name not in values or not c.rotational or not np.isfinite(values[c.name]).any():
+            continue
+        low, high = float(np.nanmin(values[c.name])), float(np.nanmax(values[c.name]))
+        if low < c.limits[0] - BEYOND or high > c.limits[1] + BEYOND:
+            reach, allowed = (
+                f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in ((low, high), c.limits)
+            )
+            found.append(f"{c.name} goes from {reach}, the model allows {allowed}: is this its model?")
+    return tuple(found)
+
+
+def match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
+    """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
+
+    Names match whatever their case and punctuation, and whatever stands before a colon.
+    """
+    trial: dict[str, str] = {}
+    for name in markers.positions:
+        trial.setdefault(_plain(name), name)
+    found = {}
+    for name in model.markers:
+        there = name if name in markers.positions else trial.get(_plain(name))
+        if there is not None and np.isfinite(markers.positions[there]).any():
+            found[name] = markers.positions[there]
+    if not found:
+        own = ", ".join(model.markers) or "none at all"
+        problem = f"has no marker of the model {model.file.name}; the model's are {own}"
+        raise InputError(problem, file=markers.file, value=", ".join(markers.positions))
+    return found
+
+
+def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[str, ...]:
+    """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
+    of_name = defaultdict(list)
+    for name in markers.positions:
+        of_name[_plain(name)].append(name)
+    lines = []
+    for name in model.markers:
+        there = of_name[_plain(name)]
+        if len(there) > 1 and name not in markers.positions:
+            lines.append(f"{' and '.join(there)} are both the model's {name}; {there[0]} was taken")
+    return tuple(lines)
+
+
+def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """A warning where distances between markers of one body are not the model's.
+
+    Units: seen [m] (n, 3).
+    """
+    of_body = defaultdict(list)
+    for name in seen:
+        of_body[model.markers[name][0]].append(name)
+    ratios = []
+    for pair in (pair for names in of_body.values() for pair in combinations(names, 2)):
+        there = np.linalg.norm(seen[pair[0]] - seen[pair[1]], axis=1)
+        here = float(np.linalg.norm(model.markers[pair[0]][1] - model.markers[pair[1]][1]))
+        if here > APART and np.isfinite(there).any():
+            ratios.append(float(np.nanmedian(there)) / here)
+    if not ratios or abs(np.median(ratios) - 1.0) <= SCALE:
+        return ()
+    ratio = float(np.median(ratios))
+    return (
+        f"the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {len(ratios)}"
+        " pairs, each on one body): is this the person's scaled model?",
+    )
+
+
+def _plain(name: str) -> str:
+    return re.sub("[^a-z0-9]", "", name.split(":")[-1].lower())

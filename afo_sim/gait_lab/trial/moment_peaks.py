@@ -10,7 +10,7 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import LATE_SWING, STANCE_FORCE
 
 if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.imported import Imported
+    from afo_sim.gait_lab.trial.importing import Imported
 
 ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody tells, fore and aft; assumed [m]
 

@@ -1,4 +1,6 @@
-"""Plausibility of a stride that was cut from a trial: what is odd is told with its number, or refused."""
+"""Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -6,10 +8,11 @@ from afo_sim.common.errors import InputError
 from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import LEAST, WITHIN
+from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.marker_doubts import marker_doubts, steps_of_time
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
 ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: told, refused; assumed [deg]
 ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
@@ -30,6 +33,17 @@ FORWARD = 0.005  # fore-and-aft force that is none; slow patients' peak is 0.03;
 EXPLAINED = 0.5  # of the RMS: what leaves less explains the difference; assumed
 UNLOADED = 0.1  # of the plantarflexor moment's peak: less is the foot's own weight and inertia; derived
 LONGEST_SHIFT = 0.1  # in time that is tried, as a share of the stride; assumed
+
+SEGMENTS = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "foot": ("heel", "toe")}
+THIGH_TO_SHANK = (0.75, 1.35)  # lengths; 0.87 to 1.04 in two models and three sets of markers (assumed) [-]
+CHANGE = 0.1  # of a segment's length; skin moves markers by some centimetres of 0.4 m; assumed
+LEAP = 0.1  # of a point in a frame, from where it would have gone; assumed [m]
+ACCELERATION = 60.0  # of a foot at heel strike, that adds to it half a frame's time squared; assumed [m/s²]
+LONGEST_STEP = 0.1  # between two samples over which a point's way can be foretold [s]
+UNEVEN = 0.1  # of the usual step of time, that a step may differ
+EARLY = 0.02  # of heel strikes by kinematics: 0 to 40 ms in four strides of two recorded walks [s]
+APART = (-0.03, 0.04)  # of the events, beyond which clocks are doubted; kinematics are sure to 20 ms [s]
+NEAR = 0.25  # that two events can be apart and still be the same [s] (assumed)
 
 
 def doubts(
@@ -241,3 +255,119 @@ def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | N
     for name, (time, _) in ({} if ground is None else ground.plates).items():
         found += steps_of_time(f"plate {name}", time, FORCE_RATE)
     return found
+
+
+def marker_doubts(points: LegPoints) -> list[str]:
+    """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each.
+
+    Both are what exchanged markers do, for a few frames or all the time.
+    """
+    return _lengths(points) + _proportion(points) + _leaps(points)
+
+
+def _proportion(points: LegPoints) -> list[str]:
+    """A sentence where thigh and shank cannot be one person's: a hip or knee at another place."""
+    means = {}
+    for name, (upper, lower) in SEGMENTS.items():
+        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        means[name] = float(np.nanmedian(length)) if np.isfinite(length).any() else np.nan
+    ratio = means["thigh"] / means["shank"]
+    if not np.isfinite(ratio) or THIGH_TO_SHANK[0] <= ratio <= THIGH_TO_SHANK[1]:
+        return []
+    return [
+        f"the {points.side} thigh is {100.0 * means['thigh']:.0f} cm long and the shank "
+        f"{100.0 * means['shank']:.0f} cm: is the hip's or the knee's marker at another place?"
+    ]
+
+
+def _lengths(points: LegPoints) -> list[str]:
+    found = []
+    for name, (upper, lower) in SEGMENTS.items():
+        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        known = np.isfinite(length)
+        if known.sum() < 3:
+            continue
+        median = float(np.median(length[known]))
+        change = np.where(known, length, median) / median - 1.0
+        if np.abs(change).max() <= CHANGE:
+            continue
+        k, bad = int(np.argmax(np.abs(change))), np.abs(change) > CHANGE
+        first, last = points.time[bad][[0, -1]]
+        when = (
+            f"at {first:.2f} s" if bad.sum() == 1 else f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
+        )
+        found.append(
+            f"the {points.side} {name}, {upper} to {lower}, changes its length of {100.0 * median:.1f} cm by "
+            f"{100.0 * change[k]:+.0f} %, {when}: exchanged or sliding markers?"
+        )
+    return found
+
+
+def _leaps(points: LegPoints) -> list[str]:
+    found = []
+    for role, point in points.points.items():
+        known = np.all(np.isfinite(point.path), axis=1)
+        time, path = points.time[known], point.path[known]
+        if len(time) < 3:
+            continue
+        step = np.diff(time)
+        velocity = np.diff(path, axis=0) / step[:, None]
+        off = np.linalg.norm((velocity[1:] - velocity[:-1]) * step[1:, None], axis=1)
+        near = (step[1:] <= LONGEST_STEP) & (step[:-1] <= LONGEST_STEP)
+        leaps = near & (off > LEAP + ACCELERATION * step[1:] ** 2)
+        if np.any(leaps):
+            k = int(np.argmax(leaps))
+            found.append(
+                f"the {points.side} {role} leaps by {100.0 * off[k]:.0f} cm at {time[k + 2]:.2f} s"
+                f"{' and later' if leaps[k + 3 :].any() else ''}: exchanged markers?"
+            )
+    return found
+
+
+def steps_of_time(what: str, time: np.ndarray, rate: float) -> list[str]:
+    """Sentences on a clock that is slower than `rate` [Hz] or uneven."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    found = []
+    if 1.0 / step < rate * (1.0 - 1e-6):
+        found.append(f"{what} is sampled at {1.0 / step:.0f} Hz only; {rate:.0f} Hz or more show the events")
+    uneven = np.abs(steps - step) > UNEVEN * step
+    if np.any(uneven):
+        worst = steps[np.argmax(np.abs(steps - step))]
+        found.append(
+            f"{what} has {uneven.sum()} of {len(steps)} steps of time that are not {1e3 * step:.3g} ms, one "
+            f"of {1e3 * worst:.3g} ms: the samples between are interpolated"
+        )
+    return found
+
+
+def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[str]:
+    """A warning if the plates tell heel strikes and toe-offs later or earlier than the motion does.
+
+    A force that comes 20 ms late moves the centre of pressure under the foot by 7 mm, 50 ms by 17 mm.
+    """
+    events = find_events(motion)
+    loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
+    late = [_after(stride.start, events.strikes) for stride in loaded if stride.by.startswith("force")]
+    left = [_after(stride.toe_off, events.toe_offs) for stride in loaded]
+    strikes = [time - EARLY for time in late if time is not None]
+    offs = [time for time in left if time is not None]
+    if not strikes or not offs:
+        return []
+    shift = 0.5 * float(np.median(strikes) + np.median(offs))
+    if APART[0] <= shift <= APART[1]:
+        return []
+    word = "after" if shift > 0.0 else "before"
+    return [
+        f"the plates tell heel strike and toe-off {1e3 * abs(shift):.0f} ms {word} the motion does: "
+        "do they have the same clock?"
+    ]
+
+
+def _after(time: float, events: Sequence[float]) -> float | None:
+    """How long after the nearest of some events something happened [s]; None if none is near."""
+    if not events:
+        return None
+    apart = time - np.asarray(events)
+    nearest = float(apart[np.argmin(np.abs(apart))])
+    return nearest if abs(nearest) < NEAR else None

@@ -1,24 +1,38 @@
-"""Which marker sits where: landmarks of both legs, by the markers' names."""
+"""Which marker sits on which landmark: by its name in the usual sets, or by a file that a person edits."""
 
 import difflib
 import pathlib
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import tomli_w
 
+from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.writing import write_text
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
-from afo_sim.gait_lab.trial.marker_names import Reading, readings
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
+
+Reading = tuple[str, str]  # side, or "" for none; the rest of the name
+# Computed signals that a C3D keeps among its points.
+COMPUTED = re.compile(r"(angle|moment|force|power|grf|scale|score)s?\d*$")
 
 Names = Mapping[str, tuple[str, ...]]  # landmark → markers; the midpoint of several counts
 CANDIDATES = 3  # names that a message offers for a missing landmark
 RECOGNISED = 4  # names from which on a set is recognised
 CLUSTER = re.compile(r"(th|thi|thl|thigh|sh|shk|shank|tib|tb|leg)[a-z]?[a-z]?\d*$")
 LIKENESS = 0.6  # of two names, from which on one is offered for the other
+GROUPS = (*SIDES, "middle")
+HEAD = """\
+# Which marker sits on which landmark of the body.
+# Only what stands here counts. Several names: their midpoint. A line that begins with # does not count.
+# A leg needs: hip_centre, or both asis (with psis or sacrum), or trochanter; knee_centre, knee_lateral or
+# knee_medial; ankle_centre, ankle_lateral or ankle_medial; heel; a metatarsal or toe_tip.
+# Lateral and medial marker together place knee and ankle better than one of them.
+"""
 
 
 @dataclass(frozen=True)
@@ -118,6 +132,54 @@ def missing_roles(
     )
 
 
+def plain(name: str) -> str:
+    """A name in lower case without `subject:` and punctuation."""
+    return re.sub("[^a-z0-9]", "", name.split(":")[-1].lower())
+
+
+def readings(names: Sequence[str]) -> dict[str, list[Reading]]:
+    """Ways to read each of a file's names, the likeliest first; computed signals are left out.
+
+    Units: returns [(side, rest), …].
+    """
+    markers = [name for name in names if not COMPUTED.search(plain(name))]
+    start = _common_start([_bare(name) for name in markers])
+    return {name: list(_readings(_bare(name).removeprefix(start))) for name in markers}
+
+
+def _readings(bare: str) -> Iterator[Reading]:
+    whole = plain(bare)
+    yield "", whole
+    for side in SIDES:
+        if whole.startswith(side):
+            yield side, whole.removeprefix(side)
+    for side in SIDES:
+        if whole.startswith(side[0]):
+            yield side, whole[1:]
+    for side in SIDES:
+        if whole.endswith(side):
+            yield side, whole.removesuffix(side)
+    end = re.search(r"(?:[^A-Za-z0-9]([RrLl])|(?<=[a-z0-9])([RL]))$", bare)
+    if end:
+        yield {"r": "right", "l": "left"}[(end[1] or end[2]).lower()], whole[:-1]
+
+
+def _bare(name: str) -> str:
+    return name.strip().split(":")[-1]
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """What all names begin with, to a separator; never a side's letter or word."""
+    if len(names) <= 3:
+        return ""
+    first, last = min(names), max(names)  # what these two share, all share
+    same = next(
+        (k for k, pair in enumerate(zip(first, last, strict=False)) if len(set(pair)) > 1), len(first)
+    )
+    found = re.match(r".*[_.\- ]", first[:same])
+    return found[0] if found and plain(found[0]) not in ("r", "l", *SIDES) else ""
+
+
 def _add(
     found: dict[str, dict[str, str]],
     read: Mapping[str, Sequence[Reading]],
@@ -161,3 +223,93 @@ def _duplicate(markers: Markers, name: str, twin: str) -> str:
     if not np.isfinite(apart).any():
         return f"the label {name} occurs twice, never seen at both places at once; the first is taken"
     return f"the label {name} occurs twice, up to {1e3 * np.nanmax(apart):.0f} mm apart; the first is taken"
+
+
+def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Read a map of roles.
+
+    Units: path ["NAME", "NAME"].
+    """
+    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    for group, table in read_toml(path).items():
+        if group not in GROUPS:
+            raise unknown(group, GROUPS, file=path, field=group, problem="is an unknown table")
+        if not isinstance(table, dict):
+            raise InputError("is no table", file=path, field=group, value=table, allowed=f"[{group}]")
+        found[group] = {}
+        for landmark, value in table.items():
+            field = f"{group}.{landmark}"
+            if landmark not in _landmarks(group):
+                problem = "is an unknown landmark"
+                raise unknown(landmark, _landmarks(group), file=path, field=field, problem=problem)
+            names = [value] if isinstance(value, str) else value
+            if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
+                allowed = '"NAME" or ["NAME", "NAME"]'
+                raise InputError("is no marker", file=path, field=field, value=value, allowed=allowed)
+            found[group][landmark] = tuple(names)
+    return found
+
+
+def mapped_roles(path: pathlib.Path, markers: Markers, others: Collection[str] = ()) -> Roles:
+    """The landmarks of a map; names are not guessed."""
+    sides: dict[str, dict[str, tuple[str, ...]]] = {side: {} for side in SIDES}
+    for group, landmarks in read_role_map(path).items():
+        for landmark, chosen in landmarks.items():
+            for name in chosen:
+                if name not in markers.positions and name not in others:
+                    field, problem = f"{group}.{landmark}", f"there is no such marker in {markers.file}"
+                    raise unknown(name, markers.positions, file=path, field=field, problem=problem)
+            if all(name in markers.positions for name in chosen):
+                for side in SIDES if group == "middle" else (group,):
+                    sides[side][landmark] = chosen
+    return Roles(sides, (f"markers as {path.name} says",))
+
+
+def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = None) -> None:
+    """Write a map of roles, whole or not at all: what is known, and names that look like what is missing.
+
+    Parameters
+    ----------
+    path : to be written
+    markers : of the trial
+    roles : what is known; by default what the names tell
+
+    Raises
+    ------
+    InputError
+        The place cannot be written to.
+    """
+    roles = find_roles(markers) if roles is None else roles
+    used = {name for side in roles.sides.values() for names in side.values() for name in names}
+    free = [name for name in markers.positions if name not in used]
+    lines = [HEAD, f"# The markers of {markers.file.name}:", *_wrapped(list(markers.positions))]
+    for group in GROUPS:
+        known = roles.sides[SIDES[0] if group == "middle" else group]
+        lines += ["", f"[{group}]", *(_line(group, landmark, known, free) for landmark in _landmarks(group))]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _line(group: str, landmark: str, known: Mapping[str, tuple[str, ...]], free: Sequence[str]) -> str:
+    place = LANDMARKS[landmark][1]
+    if landmark in known:
+        return f"{landmark} = [{', '.join(map(_quoted, known[landmark]))}]  # {place}"
+    near = candidates(free, "" if group == "middle" else group, [landmark])
+    hint = f"; perhaps {', '.join(map(_quoted, near))}" if near else ""
+    return f'# {landmark} = ["NAME"]  # {place}{hint}'
+
+
+def _landmarks(group: str) -> list[str]:
+    return [name for name in LANDMARKS if (name == "sacrum") == (group == "middle")]
+
+
+def _quoted(name: str) -> str:
+    return tomli_w.dumps({"x": name}).removeprefix("x = ").strip()
+
+
+def _wrapped(names: Sequence[str]) -> list[str]:
+    lines = ["#"]
+    for name in map(_quoted, names):
+        if len(lines[-1]) + len(name) > 100:
+            lines.append("#")
+        lines[-1] += f" {name}"
+    return lines

@@ -13,7 +13,7 @@ from afo_sim.gait_lab.trial.moment_peaks import ANKLE_ERROR, ankle_error, moment
 from afo_sim.gait_lab.trial.verdict import chosen_strides, counted, recorded_words
 
 if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.imported import Imported
+    from afo_sim.gait_lab.trial.importing import Imported
     from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
 
 MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]

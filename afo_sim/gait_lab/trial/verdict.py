@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from afo_sim.gait_lab.trial.moment_peaks import moment_peaks
 
 if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.imported import Imported
+    from afo_sim.gait_lab.trial.importing import Imported
     from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
 
 
