@@ -92,8 +92,7 @@ def gait_import_command(
         from afo_sim.gait.file import write
         from afo_sim.gait_lab.trial.choices import read_options
         from afo_sim.gait_lab.trial.importing import import_gait
-        from afo_sim.gait_lab.trial.understood import ten_lines
-        from afo_sim.gait_lab.trial.verdict import verdict
+        from afo_sim.gait_lab.trial.understood import ten_lines, verdict
         from afo_sim.show.gait_figure import draw_gait
 
         choices = read_options(given)

@@ -41,6 +41,15 @@ class Notice(str):
     def __reduce__(self) -> tuple[Any, ...]:
         return _made, (self.code, self._text, self.subject, self.severity, dict(self.data))
 
+    def after(self, words: str) -> Self:
+        """The same notice with words before its sentence."""
+        text = words.replace("{", "{{").replace("}", "}}") + self._text
+        return type(self)(self.code, text, subject=self.subject, severity=self.severity, **self.data)
+
+    def with_severity(self, severity: Severity) -> Self:
+        """The same notice, taken more or less seriously."""
+        return type(self)(self.code, self._text, subject=self.subject, severity=severity, **self.data)
+
     def as_json(self) -> dict[str, Any]:
         """Code, subject, severity, data and text, for a file."""
         return {

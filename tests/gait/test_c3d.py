@@ -216,7 +216,7 @@ def test_lost_points_models_results_and_events(tmp_path: pathlib.Path) -> None:
     assert np.flatnonzero(np.isnan(markers.positions["RHEE"][:, 0])).tolist() == [20]
     assert markers.remarks == (
         "1 of its points are a model's results, no markers",
-        "its 1 events (Foot Strike 1.25 s) are not used: force and motion tell them again",
+        "its 1 events (Foot Strike 1.25 s) are not used: force and motion show them again",
     )
 
 

@@ -171,12 +171,12 @@ def test_the_references_rms_is_told() -> None:
 
 
 def test_clocks() -> None:
-    slow = POINTS.time[::5], {r: LegPoint(p.path[::5], p.how) for r, p in POINTS.points.items()}
+    slow = POINTS.time[::5], {r: LegPoint(p.path[::5], p.source) for r, p in POINTS.points.items()}
     found = told(points=dataclasses.replace(POINTS, time=slow[0], points=slow[1], pelvis=None))
     assert found == ("the motion is sampled at 20 Hz only; 25 Hz or more show the events",)
     assert told(plates=ground(50.0)) == ("plate 1 is sampled at 50 Hz only; 100 Hz or more show the events",)
     lost = np.delete(np.arange(len(TIME)), [50, 120, 121])
-    gone = {r: LegPoint(p.path[lost], p.how) for r, p in POINTS.points.items()}
+    gone = {r: LegPoint(p.path[lost], p.source) for r, p in POINTS.points.items()}
     (doubt,) = told(points=dataclasses.replace(POINTS, time=TIME[lost], points=gone, pelvis=None))
     assert "2 of 296 steps of time that are not 10 ms, one of 30 ms" in doubt
 

@@ -10,11 +10,11 @@ from gait.faulty_trials import FAULTS
 from understood_trial import stand_in
 
 from afo_sim.common.units import GRAVITY
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.importing import import_gait
 from afo_sim.gait_lab.trial.leg_points import LegPoint
-from afo_sim.gait_lab.trial.understood import ten_lines
-from afo_sim.gait_lab.trial.verdict import verdict
+from afo_sim.gait_lab.trial.understood import ten_lines, verdict
 
 
 def test_a_person_reads_ten_lines_in_the_order_of_their_questions() -> None:
@@ -53,7 +53,7 @@ def test_what_joint_centres_share_is_said_once() -> None:
     done = stand_in()
     points = dict(done.legs["right"].points)
     for role, name in (("hip", "RHJC"), ("knee", "RKJC"), ("ankle", "RAJC")):
-        points[role] = LegPoint(points[role].path, f"{name}, a centre given in the file")
+        points[role] = LegPoint(points[role].path, name, way="a centre given in the file")
     done.legs["right"] = dataclasses.replace(done.legs["right"], points=points)
     centres = dict(ten_lines(done))["joint centres"]
     assert centres.startswith("hip RHJC, knee RKJC, ankle RAJC: a centre given in the file; ")
@@ -68,8 +68,9 @@ def test_only_what_is_bridged_in_the_taken_stride_is_told() -> None:
     inside = (leg.time >= stride.start) & (leg.time <= stride.end)
     for bridged, told in ((~inside, False), (inside & (leg.time > stride.start + 0.75 * stride.time), True)):
         hip = dataclasses.replace(leg.points["hip"], bridged=bridged)
-        remarks = ("right hip: seen in 60 of 200 frames, in 140 more by its segment's markers",)
-        done.legs["right"] = dataclasses.replace(leg, points={**leg.points, "hip": hip}, remarks=remarks)
+        text = "{subject}: seen in 60 of 200 frames, in 140 more by its segment's markers"
+        notices = (note("point-bridged", text, subject="right hip"),)
+        done.legs["right"] = dataclasses.replace(leg, points={**leg.points, "hip": hip}, notices=notices)
         found = dict(ten_lines(done))["found"]
         assert ("hip by the segment's markers in 25 % of the stride" in found) == told
         assert "60 of 200" not in found
@@ -137,7 +138,8 @@ def test_moment_is_compared_with_a_given_inverse_dynamics() -> None:
 
 
 def test_a_given_mass_is_held_against_the_plates() -> None:
-    carried = ("the plates carry 64.0 kg (±2 %) over 2 right strides",)
+    text = "the plates carry 64.0 kg (±{percent:.0f} %) over 2 right strides"
+    carried = (note("mass-by-plates", text, percent=2.0),)
     mass = SimpleNamespace(mass=80.0, how="given", estimated=64.0, remarks=carried)
     words = dict(ten_lines(stand_in(mass=mass)))["body mass"]
     assert words.startswith("80.0 kg, given, +25.0 % off: the plates carry 64.0 kg (±2 %); height ")

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
-from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, place_of, plate
+from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
 from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
@@ -42,15 +44,15 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
     rate = _rate(path, file)
-    names, points, remarks = _markers(file)
-    metre, warnings = _metre(path, file, points)
+    names, points, results = _markers(file)
+    metre, unit = _metre(path, file, points)
     time = (file.first_frame + np.arange(file.frames)) / rate
     samples = file.analogs.shape[1]
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
     plates, left_out = plates_of_c3d(path, file, analog_time, metre)
-    remarks += _events(file)
-    return marker_set(path, time, names, points * metre, remarks, [*warnings, *left_out]), plates
+    notices = [*results, *_events(file), *unit, *left_out]
+    return marker_set(path, time, names, points * metre, notices), plates
 
 
 def _rate(path: pathlib.Path, file: C3dFile) -> float:
@@ -62,19 +64,20 @@ def _rate(path: pathlib.Path, file: C3dFile) -> float:
     return rate
 
 
-def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[str]]:
-    """Names, coordinates (n, markers, 3) in the file's unit, and remarks."""
+def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[Notice]]:
+    """Names, coordinates (n, markers, 3) in the file's unit, and a note on points that are none."""
     count = file.points.shape[1]
     names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
     results = {name for kind in RESULTS for name in file.texts("POINT", kind) if name}
     kept = [k for k, name in enumerate(names) if name not in results]
     results_there = count - len(kept)
-    remarks = [f"{results_there} of its points are a model's results, no markers"] if results_there else []
+    text = "{count} of its points are a model's results, no markers"
+    notes = [note("points-are-results", text, count=results_there)] if results_there else []
     points = np.where(file.residuals[..., None] < 0.0, np.nan, file.points)
-    return [names[k] for k in kept], lost_as_nan(points[:, kept]), remarks
+    return [names[k] for k in kept], lost_as_nan(points[:, kept]), notes
 
 
-def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[str]]:
+def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[Notice]]:
     """Metres in the file's unit of length, and warnings."""
     stated = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
     try:
@@ -88,35 +91,36 @@ def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float
     return found, warnings
 
 
-def _events(file: C3dFile) -> list[str]:
-    """A remark on events that somebody marked by hand or program."""
+def _events(file: C3dFile) -> list[Notice]:
+    """A note on events that somebody marked by hand or program."""
     labels, times = file.texts("EVENT", "LABELS"), file.numbers("EVENT", "TIMES")
     if not labels:
         return []
     seconds = [60.0 * a + b for a, b in zip(times[::2], times[1::2], strict=False)]  # minutes and seconds
     shown = ", ".join(f"{name} {at:.2f} s" for name, at in zip(labels[:4], seconds, strict=False))
-    more = ", …" if len(labels) > 4 else ""
-    return [f"its {len(labels)} events ({shown}{more}) are not used: force and motion tell them again"]
+    shown += ", …" if len(labels) > 4 else ""
+    text = "its {count} events ({events}) are not used: force and motion show them again"
+    return [note("events-unused", text, count=len(labels), events=shown)]
 
 
 def plates_of_c3d(
     path: pathlib.Path, file: C3dFile, time: np.ndarray, metre: float
-) -> tuple[list[Plate], list[str]]:
+) -> tuple[list[Plate], list[Notice]]:
     """All plates that can be read, and warnings for those that cannot.
 
     Units: time [s] (n,).
     """
     used = file.numbers("FORCE_PLATFORM", "USED")
-    plates, warnings = [], []
+    plates, left_out = [], []
     for k in range(min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0):
         name = str(k + 1)
         try:
             plates.append(_plate(path, name, _declared(file, k), time, metre))
-        except NoPlateError as error:
-            warnings.append(f"plate {name} was left out: {error}")
-        except InputError as error:  # a load without a number
-            warnings.append(f"plate {name} was left out: {error.problem}")
-    return plates, warnings
+        except (NoPlateError, InputError) as error:  # an InputError: a load without a number
+            why = error.problem if isinstance(error, InputError) else str(error)
+            text = "plate {subject} was left out: {why}"
+            left_out.append(Notice("plate-left-out", text, subject=name, why=why))
+    return plates, left_out
 
 
 def _declared(file: C3dFile, k: int) -> DeclaredPlate:
@@ -153,12 +157,11 @@ def _calibration(file: C3dFile, k: int) -> np.ndarray | None:
 
 
 def _plate(path: pathlib.Path, name: str, declared: DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
-    remarks: list[str] = []
-    warnings: list[str] = []
-    corners = declared.corners * _edge_unit(declared.corners, metre, warnings)
+    notices: list[Notice] = []
+    corners = declared.corners * _edge_unit(name, declared.corners, metre, notices)
     centre, turn = _frame(corners)
     half = np.abs((corners - centre) @ turn).max(axis=0)
-    force, moment = plate_loads(declared, metre, half, remarks, warnings)
+    force, moment = plate_loads(name, declared, metre, half, notices)
     if moment is None:  # type 1 has the centre of pressure itself
         rest = constant(time, force[:, 2], force)
         spot = np.column_stack([declared.channels[:, 3:5] * metre, np.zeros(len(force))])
@@ -168,21 +171,13 @@ def _plate(path: pathlib.Path, name: str, declared: DeclaredPlate, time: np.ndar
         force, moment = force - rest[:3], moment - rest[3:]
         spot = place_of(force, moment, Z, 0.0)
     if np.any(rest):
-        remarks.append(f"read {np.linalg.norm(rest[:3]):.1f} N without load, which was taken off")
-    _doubt_place(spot, force[:, 2], half, warnings)
+        notices.append(offset_note(name, rest[:3]))
+    notices += _pressure_off_plate(name, spot, force[:, 2], half)
     found = plate(path, name, time, force @ turn.T, centre + spot @ turn.T)
-    return Plate(
-        name,
-        time,
-        found.force,
-        found.place,
-        corners,
-        tuple(f"plate {name}: {remark}" for remark in remarks),
-        tuple(f"plate {name}: {warning}" for warning in warnings),
-    )
+    return Plate(name, time, found.force, found.place, corners, tuple(notices))
 
 
-def _edge_unit(corners: np.ndarray, metre: float, warnings: list[str]) -> float:
+def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notice]) -> float:
     """Metres in the corners' unit: the file's, unless no plate is of that size."""
     edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
     if not np.isfinite(edge) or edge == 0.0:
@@ -191,7 +186,8 @@ def _edge_unit(corners: np.ndarray, metre: float, warnings: list[str]) -> float:
     if EDGES[0] <= edge * metre <= EDGES[1] or len(fits) != 1:
         return metre
     unit, factor = fits[0]
-    warnings.append(f"its edges are {edge * metre:.3g} m long as stated; its corners were read as {unit}")
+    text = "plate {subject}: its edges are {edge:.3g} m long as stated; its corners were read as {unit}"
+    notices.append(Notice("plate-corner-unit", text, subject=name, edge=edge * metre, unit=unit))
     return factor
 
 
@@ -210,41 +206,46 @@ def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
 
 
-def _doubt_place(spot: np.ndarray, load: np.ndarray, half: np.ndarray, warnings: list[str]) -> None:
+def _pressure_off_plate(name: str, spot: np.ndarray, load: np.ndarray, half: np.ndarray) -> list[Notice]:
+    """A warning where the centre of pressure lies beside the plate too often."""
     pressed = np.abs(load) > PRESSED
     if not pressed.any():
-        return
+        return []
     off = (np.abs(spot[pressed, :2]) - half[:2]).max(axis=1)
     share = float((off > BESIDE).mean())
-    if share > 0.1:
-        warnings.append(
-            f"its centre of pressure lies off the plate in {100.0 * share:.0f} % of its loaded samples, "
-            f"by up to {1e3 * float(np.nanmax(off)):.0f} mm: its origin, corners or moments are doubtful"
-        )
+    if share <= 0.1:
+        return []
+    text = (
+        "plate {subject}: its centre of pressure lies off the plate in {percent:.0f} % of its loaded "
+        "samples, by up to {off_mm:.0f} mm: its origin, corners or moments are doubtful"
+    )
+    most = 1e3 * float(np.nanmax(off))
+    return [Notice("plate-pressure-off", text, subject=name, percent=100.0 * share, off_mm=most)]
 
 
 def plate_loads(
-    declared: DeclaredPlate, metre: float, half: np.ndarray, remarks: list[str], warnings: list[str]
+    name: str, declared: DeclaredPlate, metre: float, half: np.ndarray, notices: list[Notice]
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Force [N] and moment about the surface's centre [N·m] in the plate's axes, (n, 3) each."""
     channels = declared.channels
     if declared.kind == 1:
         return channels[:, :3], None
-    origin = _origin(declared, metre, remarks, warnings)
+    origin = _origin(name, declared, metre, notices)
     if declared.kind == 3:
         return _kistler(channels, origin)
     if declared.kind == 4:
         if declared.calibration is None:
-            warnings.append("has no calibration matrix; its channels were taken as N and moments")
+            text = "plate {subject}: has no calibration matrix; its channels were taken as N and moments"
+            notices.append(Notice("plate-not-calibrated", text, subject=name))
         else:
             channels = channels @ declared.calibration.T
     force = channels[:, :3]
-    scale, told = _moment_scale(declared, metre, force, channels[:, 3:6], origin, half)
-    warnings += told
+    scale, unit = _moment_scale(name, declared, metre, force, channels[:, 3:6], origin, half)
+    notices += unit
     return force, scale * channels[:, 3:6] + np.cross(force, origin)
 
 
-def _origin(declared: DeclaredPlate, metre: float, remarks: list[str], warnings: list[str]) -> np.ndarray:
+def _origin(name: str, declared: DeclaredPlate, metre: float, notices: list[Notice]) -> np.ndarray:
     """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances.
 
     The plate's z points down, so its third number is negative; where it is not, the opposite vector is
@@ -256,17 +257,18 @@ def _origin(declared: DeclaredPlate, metre: float, remarks: list[str], warnings:
     if depth and not DEPTH[0] <= depth <= DEPTH[1]:
         fits = [(n, f) for n, f in UNITS.items() if DEPTH[0] <= abs(origin[2]) * f <= DEPTH[1]]
         if depth > DEPTH[1] or depth * 1e3 >= DEPTH[0]:  # a tiny number may be no depth but a mark
+            text, read_as = "plate {subject}: its origin lies {depth:.3g} m deep", ""
             if len(fits) == 1:
-                unit = fits[0][1]
-                warnings.append(f"its origin lies {depth:.3g} m deep as stated; it was read as {fits[0][0]}")
-            else:
-                warnings.append(f"its origin lies {depth:.3g} m deep")
+                read_as, unit = fits[0]
+                text += " as stated; it was read as {unit}"
+            notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
     if declared.kind == 3:
         if not np.all(origin[:2]):
             raise NoPlateError("the distances of its sensors (ORIGIN) are 0")
         return np.array([abs(origin[0]), abs(origin[1]), -abs(origin[2])]) * unit
     if origin[2] > 0.0:
-        remarks.append("its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it")
+        up = "its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it"
+        notices.append(note("plate-origin-turned", f"plate {{subject}}: {up}", subject=name))
         origin = -origin
     return np.asarray(origin * unit)
 
@@ -283,13 +285,14 @@ def _kistler(channels: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _moment_scale(
+    plate_name: str,
     declared: DeclaredPlate,
     metre: float,
     force: np.ndarray,
     moment: np.ndarray,
     origin: np.ndarray,
     half: np.ndarray,
-) -> tuple[float, list[str]]:
+) -> tuple[float, list[Notice]]:
     """N·m in the moments' unit: the channel's, or N times the file's length, unless the pressure says no."""
     stated = metre
     name = declared.moment_unit.strip().lower().replace(" ", "")
@@ -313,5 +316,9 @@ def _moment_scale(
     if is_on(stated) or len(others) != 1:
         return stated, []
     unit = {1.0: "N·m", 1e-3: "N·mm"}[others[0]]
-    seen = f"its centre of pressure reaches {reach(stated * moment[pressed]):.3g} times as far as its edge"
-    return others[0], [f"{seen} with moments in the stated unit; they were read as {unit}"]
+    text = (
+        "plate {subject}: its centre of pressure reaches {times:.3g} times as far as its edge with moments "
+        "in the stated unit; they were read as {unit}"
+    )
+    times = reach(stated * moment[pressed])
+    return others[0], [Notice("plate-moment-unit", text, subject=plate_name, times=times, unit=unit)]

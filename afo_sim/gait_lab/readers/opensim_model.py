@@ -9,6 +9,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_joint import (
     Coordinate,
     Joint,
@@ -87,7 +89,7 @@ def vector(element: Element, name: str, left_out: str = "0 0 0") -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class OpenSimModel:
+class OpenSimModel(Noted):
     """What a model says of the skeleton; muscles, forces and geometry are left aside."""
 
     file: pathlib.Path
@@ -96,7 +98,7 @@ class OpenSimModel:
     joints: tuple[Joint, ...]
     markers: Mapping[str, tuple[str, np.ndarray]]  # marker: its body, its place there [m] (3,)
     spheres: tuple[Sphere, ...] = ()  # contact geometry
-    remarks: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     @property
     def mass(self) -> float:
@@ -171,9 +173,10 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
             lost.append(name)
             continue
         markers[name] = (holder, place.point(vector(marker, "location"))[0])
-    remarks = (f"markers of the model without a known body: {', '.join(lost)}",) if lost else ()
+    text = "markers of the model without a known body: {markers}"
+    notices = (note("model-markers-lost", text, markers=", ".join(lost)),) if lost else ()
     spheres = tuple(_spheres(model, frames))
-    return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, spheres, remarks)
+    return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, spheres, notices)
 
 
 def _spheres(model: ElementTree.Element, frames: Frames) -> list[Sphere]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
@@ -24,7 +26,7 @@ MOVED = 0.05  # by which a plate's constant may have moved its centre of pressur
 
 
 @dataclass(frozen=True, eq=False)
-class Plate:
+class Plate(Noted):
     """One plate in the laboratory's axes."""
 
     name: str
@@ -32,8 +34,7 @@ class Plate:
     force: np.ndarray  # ground on foot [N] (n, 3)
     place: np.ndarray  # centre of pressure [m] (n, 3); meaningless where hardly anything presses
     corners: np.ndarray | None = None  # where the file tells them [m] (4, 3)
-    remarks: tuple[str, ...] = ()  # what was odd about it and how it was read
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()  # what was odd about it and how it was read
 
 
 def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, place: np.ndarray) -> Plate:
@@ -93,6 +94,15 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
     ]
 
 
+def offset_note(name: str, rest: np.ndarray) -> Notice:
+    """What a plate read without load.
+
+    Units: rest [N] (3,).
+    """
+    text = "plate {subject}: read {force:.1f} N without load, which was taken off"
+    return note("plate-offset", text, subject=name, force=float(np.linalg.norm(rest)))
+
+
 def zeroed(found: Plate) -> Plate:
     """The plate without the constant that it reads unloaded, and with its place in metres.
 
@@ -103,19 +113,18 @@ def zeroed(found: Plate) -> Plate:
     pressed = load > PRESSED
     if not pressed.any():
         return found
-    place, warnings, remarks = found.place, list(found.warnings), list(found.remarks)
+    place, notices = found.place, list(found.notices)
     far = float(np.median(np.abs(place[pressed]).max(axis=1)))
     if FAR < far < 1e3 * FAR:
         place = place * 1e-3
-        warnings.append(f"plate {found.name}: its centre of pressure is {far:.0f} m away; it was read as mm")
+        text = "plate {subject}: its centre of pressure is {away:.0f} m away; it was read as mm"
+        notices.append(Notice("plate-pressure-unit", text, subject=found.name, away=far))
     up = np.eye(3)[int(np.argmax(np.abs(found.force[pressed]).mean(axis=0)))]
     moment = np.cross(place, found.force)
     rest = constant(found.time, found.force @ up, np.column_stack([found.force, moment]))
     force = found.force - rest[:3]
     if np.linalg.norm(rest[:3]) > WORTH[0]:
-        remarks.append(
-            f"plate {found.name}: read {np.linalg.norm(rest[:3]):.1f} N without load, which was taken off"
-        )
+        notices.append(offset_note(found.name, rest[:3]))
         height = float(np.median(place[pressed] @ up))
         moved = place_of(force, moment - rest[3:], up, height)
         way = np.linalg.norm(moved - place, axis=1)[pressed]
@@ -123,7 +132,7 @@ def zeroed(found: Plate) -> Plate:
             place = np.where(np.isfinite(moved), moved, place)
     else:
         force = found.force
-    return replace(found, force=force, place=place, remarks=tuple(remarks), warnings=tuple(warnings))
+    return replace(found, force=force, place=place, notices=tuple(notices))
 
 
 def unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:

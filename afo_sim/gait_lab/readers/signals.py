@@ -5,6 +5,8 @@ import pathlib
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 
 WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
 DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
@@ -15,8 +17,8 @@ LONGEST_GAP = 0.2  # that is filled without distrust [s]
 TWO_PASSES = 0.802
 
 
-def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[str], list[str]]:
-    """The clock without the rounding of its print, with remarks and warnings.
+def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[Notice]]:
+    """The clock without the rounding of its print, with notices.
 
     Stamps of 150 Hz printed to a millisecond run 0, 0.007, 0.013, 0.02 s; printed to a hundredth, some
     repeat. Where all of them are a rounding away from even steps, the even steps are meant. A clock that is
@@ -25,23 +27,34 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     Units: time [s] (n,), rate [Hz], returns [s].
     """
     if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
-        return time, [], []
+        return time, []
     grain, count = _grain(time), np.arange(len(time))
     steps = np.diff(time)
     mean = float(time[-1] - time[0]) / count[-1]
     stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
     if stated is not None and abs(mean / stated - 1.0) > DISAGREES:
         if _is_rounded_step(steps, stated, grain):
-            longer = 100.0 * (stated / mean - 1.0)
-            told = f"its clock has rounded steps of {mean:.4g} s; the stated {rate:g} Hz are taken"
-            return time[0] + stated * count, [], [f"{told}, which makes it {longer:+.1f} % as long"]
-        told = f"its clock has steps of {1.0 / mean:.5g} Hz, its header says {rate:g} Hz: the clock is taken"
-        return time, [], [told]
+            doubt = Notice(
+                "clock-step-rounded",
+                "its clock has rounded steps of {step:.4g} s; the stated {rate:g} Hz are taken, which "
+                "makes it {percent:+.1f} % as long",
+                step=mean,
+                rate=rate,
+                percent=100.0 * (stated / mean - 1.0),
+            )
+            return time[0] + stated * count, [doubt]
+        doubt = Notice(
+            "clock-rate-differs",
+            "its clock has steps of {rate:.5g} Hz, its header says {stated:g} Hz: the clock is taken",
+            rate=1.0 / mean,
+            stated=rate,
+        )
+        return time, [doubt]
     if np.ptp(steps) <= WOBBLE * mean or steps.min() < 0.0:
-        return time, [], []
+        return time, []
     repeats = int((steps == 0.0).sum())
     if not repeats and (grain > 0.5 * mean or np.abs(steps - mean).max() > 1.01 * grain):
-        return time, [], []  # a frame was dropped, or the clock is uneven indeed
+        return time, []  # a frame was dropped, or the clock is uneven indeed
     step = float(np.polyfit(count, time, 1)[0])
     for likely in (stated, 1.0 / max(round(1.0 / step), 1)):  # a whole number of Hz before any other
         if likely is not None and abs(likely - step) * count[-1] <= grain:
@@ -49,9 +62,12 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
             break
     even = float(np.mean(time - step * count)) + step * count
     if np.abs(even - time).max() > 0.75 * grain:  # half of it where rounded, more where cut off
-        return time, [], []
-    told = f"its clock is rounded to {grain:g} s and was read as even steps of {1.0 / step:.5g} Hz"
-    return even, ([] if repeats else [told]), ([f"{told}: {repeats} stamps repeat"] if repeats else [])
+        return time, []
+    text = "its clock is rounded to {grain:g} s and was read as even steps of {rate:.5g} Hz"
+    if not repeats:
+        return even, [note("clock-rounded", text, grain=grain, rate=1.0 / step)]
+    text += ": {repeats} stamps repeat"
+    return even, [Notice("clock-repeats", text, grain=grain, rate=1.0 / step, repeats=repeats)]
 
 
 def _is_rounded_step(steps: np.ndarray, stated: float, grain: float) -> bool:

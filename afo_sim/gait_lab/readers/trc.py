@@ -7,10 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
-from afo_sim.gait_lab.readers.text import cells_of, parse_row, read_lines, without_empty_end
+from afo_sim.gait_lab.readers.text import (
+    CUT_SHORT,
+    cells_of,
+    miscount,
+    parse_row,
+    read_lines,
+    without_empty_end,
+)
 from afo_sim.gait_lab.readers.unit_checks import length_name, metres
 
 LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
@@ -38,11 +46,11 @@ def read_trc(path: pathlib.Path) -> Markers:
     table, warnings = _table(path, header, ended)
     names = [*header.names, *[""] * ((table.shape[1] - header.lead) // 3 - len(header.names))]
     warnings += _counts(header.stated, len(table), len(names))
-    time, remarks, doubts = _clock(path, header, table)
+    time, clock = _clock(path, header, table)
     check_clock(path, time, "Time")
     points = lost_as_nan(table[:, header.lead :].reshape(len(table), len(names), 3))
-    factor, told = _metres(path, header.stated.get("units", ""), points)
-    return marker_set(path, time, names, points * factor, remarks, [*warnings, *doubts, *told])
+    factor, unit = _metres(path, header.stated.get("units", ""), points)
+    return marker_set(path, time, names, points * factor, [*clock, *warnings, *unit])
 
 
 def _header(path: pathlib.Path, lines: list[str]) -> _Header:
@@ -82,7 +90,7 @@ def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, st
     return _Header(stated, names, lead, tabs and "\t" in rows[0], rows)
 
 
-def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[str]]:
+def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, lead + 3 × markers), NaN where a cell is empty, and warnings."""
     rows = [cells_of(row, "\t" if header.tabs else None) for row in header.rows]
     warnings = []
@@ -90,7 +98,7 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
     trimmed = [len(without_empty_end(cells)) for cells in rows]
     if not ended and len(rows) > 3 and len(rows[-1]) < min(len(rows[-2]), named):
         rows, trimmed = rows[:-1], trimmed[:-1]
-        warnings.append("its last row is cut short and was left out")
+        warnings.append(CUT_SHORT)
     width = max(named, max(trimmed))
     width = header.lead + 3 * -(-(width - header.lead) // 3)
     if not header.tabs and any(len(cells) != width for cells in rows):
@@ -110,17 +118,16 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
     return table, warnings
 
 
-def _counts(stated: dict[str, str], frames: int, markers: int) -> list[str]:
+def _counts(stated: dict[str, str], frames: int, markers: int) -> list[Notice]:
     found = []
     for key, count, what in (("numframes", frames, "frames"), ("nummarkers", markers, "markers")):
         number = stated.get(key, "")
         if re.fullmatch("[0-9]{1,9}", number) and int(number) != count:
-            cut = ": cut short?" if what == "frames" and int(number) > count else ""
-            found.append(f"has {count} {what}, its header says {number}{cut}")
+            found.append(miscount(what, count, int(number), may_be_cut=what == "frames"))
     return found
 
 
-def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[str], list[str]]:
+def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
     rate = _rate(header.stated.get("datarate", ""))
     time = table[:, 1] if header.lead == 2 else np.full(len(table), np.nan)
     if np.isfinite(time).any() and np.any(time[np.isfinite(time)] != 0.0):
@@ -128,7 +135,8 @@ def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.n
         return even_clock(time, rate)
     if rate is None:
         raise InputError("has neither times nor a DataRate", file=path, field="Time", allowed="seconds")
-    return np.arange(len(table)) / rate, [], [f"has no times; they were counted at DataRate {rate:g} Hz"]
+    text = "has no times; they were counted at DataRate {rate:g} Hz"
+    return np.arange(len(table)) / rate, [Notice("times-counted", text, rate=rate)]
 
 
 def _rate(text: str) -> float | None:
@@ -139,7 +147,7 @@ def _rate(text: str) -> float | None:
     return rate if 1.0 <= rate <= 1e5 else None
 
 
-def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[str]]:
+def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[Notice]]:
     """Metres in the file's unit of length, and warnings."""
     name = length_name(unit)
     stated = None
@@ -150,7 +158,7 @@ def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, l
             raise InputError(
                 "is no length", file=path, field="Units", value=unit, allowed="m, mm, cm"
             ) from None
-    factor, told = metres(points, stated, name)
+    factor, notices = metres(points, stated, name)
     if factor is None:
         raise InputError("is not stated", file=path, field="Units", allowed="m, mm, cm")
-    return factor, told
+    return factor, notices

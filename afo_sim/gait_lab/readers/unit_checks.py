@@ -1,10 +1,12 @@
 """Units of length and angle: as the file states, unless no person has that size or bends a knee that far."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
 PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
@@ -44,7 +46,7 @@ def extent(points: np.ndarray) -> float:
     return float(np.median(span.max(axis=1)))
 
 
-def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[str]]:
+def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[Notice]]:
     """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size.
 
     Units: points (n, markers, 3).
@@ -55,20 +57,31 @@ def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float |
         lowest = SMALLEST if points.shape[1] <= FEW else BELIEVED[0]
         if not np.isfinite(size) or size == 0.0 or lowest <= size * stated <= BELIEVED[1]:
             return stated, []
-        seen = f"its markers span {size * stated:.3g} m if they are in {unit} as stated"
+        seen = "its markers span {stated_size:.3g} m if they are in {stated} as stated"
         if len(fits) != 1:
-            return stated, [f"{seen}: nobody is of that size, nor in another unit"]
+            text = f"{seen}: nobody is of that size, nor in another unit"
+            return stated, [Notice("length-unit-impossible", text, stated_size=size * stated, stated=unit)]
         name, factor = fits[0]
-        return factor, [f"{seen}; they were read as {name}, which makes {size * factor:.2f} m"]
+        text = f"{seen}; they were read as {{unit}}, which makes {{size:.2f}} m"
+        doubt = Notice(
+            "length-unit-doubted",
+            text,
+            stated=unit,
+            unit=name,
+            stated_size=size * stated,
+            size=size * factor,
+        )
+        return factor, [doubt]
     if len(fits) != 1:
         return None, []
     name, factor = fits[0]
-    return factor, [f"its unit of length is not stated; read as {name}, a person of {size * factor:.2f} m"]
+    text = "its unit of length is not stated; read as {unit}, a person of {size:.2f} m"
+    return factor, [Notice("length-unit-guessed", text, unit=name, size=size * factor)]
 
 
 def angle_unit(
-    table: OpenSimTable, knee_columns: Sequence[str], told: bool | None
-) -> tuple[bool, tuple[str, ...]]:
+    table: OpenSimTable, knee_columns: Sequence[str], stated: bool | None
+) -> tuple[bool, tuple[Notice, ...]]:
     """Whether the table's rotations are in degrees, whatever its header says."""
     name, size, span = _knee(table, knee_columns)
     looks: bool | None = None
@@ -76,18 +89,23 @@ def angle_unit(
         looks = True
     elif span >= LEAST_RANGE:
         looks = False
-    says = table.degrees if told is None else told
-    if told is not None:
-        if looks is True and not told:
+    says = table.degrees if stated is None else stated
+    if stated is not None:
+        if looks is True and not stated:
             raise InputError(
                 f"the knee reaches {size:.4g}, which cannot be radians",
                 file=table.file,
                 field=name,
                 allowed="`angles=deg`",
             )
-        doubtful = looks is False and told
-        seen = f"{name} has a range of {span:.3g} only: were its angles in radians, the knee would bend by "
-        return told, (f"{seen}{np.degrees(span):.0f} deg",) if doubtful else ()
+        if looks is not False or not stated:
+            return stated, ()
+        text = (
+            "{subject} has a range of {span:.3g} only: were its angles in radians, the knee would bend by "
+            "{bend:.0f} deg"
+        )
+        doubt = Notice("angle-unit-doubted", text, subject=name, span=span, bend=float(np.degrees(span)))
+        return stated, (doubt,)
     if looks is None:
         if says is not None:
             return says, ()
@@ -102,11 +120,19 @@ def angle_unit(
         return looks, ()
     word = "degrees" if looks else "radians"
     header = "does not say the unit" if says is None else f"says {'degrees' if says else 'radians'}"
-    bends = span if looks else np.degrees(span)
-    return looks, (
-        f"{table.file.name}: {name} has a range of {span:.3g}, so its angles are in {word} "
-        f"(a knee that bends by {bends:.0f} deg); its header {header}",
+    text = (
+        "{file}: {subject} has a range of {span:.3g}, so its angles are in {unit} "
+        "(a knee that bends by {bend:.0f} deg); its header {header}"
     )
+    bend = float(span if looks else np.degrees(span))
+    data: dict[str, Any] = {
+        "file": table.file.name,
+        "span": span,
+        "unit": word,
+        "bend": bend,
+        "header": header,
+    }
+    return looks, (Notice("angle-unit-read", text, subject=name, **data),)
 
 
 def _knee(table: OpenSimTable, names: Sequence[str]) -> tuple[str, float, float]:

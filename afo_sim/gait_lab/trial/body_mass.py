@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import RANGES
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
@@ -25,15 +28,14 @@ TAIL = 0.03  # before and after a contact, in which the force is below its edge 
 
 
 @dataclass(frozen=True)
-class BodyMass:
+class BodyMass(Noted):
     """The mass that is taken, and what it was compared with."""
 
     mass: float  # [kg]
     how: str  # "given", "of the model" or "by the plates"
     estimated: float | None = None  # by the plates, where they carry a whole stance [kg]
     one_leg: bool = False  # the estimate is twice one leg's share, as if nobody limped
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def find_mass(
@@ -49,7 +51,7 @@ def find_mass(
 
     Units: given [kg], of_model [kg].
     """
-    found, remarks, warnings = _estimate(grounds, strides)
+    found, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
     masses = {"given": given, "of the model": of_model, "by the plates": found}
     how = next((name for name, mass in masses.items() if mass is not None), None)
@@ -61,23 +63,29 @@ def find_mass(
         problem = f"the plates carry {mass:.3g} kg: forces in another unit?"
         raise InputError(problem, field="mass", allowed=f"{low:g} to {high:g} kg")
     if how == "by the plates" and one_leg:
-        warnings.append(
-            f"the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the weight "
+        text = (
+            "the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the weight "
             "makes it 20 % too small; give the mass"
         )
+        notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
         if other is not None and name != how and abs(mass / other - 1.0) > DIFFERENCE:
-            share = f"{100.0 * (mass / other - 1.0):+.0f} %"
-            warnings.append(
-                f"the mass {how}, {mass:.1f} kg, is taken; {name} it is {other:.1f} kg ({share} off that)"
-            )
-    return BodyMass(mass, how, found, one_leg, tuple(remarks), tuple(warnings))
+            text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
+            text += "({percent:+.0f} % off that)"
+            data: dict[str, Any] = {
+                "how": how,
+                "mass": mass,
+                "other": other,
+                "percent": 100.0 * (mass / other - 1.0),
+            }
+            notices.append(Notice("mass-differs", text, subject=name, **data))
+    return BodyMass(mass, how, found, one_leg, tuple(notices))
 
 
 def _estimate(
     grounds: Mapping[str, GroundForce], strides: Sequence[RecordedStride]
-) -> tuple[float | None, list[str], list[str]]:
-    """Mass by the plates [kg], None where no whole stance is on them; remarks and warnings."""
+) -> tuple[float | None, list[Notice]]:
+    """Mass by the plates [kg], None where no whole stance is on them; notices."""
     offsets = _offsets(grounds)
     shares: dict[str, list[float]] = {}
     for stride in strides:
@@ -85,27 +93,31 @@ def _estimate(
         if loaded and side in grounds:
             impulse = _impulse(grounds[side], stride, offsets)
             shares.setdefault(side, []).append(impulse / (stride.end - stride.start) / GRAVITY)
-    warnings = [
-        f"plate {name} reads {offset:+.0f} N when nobody stands on it; the mass is estimated without that"
+    text = "plate {subject} reads {force:+.0f} N when nobody stands on it; the mass is estimated without that"
+    notices = [
+        Notice("plate-offset-in-mass", text, subject=name, force=offset)
         for name, offset in offsets.items()
         if abs(offset) > OFFSET
     ]
     if not shares:
-        return None, [], warnings
+        return None, notices
     means = {side: float(np.mean(each)) for side, each in shares.items()}
     mass = sum(means.values()) * 2.0 / len(means)
     error, symmetry = (BOTH_LEGS, "") if len(means) == 2 else (ONE_LEG, ", both legs taken as alike")
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
     if means[high] > UNLIKE * means[low]:
         error = (means[high] - means[low]) / mass
-        warnings.append(
-            f"the {low} leg carries {100.0 * means[low] / mass:.0f} % of the weight only: a limp, or a foot "
-            f"half beside its plate; then the mass is rather {2.0 * means[high]:.1f} kg"
+        text = (
+            "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot "
+            "half beside its plate; then the mass is rather {rather:.1f} kg"
         )
+        percent, rather = 100.0 * means[low] / mass, 2.0 * means[high]
+        notices.append(Notice("legs-unlike", text, subject=low, percent=percent, rather=rather))
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())
     word = "strides" if sum(map(len, shares.values())) > 1 else "stride"
-    remark = f"the plates carry {mass:.1f} kg (±{100.0 * error:.0f} %) over {counted} {word}{symmetry}"
-    return mass, [remark], warnings
+    text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) over {strides}{symmetry}"
+    data: dict[str, Any] = {"strides": f"{counted} {word}", "symmetry": symmetry}
+    return mass, [note("mass-by-plates", text, mass=mass, percent=100.0 * error, **data), *notices]
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:

@@ -7,18 +7,22 @@ from typing import Self
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR, RANGES
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import flat_part
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.recorded_stride import RecordedStride, sample
+from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride, sample
 
+# What a cycle's notes say of a moment that no file gave.
+FROM_GROUND_FORCE = "derived from ground force and centre of pressure, the foot taken as massless"
 LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
 
 # Pitch of the sole where it should lie flat, from which on it does not: a model's sole is pitched by 0.7 to
@@ -28,7 +32,7 @@ CHAIN_ERROR = 0.03  # of typed lengths together; 1 cm costs about 0.05 N·m/kg (
 
 
 @dataclass(frozen=True, eq=False)
-class Cutter:
+class Cutter(Noted):
     """One leg's motion and ground force, calibrated by the flat foot of all its strides."""
 
     motion: LegMotion
@@ -39,8 +43,7 @@ class Cutter:
     choices: Choices
     zero: float  # to take out of the ankle angle [rad]
     lift: float  # to add to the ankle's height [m]
-    remarks: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...]
 
     @classmethod
     def of(
@@ -62,12 +65,14 @@ class Cutter:
         plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])
         pitch, height = flat.mean(axis=0)
-        zero, remarks, warnings = ankle_zero(float(pitch), sole, choices.keep_zero)
+        zero, calibration = ankle_zero(float(pitch), sole, choices.keep_zero)
+        notices = [calibration]
         lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height
         require_height(float(height), choices)
         if lift:
-            remarks += (f"ankle's height moved by {1e3 * lift:+.0f} mm",)
-        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, remarks, warnings)
+            text = "ankle's height moved by {lift_mm:+.0f} mm"
+            notices.append(note("ankle-lifted", text, lift_mm=1e3 * float(lift)))
+        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, tuple(notices))
 
     def _motion_of(self, stride: RecordedStride) -> LegMotion:
         return self.motion if stride.closed is None or self.closed_motion is None else self.closed_motion
@@ -133,7 +138,7 @@ class Cutter:
         pressed = force_z > min(LIGHT, COP_FORCE * mass * GRAVITY)
         place = np.where(pressed & (phase < LATE_SWING), about / np.where(pressed, force_z, 1.0), np.nan)
         moment = np.where(pressed | np.isnan(force_z), -(about + z * force_x), 0.0) / mass
-        source = "derived from ground force and centre of pressure, the foot taken as massless"
+        source = FROM_GROUND_FORCE
         if trial.moments is not None:
             given = moment_of(trial.moments, stride, phase) / mass
             if _agree(given, moment, pressed):
@@ -206,7 +211,7 @@ def _agree(given: np.ndarray, demanded: np.ndarray, pressed: np.ndarray) -> bool
 
 def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, str]:
     cutoff = f"low-pass at {choices.cutoff:g} Hz" if choices.cutoff else "not filtered"
-    second = "second heel strike by ground force" if stride.by == "force" else f"by {stride.by}"
+    second = "second heel strike by ground force" if stride.by == FORCE else f"by {stride.by}"
     notes = {
         "cut": f"{stride.start:.4f} to {stride.end:.4f} s of the trial; {second}",
         "processing": f"kinematics and ground force {cutoff}, {choices.rows} rows",
@@ -222,23 +227,24 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
     return notes
 
 
-def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, tuple[str, ...], tuple[str, ...]]:
+def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
     """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat there.
 
-    With a remark or a warning on it.
+    With a note or a warning on it.
     """
-    words = f"{np.degrees(flat):+.1f} deg"
     if keep:
-        return 0.0, (f"ankle's zero kept; the foot's pitch where flat is {words}",), ()
+        text = "ankle's zero kept; the foot's pitch where flat is {pitch:+.1f} deg"
+        return 0.0, note("ankle-zero-kept", text, pitch=float(np.degrees(flat)))
     if sole is None or abs(np.degrees(flat - sole)) <= RAISED:
-        moved = f"{np.degrees(-flat):+.1f} deg"
-        return flat, (f"ankle's zero moved by {moved}, so that the flat foot is level",), ()
-    raised = (
-        f"the sole is pitched by {np.degrees(flat - sole):+.1f} deg, toe up positive, in the part of stance "
-        f"in which it should lie flat: the ankle's zero is moved by {np.degrees(-sole):+.1f} deg, "
-        "as the standing trial or the model tells"
+        text = "ankle's zero moved by {moved:+.1f} deg, so that the flat foot is level"
+        return flat, note("ankle-zero-moved", text, moved=float(np.degrees(-flat)))
+    text = (
+        "the sole is pitched by {pitch:+.1f} deg, toe up positive, in the part of stance "
+        "in which it should lie flat: the ankle's zero is moved by {moved:+.1f} deg, "
+        "as the standing trial or the model states"
     )
-    return sole, (), (raised,)
+    pitch, moved = float(np.degrees(flat - sole)), float(np.degrees(-sole))
+    return sole, Notice("sole-pitched", text, pitch=pitch, moved=moved)
 
 
 def require_height(height: float, choices: Choices) -> None:

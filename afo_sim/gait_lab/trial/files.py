@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
@@ -22,7 +24,7 @@ READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv
 
 
 @dataclass(frozen=True, eq=False)
-class WalkingTrial:
+class WalkingTrial(Noted):
     """Tables in the files of one walking trial."""
 
     files: tuple[pathlib.Path, ...]
@@ -33,8 +35,7 @@ class WalkingTrial:
     moments: OpenSimTable | None = None  # inverse dynamics
     model: pathlib.Path | None = None  # of OpenSim, if one stands among the files
     standing: Markers | None = None  # a second file of markers, in which nobody walks
-    remarks: tuple[str, ...] = ()  # of all files, each after its file's name
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()  # of all files, each after its file's name
 
 
 @dataclass(eq=False)
@@ -46,8 +47,7 @@ class _Content:
     tables: dict[str, OpenSimTable] = field(default_factory=dict)  # by field of WalkingTrial
     plates: tuple[Plate, ...] = ()
     model: bool = False
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
@@ -66,7 +66,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     Raises
     ------
     InputError
-        A file of another kind, one that cannot be read, or two of the same kind; all problems are told.
+        A file of another kind, one that cannot be read, or two of the same kind; all problems are listed.
     """
     contents: list[_Content] = []
     problems: list[InputError] = []
@@ -79,7 +79,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     problems += more
     tables, more = _tables(contents)
     problems += more
-    plates, plate_remarks, more = _plates(contents, standing)
+    plates, unused, more = _plates(contents, standing)
     problems += more
     models = [content.file for content in contents if content.model]
     problems += [
@@ -97,8 +97,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
         moments=tables.get("moments"),
         model=models[0] if models else None,
         standing=standing.markers if standing else None,
-        remarks=(*_told(contents, "remarks"), *plate_remarks),
-        warnings=_told(contents, "warnings"),
+        notices=(*_notices(contents), *unused),
     )
 
 
@@ -107,17 +106,17 @@ def _content(file: pathlib.Path) -> _Content:
     if kind == "model":
         return _Content(file, model=True)
     if kind == "setup":
-        hint = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
-        return _Content(file, remarks=(hint,))
+        text = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
+        return _Content(file, notices=(note("setup-unused", text),))
     if kind == "c3d":
         from afo_sim.gait_lab.readers.c3d import read_c3d
 
         markers, plates = read_c3d(file)
         seen = markers if markers.positions else None
-        return _Content(file, seen, {}, tuple(plates), False, markers.remarks, markers.warnings)
+        return _Content(file, seen, {}, tuple(plates), notices=markers.notices)
     if kind == "trc":
         markers = read_trc(file)
-        return _Content(file, markers, {}, (), False, markers.remarks, markers.warnings)
+        return _Content(file, markers, notices=markers.notices)
     if kind == "csv":
         trial = read_csv_trial(file)
         parts: list[OpenSimTable | Markers] = [*trial.tables]
@@ -127,9 +126,7 @@ def _content(file: pathlib.Path) -> _Content:
             trial.markers,
             {name: table for table in trial.tables for name in _kinds(table)},
             trial.plates,
-            False,
-            (*trial.remarks, *(remark for part in parts for remark in part.remarks)),
-            (*trial.warnings, *(warning for part in parts for warning in part.warnings)),
+            notices=(*trial.notices, *(notice for part in parts for notice in part.notices)),
         )
     table = read_opensim_table(file)
     found = tuple(plates_of(table))
@@ -141,7 +138,7 @@ def _content(file: pathlib.Path) -> _Content:
             allowed="columns such as ankle_angle_r, ankle_angle_r_moment, talus_r_X, ground_force_vx; "
             f"it has {', '.join(list(table.columns)[:8])}",
         )
-    return _Content(file, None, dict.fromkeys(kinds, table), found, False, table.remarks, table.warnings)
+    return _Content(file, None, dict.fromkeys(kinds, table), found, notices=table.notices)
 
 
 def _kinds(table: OpenSimTable) -> list[str]:
@@ -197,13 +194,14 @@ def _tables(contents: Sequence[_Content]) -> tuple[dict[str, OpenSimTable], list
 
 def _plates(
     contents: Sequence[_Content], standing: _Content | None
-) -> tuple[tuple[Plate, ...], list[str], list[InputError]]:
+) -> tuple[tuple[Plate, ...], list[Notice], list[InputError]]:
     """The plates of the file that has them; a copy beside joint angles counts if there is no other."""
     holders = [content for content in contents if content.plates and content is not standing]
     copies = [content for content in holders if "angles" in content.tables]
     first = [content for content in holders if content not in copies] or copies
-    remarks = [
-        f"{content.file.name}: its ground forces are not used, {first[0].file.name} has them"
+    text = "{subject}: its ground forces are not used, {other} has them"
+    unused = [
+        note("plates-unused", text, subject=content.file.name, other=first[0].file.name)
         for content in copies
         if content is not first[0]
     ]
@@ -211,16 +209,15 @@ def _plates(
         InputError("is a second file with force plates", file=content.file, allowed="the files of one trial")
         for content in first[1:]
     ]
-    return (first[0].plates if first else ()), remarks, problems
+    return (first[0].plates if first else ()), unused, problems
 
 
-def _told(contents: Sequence[_Content], what: str) -> tuple[str, ...]:
-    """Remarks or warnings of all files and their plates, each after its file's name."""
+def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
+    """Those of all files and their plates, each after its file's name."""
     return tuple(
-        text if text.startswith(content.file.name) else f"{content.file.name}: {text}"
+        notice.after(f"{content.file.name}: ")
         for content in contents
-        for part in (content, *content.plates)
-        for text in getattr(part, what)
+        for notice in (*content.notices, *(notice for plate in content.plates for notice in plate.notices))
     )
 
 

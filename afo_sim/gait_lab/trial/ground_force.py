@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate
 from afo_sim.gait_lab.readers.signals import evenly, low_pass
 from afo_sim.gait_lab.trial.choices import Choices
@@ -36,7 +38,7 @@ class PlateContact:
 
 
 @dataclass(frozen=True, eq=False)
-class GroundForce:
+class GroundForce(Noted):
     """Force on one foot in the sagittal plane, filtered; zero outside its contacts. Arrays (n,)."""
 
     time: np.ndarray  # [s]
@@ -46,9 +48,8 @@ class GroundForce:
     contacts: tuple[PlateContact, ...]  # own, in order
     plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
     foreign: tuple[PlateContact, ...] = ()
-    remarks: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     side: str = "right"
-    warnings: tuple[str, ...] = ()
 
 
 def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
@@ -72,8 +73,8 @@ def with_floor(frame: WalkingFrame, plates: Sequence[Plate]) -> WalkingFrame:
     floor = float(np.median(heights)) if len(heights) else 0.0
     if abs(floor) < LEVEL:
         return frame
-    told = f"the plates lie {1e3 * floor:+.0f} mm above the laboratory's zero: the floor is taken to be there"
-    return replace(frame, floor=floor, remarks=(*frame.remarks, told))
+    text = "the plates lie {above_mm:+.0f} mm above the laboratory's zero: the floor is taken to be there"
+    return replace(frame, floor=floor, notices=(*frame.notices, note("floor", text, above_mm=1e3 * floor)))
 
 
 def foot_force(
@@ -91,52 +92,68 @@ def foot_force(
     the centre of pressure is their quotient.
     """
     chosen = _chosen(plates, choices)
-    remarks: list[str] = []
-    total: list[np.ndarray] = []
-    contacts: list[PlateContact] = []
-    foreign: list[PlateContact] = []
-    shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    grid, _ = evenly(chosen[0].time, chosen[0].time)
-    turned: list[str] = []
-    for plate in chosen:
-        force = frame.plane(plate.force)
-        place = frame.over_floor(plate.place)
-        if force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max():
-            force = -force
-            turned.append(plate.name)
-        # the moment about the origin on the floor, from which the pressure on the floor follows
-        force[np.abs(force[:, 1]) < 1.0] = 0.0
-        moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
-        shown[plate.name] = (plate.time, force[:, 1])
-        own = np.zeros(len(force))
-        for contact, mine in _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame):
-            (contacts if mine else foreign).append(contact)
-            if mine:
-                own[_with_tails(contact, plate.time, force[:, 1])] = 1.0
-        loads = np.column_stack([force, moment]) * own[:, None]
-        smooth = low_pass(*evenly(plate.time, loads), choices.cutoff)
-        even = evenly(plate.time, plate.time)[0]
-        total.append(np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T]))
-    if turned:
-        plural = "s" if len(turned) > 1 else ""
-        told = f"plate{plural} {', '.join(turned)}: turned round to be the ground's force on the foot"
-        remarks.append(told)
+    loads = [_plate_load(plate, motion, legs, frame) for plate in chosen]
+    contacts = [contact for load in loads for contact, own in load.contacts if own]
+    foreign = [contact for load in loads for contact, own in load.contacts if not own]
     if not contacts:
-        strongest = max(float(force.max()) for _, force in shown.values())
+        strongest = max(float(load.force[:, 1].max()) for load in loads)
         _refuse_no_contact(chosen, foreign, motion.side, strongest)
-    force_x, force_z, moment = np.sum(total, axis=0).T
-    plates_used = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    grid, _ = evenly(chosen[0].time, chosen[0].time)
+    force_x, force_z, moment = np.sum([load.on_grid(grid, choices.cutoff) for load in loads], axis=0).T
+    used = ", ".join(dict.fromkeys(contact.plate for contact in contacts))
+    notices = [note("foot-on-plates", "{subject} foot on plate {plates}", subject=motion.side, plates=used)]
+    turned = [load.plate.name for load in loads if load.turned]
+    if turned:
+        text = f"plate{'s' * (len(turned) > 1)} {{plates}}: turned round to be the ground's force on the foot"
+        notices.append(note("plates-turned", text, plates=", ".join(turned)))
     return GroundForce(
         time=grid,
         force_x=force_x,
         force_z=force_z,
         moment=moment,
         contacts=tuple(sorted(contacts, key=lambda c: c.start)),
-        plates=shown,
+        plates={load.plate.name: (load.plate.time, load.force[:, 1]) for load in loads},
         foreign=tuple(foreign),
-        remarks=(f"{motion.side} foot on plate {plates_used}", *remarks),
+        notices=tuple(notices),
         side=motion.side,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _PlateLoad:
+    """What one plate carries, in the plane of walking, and whose each contact is."""
+
+    plate: Plate
+    force: np.ndarray  # forward and upward [N] (n, 2)
+    moment: np.ndarray  # about the laboratory's origin on the floor [N·m] (n,)
+    contacts: list[tuple[PlateContact, bool]]  # each with whether it is of the leg's own foot
+    turned: bool  # the file has the foot's force on the ground
+
+    def on_grid(self, grid: np.ndarray, cutoff: float) -> np.ndarray:
+        """Filtered forces and moment of the own contacts at the grid's times, 0 outside (m, 3)."""
+        time, own = self.plate.time, np.zeros(len(self.force))
+        for contact, mine in self.contacts:
+            if mine:
+                own[_with_tails(contact, time, self.force[:, 1])] = 1.0
+        loads = np.column_stack([self.force, self.moment]) * own[:, None]
+        smooth = low_pass(*evenly(time, loads), cutoff)
+        even = evenly(time, time)[0]
+        return np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T])
+
+
+def _plate_load(
+    plate: Plate, motion: LegMotion, legs: Mapping[str, LegPoints], frame: WalkingFrame
+) -> _PlateLoad:
+    force = frame.plane(plate.force)
+    place = frame.over_floor(plate.place)
+    turned = bool(force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max())
+    if turned:
+        force = -force
+    # the moment about the origin on the floor, from which the pressure on the floor follows
+    force[np.abs(force[:, 1]) < 1.0] = 0.0
+    moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
+    contacts = _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame)
+    return _PlateLoad(plate, force, moment, contacts, turned)
 
 
 def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
@@ -28,7 +30,7 @@ MASS_LIMIT = 0.25  # between a given mass and the plates'; half a foot beside a 
 
 
 @dataclass(frozen=True, eq=False)
-class Imported:
+class Imported(Noted):
     """A gait cycle with what it was cut from."""
 
     cycle: GaitCycle
@@ -45,8 +47,7 @@ class Imported:
     reference: np.ndarray | None  # internal ankle moment of a given inverse-dynamics file at the cycle's
     # phases, dorsiflexion positive [N·m/kg] (n,)
     trial: WalkingTrial
-    remarks: tuple[str, ...]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
     def number(self, index: int) -> int:
         """A stride's number among its side's, from 1."""
@@ -83,39 +84,29 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     legs, model = find_legs(trial, choices, model)
     frame = with_floor(find_frame(legs, choices), trial.plates)
     motions = {side: from_points(leg, frame, choices.cutoff) for side, leg in legs.items()}
-    grounds, strides, remarks = find_steps(trial, legs, motions, frame, choices)
+    grounds, strides, left_out = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
     mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass)
     _require_mass(mass)
     cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
-    strides, cycles, left_out = _cycles(strides, cutters, trial, choices)
+    strides, cycles, not_cut = _cycles(strides, cutters, trial, choices)
     chosen, cycle = take_stride(strides, cycles, _names(trial.files), choices)
-    alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
-    cutter = cutters[choices.side]
-    reference = reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows)
+    taken = _Taken(strides, cycles, chosen, cycle)
     sides = SIDES if choices.both else (choices.side,)
-    doubted = []
-    for side in sides:
-        own = [s for s in strides if s.side == side]
-        if not choices.both:
-            doubted += _doubted(cycle, own, cutters[side], legs[side], reference)
-            continue
-        k = next(k for k in chosen if strides[k].side == side)  # of the mean of both legs a stride of each
-        given = reference_of(trial, [strides[k]], mass.mass, choices.rows)
-        words = _doubted(cycles[k], own, cutters[side], legs[side], given)
-        doubted += [f"{side} leg: {each}" for each in words]
-    told = [
-        *trial.warnings,
-        *(warning for side in sides for warning in legs[side].warnings),
-        *frame.warnings,
-        *(warning for side in sides for warning in grounds[side].warnings),
-        *mass.warnings,
+    notices = [
+        *trial.notices,
+        *(notice for side in sides for notice in legs[side].notices),
+        *frame.notices,
+        *(notice for side in sides for notice in grounds[side].notices),
+        *left_out,
+        *not_cut,
+        *mass.notices,
         *open_ends([strides[k] for k in chosen]),
-        *doubted,
+        *taken.doubts(trial, cutters, legs, choices),
     ]
-    warnings = tuple(dict.fromkeys(told))
-    return Imported(
-        cycle=cycle.with_warnings(warnings),
+    alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
+    done = Imported(
+        cycle=cycle,
         chosen=chosen,
         strides=tuple(strides),
         cycles=tuple(cycles),
@@ -125,36 +116,56 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         grounds=grounds,
         frame=frame,
         mass=mass,
-        zero=cutter.zero,
-        reference=reference,
+        zero=cutters[choices.side].zero,
+        reference=reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows),
         trial=trial,
-        remarks=(
-            *trial.remarks,
-            *(remark for side in sides for remark in legs[side].remarks),
-            *frame.remarks,
-            *(remark for side in sides for remark in grounds[side].remarks),
-            *remarks,
-            *left_out,
-            *mass.remarks,
-            *(remark for side in sides for remark in cutters[side].remarks),
-        ),
-        warnings=warnings,
+        notices=tuple(dict.fromkeys(notices)),
     )
+    return replace(done, cycle=cycle.with_warnings([str(warning) for warning in done.warnings]))
 
 
-def _doubted(
-    cycle: GaitCycle,
-    strides: Sequence[RecordedStride],
-    cutter: Cutter,
-    leg: LegPoints,
-    reference: np.ndarray | None,
-) -> list[str]:
-    """Doubts about one leg: its clocks, its calibration, and the stride that was taken of it."""
-    return [
-        *clock_doubts(cutter.motion, strides),
-        *cutter.warnings,
-        *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
-    ]
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """The strides of a trial with their cycles, and which of them were taken."""
+
+    strides: Sequence[RecordedStride]
+    cycles: Sequence[GaitCycle]
+    chosen: Sequence[int]
+    cycle: GaitCycle
+
+    def doubts(
+        self,
+        trial: WalkingTrial,
+        cutters: Mapping[str, Cutter],
+        legs: Mapping[str, LegPoints],
+        choices: Choices,
+    ) -> list[Notice]:
+        """Doubts about the taken stride; about a stride of each leg where the mean of both was taken."""
+        if not choices.both:
+            return self._doubts(self.cycle, self.chosen, trial, cutters[choices.side], legs[choices.side])
+        found = []
+        for side in SIDES:
+            k = next(k for k in self.chosen if self.strides[k].side == side)
+            own = self._doubts(self.cycles[k], [k], trial, cutters[side], legs[side])
+            found += [notice.after(f"{side} leg: ") for notice in own]
+        return found
+
+    def _doubts(
+        self,
+        cycle: GaitCycle,
+        taken: Sequence[int],
+        trial: WalkingTrial,
+        cutter: Cutter,
+        leg: LegPoints,
+    ) -> list[Notice]:
+        own = [stride for stride in self.strides if stride.side == leg.side]
+        strides = [self.strides[k] for k in taken]
+        reference = reference_of(trial, strides, cutter.mass, cutter.choices.rows)
+        return [
+            *clock_doubts(cutter.motion, own),
+            *cutter.notices,
+            *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
+        ]
 
 
 def _cutters(
@@ -182,7 +193,7 @@ def _cutters(
 
 def _cycles(
     strides: Sequence[RecordedStride], cutters: Mapping[str, Cutter], trial: WalkingTrial, choices: Choices
-) -> tuple[list[RecordedStride], list[GaitCycle], list[str]]:
+) -> tuple[list[RecordedStride], list[GaitCycle], list[Notice]]:
     """The strides that can be cut, their cycles, and why the others cannot."""
     found, cycles, why = [], [], []
     problems: list[InputError] = []
@@ -191,7 +202,9 @@ def _cycles(
             cycles.append(cutters[stride.side].cycle(stride, trial))
         except InputError as error:
             problems.append(error)
-            why.append(f"{stride.side} stride from {stride.start:.2f} s left out: {error.problem}")
+            text = "{subject} stride from {start:.2f} s left out: {problem}"
+            data = {"start": stride.start, "problem": error.problem}
+            why.append(note("stride-left-out", text, subject=stride.side, **data))
         else:
             found.append(stride)
     if problems and not any(stride.side == choices.side and stride.loaded for stride in found):

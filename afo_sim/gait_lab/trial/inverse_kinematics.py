@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_joint import Pose
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 from afo_sim.gait_lab.trial.clusters import fit_rigid
@@ -219,8 +221,9 @@ def posed_legs(
         posed = _posed(model, found, seen)
         return {side: _leg(posed, found[side], legs[side]) for side in legs}
     except InputError as error:
-        reason = f"every segment is laid over its own markers, as the whole model cannot be posed: {error}"
-        return {side: replace(leg, remarks=(reason, *leg.remarks)) for side, leg in legs.items()}
+        text = "every segment is laid over its own markers, as the whole model cannot be posed: {reason}"
+        why = note("model-not-posed", text, reason=str(error))
+        return {side: replace(leg, notices=(why, *leg.notices)) for side, leg in legs.items()}
 
 
 def _posed(model: OpenSimModel, legs: Mapping[str, ModelLeg], seen: Mapping[str, np.ndarray]) -> Posed:
@@ -256,7 +259,7 @@ def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
             raise InputError(f"no frame shows the {leg.side} {role}")
         points[role] = LegPoint(
             path,
-            leg.foot.how.get(role, "posed with the whole model"),
+            leg.foot.sources.get(role, "posed with the whole model"),
             float(np.hypot(error, leg.foot.error.get(role, UNSEEN))),
             laid.points[role].better,
         )
@@ -265,8 +268,7 @@ def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
         laid,
         points=points,
         pelvis=pelvis,
-        remarks=(_remark(posed, leg),),
-        warnings=(*laid.warnings, *_warnings(posed)),
+        notices=(*laid.warnings, *_residuals(posed, leg)),
     )
 
 
@@ -278,8 +280,8 @@ def _shown(posed: Posed, body: str, place: np.ndarray) -> tuple[np.ndarray, floa
     return np.where(shown[:, None], posed.bodies[body].point(place), np.nan), error
 
 
-def _remark(posed: Posed, leg: ModelLeg) -> str:
-    """How well the whole model meets the markers, and the leg's parts of it."""
+def _residuals(posed: Posed, leg: ModelLeg) -> tuple[Notice, ...]:
+    """How well the whole model meets the markers, and the leg's parts of it; a warning where badly."""
     parts = {
         "pelvis": ("pelvis",),
         f"{leg.side} thigh": ("thigh",),
@@ -287,16 +289,14 @@ def _remark(posed: Posed, leg: ModelLeg) -> str:
         f"{leg.side} foot": ("foot", "toes"),
     }
     bodies = {part: [leg.bodies[s] for s in names if s in leg.bodies] for part, names in parts.items()}
-    lines = [f"{part} {1e3 * posed.rms(of):.1f}" for part, of in bodies.items()]
-    return (
-        f"whole model posed over {len(posed.skeleton.markers)} markers (inverse kinematics): residual "
-        f"{1e3 * posed.rms(list(posed.bodies)):.1f} mm RMS; {', '.join(lines)}"
-    )
-
-
-def _warnings(posed: Posed) -> tuple[str, ...]:
-    """A residual that says that the model's joints do not fit the person."""
+    parts_mm = ", ".join(f"{part} {1e3 * posed.rms(of):.1f}" for part, of in bodies.items())
     rms = posed.rms(list(posed.bodies))
+    text = "whole model posed over {markers} markers (inverse kinematics): residual {rms_mm:.1f} mm RMS"
+    whole = note("model-posed", text, markers=len(posed.skeleton.markers), rms_mm=1e3 * rms)
+    each = note(
+        "model-parts-posed", "residuals of the posed model [mm]: {parts}", subject=leg.side, parts=parts_mm
+    )
     if not rms > MISFIT:
-        return ()
-    return (f"the posed model misses the trial's markers by {1e3 * rms:.0f} mm RMS: another person's model?",)
+        return whole, each
+    text = "the posed model misses the trial's markers by {rms_mm:.0f} mm RMS: another person's model?"
+    return whole, each, Notice("model-misfit", text, rms_mm=1e3 * rms)

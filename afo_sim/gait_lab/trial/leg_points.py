@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted
+
 # Hip centre to ankle centre, toddlers to the tallest. Adults have 0.49 of the body's height (Winter 2009,
 # segment lengths: thigh 0.245 H, shank 0.246 H); 1.2 m is 2.45 m of height, 0.15 m is 0.3 m.
 LEG = (0.15, 1.2)  # [m]
@@ -16,14 +19,24 @@ class LegPoint:
     """A point of the leg over time."""
 
     path: np.ndarray  # in the laboratory's axes, NaN where it was not seen [m] (n, 3)
-    how: str  # where it comes from, in words: "midpoint of R.Knee.Lat and R.Knee.Med"
+    source: str  # what it is, in words: "midpoint of R.Knee.Lat and R.Knee.Med"
     error: float | None = None  # standard error of its place in the sagittal plane, where one is known [m]
     better: str = ""  # what would place it better, in words
     bridged: np.ndarray | None = None  # frames in which its segment's markers stand in for it (n,)
+    way: str = (
+        ""  # how the source gives the point, in words, where it is not the point itself: "lateral alone"
+    )
+    carriers: tuple[str, ...] = ()  # markers that carry it from a standing posture into the walk
+
+    @property
+    def how(self) -> str:
+        """Where it comes from, in words."""
+        carried = f"standing, carried by {', '.join(self.carriers)}" if self.carriers else ""
+        return ", ".join(part for part in (self.source, self.way, carried) if part)
 
 
 @dataclass(frozen=True, eq=False)
-class LegPoints:
+class LegPoints(Noted):
     """Hip, knee and ankle centre, heel and toe of one leg; unfiltered, with gaps."""
 
     side: str  # "right" or "left"
@@ -36,8 +49,7 @@ class LegPoints:
     outline: Mapping[str, float] = field(default_factory=dict)  # of the foot, ahead of the ankle when flat:
     # "heel" and "toe" [m], likewise
     by_angles: bool = False  # placed by joint angles, not by markers
-    remarks: tuple[str, ...] = ()  # what was understood, one sentence each
-    warnings: tuple[str, ...] = ()  # what a person should look at, one sentence each
+    notices: tuple[Notice, ...] = ()
 
 
 def leg_length(points: LegPoints) -> float:

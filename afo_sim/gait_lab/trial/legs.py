@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.unit_checks import angle_unit
@@ -36,10 +38,10 @@ def find_legs(
         knees = [
             name for name in trial.angles.columns if name.startswith("knee_angle_") and "beta" not in name
         ]
-        degrees, warnings = angle_unit(trial.angles, knees, choices.degrees)
+        degrees, unit = angle_unit(trial.angles, knees, choices.degrees)
         legs = legs_from_angles(model, trial.angles, degrees)
-        warnings = (*warnings, *unused_choices(trial, choices, by_model=True))
-        legs = {side: replace(_warned(leg, warnings), by_angles=True) for side, leg in legs.items()}
+        unused = unused_choices(trial, choices, by_model=True)
+        legs = {side: replace(_with(leg, *unit, *unused), by_angles=True) for side, leg in legs.items()}
         return _require_side(legs, trial, choices), model
     if model is not None and trial.markers is not None:
         return _by_model(model, trial, choices)
@@ -47,8 +49,8 @@ def find_legs(
         return legs_from_chain(trial.angles, choices, trial.bodies, _seen(trial, choices)), None
     if trial.markers is not None:
         legs = legs_from_markers(trial.markers, choices, trial.standing)
-        told = unused_choices(trial, choices, by_model=False)
-        legs = {side: _warned(leg, told) for side, leg in legs.items()}
+        unused = unused_choices(trial, choices, by_model=False)
+        legs = {side: _with(leg, *unused) for side, leg in legs.items()}
         return _require_side(legs, trial, choices), None
     raise InputError(
         "no file holds the leg's motion",
@@ -68,14 +70,14 @@ def _by_model(
         problem = error
     else:
         unused = unused_choices(trial, choices, by_model=True)
-        return {side: _warned(leg, unused) for side, leg in legs.items()}, model
+        return {side: _with(leg, *unused) for side, leg in legs.items()}, model
     try:
         legs = legs_from_markers(trial.markers, choices, trial.standing)
     except InputError:
         raise problem from None
-    told = f"the model {model.name} is not used, the markers alone are; is it this person's?"
-    told += f" It {problem.problem}"
-    return {side: _warned(leg, (told,)) for side, leg in legs.items()}, None
+    text = "the model {subject} is not used, the markers alone are; is it this person's? It {problem}"
+    doubt = Notice("model-unused", text, subject=model.name, problem=problem.problem)
+    return {side: _with(leg, doubt) for side, leg in legs.items()}, None
 
 
 def _seen(trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints] | None:
@@ -90,8 +92,8 @@ def _seen(trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints] | None:
         return None
 
 
-def _warned(leg: LegPoints, warnings: tuple[str, ...]) -> LegPoints:
-    return replace(leg, warnings=(*leg.warnings, *warnings))
+def _with(leg: LegPoints, *notices: Notice) -> LegPoints:
+    return replace(leg, notices=(*leg.notices, *notices))
 
 
 def _require_side(legs: dict[str, LegPoints], trial: WalkingTrial, choices: Choices) -> dict[str, LegPoints]:
@@ -106,8 +108,8 @@ def _require_side(legs: dict[str, LegPoints], trial: WalkingTrial, choices: Choi
     return legs
 
 
-def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[str, ...]:
-    """A sentence on what a person has chosen in vain; none if all counts."""
+def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[Notice, ...]:
+    """A warning on what a person has chosen in vain; none if all counts."""
     names: list[str] = []
     if by_model:
         names += [*OF_MARKERS, "thigh", "shank", "hip"]
@@ -116,7 +118,8 @@ def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> 
         names += OF_ANGLES
     given = [name for name in names if getattr(choices, name) not in (None, {}, ())]
     why = "the model places the joints" if by_model else "they are of joint angles, and these are markers"
-    return (f"{', '.join(given)}: not used, {why}",) if given else ()
+    text = "{subject}: not used, {why}"
+    return (Notice("choices-unused", text, subject=", ".join(given), why=why),) if given else ()
 
 
 def legs_from_chain(
@@ -170,10 +173,10 @@ def _leg(
     bodies: OpenSimTable | None,
     seen: dict[str, LegPoints],
 ) -> LegPoints:
-    tilt, hip, knee, ankle, remarks, warnings = _angles(table, side, choices)
+    tilt, hip, knee, ankle, notices = _angles(table, side, choices)
     shank = knee - hip - tilt
     heading = _heading(table, seen.get(side))
-    time, place, how, error = _ankle(table, side, choices, bodies, seen.get(side), tilt, hip, shank, heading)
+    time, point = _ankle(table, side, choices, bodies, seen.get(side), tilt, hip, shank, heading)
     shank, knee, pitch = (np.interp(time, table.time, v) for v in (shank, knee, ankle - shank))
 
     def along(angle: np.ndarray, length: float) -> np.ndarray:
@@ -182,26 +185,26 @@ def _leg(
             np.sin(angle)[:, None] * heading + np.cos(angle)[:, None] * np.array([0.0, 1.0, 0.0])
         )
 
+    place = point.path
     knees = place + along(shank, choices.shank or SHANK)
     points = {
         "hip": LegPoint(knees + along(shank - knee, choices.thigh or THIGH), "joint angles"),
         "knee": LegPoint(knees, "joint angles"),
-        "ankle": LegPoint(place, how, error, "the scaled model with `--model`"),
-        "heel": LegPoint(place + along(np.pi / 2 - pitch, FOOT[0]), "ankle angle, a foot of assumed length"),
-        "toe": LegPoint(place + along(np.pi / 2 - pitch, FOOT[1]), "ankle angle, a foot of assumed length"),
+        "ankle": replace(point, better="the scaled model with `--model`"),
     }
+    for role, ahead in zip(("heel", "toe"), FOOT, strict=True):
+        end = place + along(np.pi / 2 - pitch, ahead)
+        points[role] = LegPoint(end, "ankle angle", way="a foot of assumed length")
     pelvis = _pelvis(table)
     if pelvis is not None:
         pelvis = np.column_stack([np.interp(time, table.time, c) for c in pelvis.T])
-    return LegPoints(
-        side, time, points, pelvis=pelvis, by_angles=True, remarks=tuple(remarks), warnings=tuple(warnings)
-    )
+    return LegPoints(side, time, points, pelvis=pelvis, by_angles=True, notices=tuple(notices))
 
 
 def _angles(
     table: OpenSimTable, side: str, choices: Choices
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[str], tuple[str, ...]]:
-    """Tilt, hip, knee (flexion positive) and ankle [rad], remarks, warnings."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[Notice]]:
+    """Tilt, hip, knee (flexion positive) and ankle [rad], and notices."""
     names = _names(side)
     missing = [name for name in names if name not in table.columns]
     if missing:
@@ -211,17 +214,19 @@ def _angles(
             field=", ".join(missing),
             allowed=", ".join(table.columns),
         )
-    degrees, warnings = angle_unit(table, [names[2]], choices.degrees)
+    degrees, unit = angle_unit(table, [names[2]], choices.degrees)
     tilt, hip, knee, ankle = (table.columns[n] * (np.pi / 180.0 if degrees else 1.0) for n in names)
-    remarks = [f"joint angles in {'degrees' if degrees else 'radians'}"]
-    warnings = (*warnings, *_out_of_plane(table, side, degrees))
+    word = "degrees" if degrees else "radians"
+    notices = [note("angle-unit", "joint angles in {unit}", unit=word), *unit]
+    notices += _out_of_plane(table, side, degrees)
     if -np.nanmin(knee) > np.nanmax(knee):
         knee = -knee
-        remarks.append("knee angle turned round: its file has flexion negative")
-    return tilt, hip, knee, ankle, remarks, warnings
+        text = "knee angle turned round: its file has flexion negative"
+        notices.append(note("knee-turned", text, subject=names[2]))
+    return tilt, hip, knee, ankle, notices
 
 
-def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[str]:
+def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[Notice]:
     """A warning where the pelvis or the hip turns out of the plane in which the chain is drawn."""
     names = ("pelvis_list", "pelvis_rotation", f"hip_adduction_{side[0]}", f"hip_rotation_{side[0]}")
     scale = 1.0 if degrees else 180.0 / np.pi
@@ -233,10 +238,11 @@ def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[str]:
     most = max(swings, key=lambda name: swings[name], default="")
     if not most or swings[most] <= OUT_OF_PLANE:
         return []
-    return [
-        f"{most} swings by ±{swings[most]:.0f} deg, which a chain in one plane leaves out: "
+    text = (
+        "{subject} swings by ±{swing:.0f} deg, which a chain in one plane leaves out: "
         "the scaled model, `model`, takes it in"
-    ]
+    )
+    return [Notice("out-of-plane", text, subject=most, swing=swings[most])]
 
 
 def _pelvis(table: OpenSimTable) -> np.ndarray | None:
@@ -270,15 +276,16 @@ def _ankle(
     hip: np.ndarray,
     shank: np.ndarray,
     heading: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, str, float | None]:
-    """Times [s], the ankle's way (n, 3) [m], how it was found and its error [m]."""
+) -> tuple[np.ndarray, LegPoint]:
+    """Times [s] (n,) and the ankle."""
     if bodies is not None and f"talus_{side[0]}_X" in bodies.columns:
         zero = np.zeros_like(bodies.time)
         path = np.column_stack([bodies.columns.get(f"talus_{side[0]}_{axis}", zero) for axis in "XYZ"])
-        return *_common(table, bodies.time, path), "origin of the talus", None
+        time, path = _common(table, bodies.time, path)
+        return time, LegPoint(path, "origin of the talus")
     if seen is not None:
-        point = seen.points["ankle"]
-        return *_common(table, seen.time, point.path), point.how, point.error
+        time, path = _common(table, seen.time, seen.points["ankle"].path)
+        return time, replace(seen.points["ankle"], path=path, bridged=None)
     missing = _missing(table, choices)
     if missing:
         raise InputError(
@@ -305,7 +312,7 @@ def _ankle(
     pelvis = _pelvis(table)
     assert pelvis is not None
     path = pelvis + x[:, None] * heading + y[:, None] * np.array([0.0, 1.0, 0.0])
-    return table.time, path, "pelvis translation and typed lengths", TYPED_ERROR
+    return table.time, LegPoint(path, "pelvis translation and typed lengths", TYPED_ERROR)
 
 
 def _common(table: OpenSimTable, time: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
 from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
@@ -27,13 +29,12 @@ POOR = 3  # number of the way from which on no posture is asked: a medial marker
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class Chosen(Noted):
     """Points of one leg, each with the number of the way that it was found in."""
 
     points: Mapping[str, LegPoint]
     ranks: Mapping[str, int]
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def legs_from_markers(
@@ -55,7 +56,7 @@ def legs_from_markers(
     if posture:
         still = find_landmarks(posture, _roles(posture, choices, markers), choices.up)
         clusters = _clusters_of_posture(markers, landmarks, posture, still)
-    legs, remarks = {}, []
+    legs, left_out = {}, []
     for side in SIDES:
         carried = carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
         missing = [role for role in ROLES if role not in carried.points]
@@ -63,16 +64,13 @@ def legs_from_markers(
             needed = {role: NEEDED[role] for role in missing}
             raise missing_roles(markers, side, needed, _known(roles), choices.map)
         if missing:
-            remarks.append(f"the {side} leg is left out: no marker of its {', '.join(missing)} is known")
+            text = "the {subject} leg is left out: no marker of its {roles} is known"
+            left_out.append(note("leg-left-out", text, subject=side, roles=", ".join(missing)))
         else:
             legs[side] = _leg(side, markers, landmarks, carried, still)
-    told = posture.remarks if posture else ()
-    asked = legs[choices.side]
-    legs[choices.side] = replace(
-        asked,
-        remarks=(*roles.remarks, *told, *remarks, *asked.remarks),
-        warnings=(*roles.warnings, *asked.warnings),
-    )
+    standing_notes = posture.notices if posture else ()
+    leg = legs[choices.side]
+    legs[choices.side] = replace(leg, notices=(*roles.notices, *standing_notes, *left_out, *leg.notices))
     return legs
 
 
@@ -94,8 +92,8 @@ def _ways(
     ways = {role: landmarks.ways(side, role) for role in ROLES}
     if side == choices.side:
         for role, names in named_points(markers, choices).items():
-            told = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}, as chosen"
-            ways[role] = [LegPoint(markers.point(names), told)]
+            source = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}"
+            ways[role] = [LegPoint(markers.point(names), source, way="as chosen")]
     return ways
 
 
@@ -154,14 +152,14 @@ def _leg(
 ) -> LegPoints:
     """The leg, with the flat foot's numbers where a posture tells them."""
     sole = height = None
-    remarks = chosen.remarks
+    notices = chosen.notices
     vertical = still.vertical() if still else None
     if still and vertical is not None:
         heel, toe, ankle = (_place(still, side, role, chosen) for role in ("heel", "toe", "ankle"))
         if heel is not None and toe is not None:
             sole = sole_pitch(heel, toe, vertical)
-            pitch = np.degrees(sole)
-            remarks += (f"standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive",)
+            text = "standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive"
+            notices += (note("sole-pitch", text, subject=side, pitch=float(np.degrees(sole))),)
         height = flat_ankle_height(ankle, vertical) if ankle is not None else None
     return LegPoints(
         side,
@@ -170,8 +168,7 @@ def _leg(
         landmarks.pelvis(),
         sole=sole,
         ankle_height=height,
-        remarks=remarks,
-        warnings=chosen.warnings,
+        notices=notices,
     )
 
 
@@ -217,8 +214,9 @@ def quiet_posture(markers: Markers, quiet: slice) -> Markers:
     """The mean posture of some frames, as markers of one frame."""
     positions = {name: _mean_place(path[quiet])[None] for name, path in markers.positions.items()}
     start, end = markers.time[quiet][[0, -1]]
-    told = f"standing from {start:.2f} to {end:.2f} s of {markers.file.name}"
-    return Markers(markers.file, markers.time[quiet][:1], positions, (told,))
+    text = "standing from {start:.2f} to {end:.2f} s of {file}"
+    found = note("standing-posture", text, start=float(start), end=float(end), file=markers.file.name)
+    return Markers(markers.file, markers.time[quiet][:1], positions, (found,))
 
 
 def _mean_place(path: np.ndarray) -> np.ndarray:
@@ -270,7 +268,7 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
 
     A joint's gaps are bridged by the markers of its segment.
     """
-    points, ranks, remarks = {}, {}, []
+    points, ranks, notices = {}, {}, []
     for role, each in ways.items():
         most = max((_seen(way) for way in each if way), default=0)
         for rank, way in enumerate(each):
@@ -281,16 +279,18 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
                 points[role], ranks[role] = whole, rank
                 more = _seen(whole) - _seen(way)
                 if more:
-                    told = f"{_seen(way)} of {len(way.path)} frames"
-                    remarks.append(f"{side} {role}: seen in {told}, in {more} more by its segment's markers")
+                    seen = "seen in {seen} of {frames} frames"
+                    text = f"{{subject}}: {seen}, in {{more}} more by its segment's markers"
+                    data = {"seen": _seen(way), "frames": len(way.path), "more": more}
+                    notices.append(note("point-bridged", text, subject=f"{side} {role}", **data))
                 break
-    return Chosen(points, ranks, tuple(remarks))
+    return Chosen(points, ranks, tuple(notices))
 
 
 def carry_centres(chosen: Chosen, side: str, still: Landmarks, clusters: Clusters) -> Chosen:
     """Joint centres of a standing posture in the walk, where the posture tells them in a better way."""
     points, ranks = dict(chosen.points), dict(chosen.ranks)
-    remarks, warnings = list(chosen.remarks), list(chosen.warnings)
+    notices = list(chosen.notices)
     upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture
     for role in CARRIERS:
         ways = still.ways(side, role)
@@ -300,21 +300,15 @@ def carry_centres(chosen: Chosen, side: str, still: Landmarks, clusters: Cluster
             assert way is not None
             cluster = _carrier(role, side, clusters, upper, points)
             if cluster is None:
-                few = _too_few(role, side, clusters)
-                remarks.append(f"the {side} {role} of the standing posture is not used: {few}")
+                notices.append(_not_carried(role, side, clusters))
             else:
-                how = f"{way.how}, standing, carried by {', '.join(cluster.names)}"
-                points[role] = LegPoint(cluster.carry(way.path[0]), how, way.error, way.better)
+                carried = cluster.carry(way.path[0])
+                points[role] = replace(way, path=carried, carriers=tuple(cluster.names), bridged=None)
                 ranks[role] = rank
-                off = cluster.misfit()
-                if off > MISFIT:
-                    warnings.append(
-                        f"{', '.join(cluster.names)} lie {1e3 * off:.0f} mm off where they were in standing: "
-                        "the same person, the same markers?"
-                    )
+                notices += _misfit(cluster)
         same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
         upper = (role, same.path[0]) if same and _seen(same) else None
-    return replace(chosen, points=points, ranks=ranks, remarks=tuple(remarks), warnings=tuple(warnings))
+    return replace(chosen, points=points, ranks=ranks, notices=tuple(notices))
 
 
 def _carrier(
@@ -333,12 +327,25 @@ def _carrier(
     return next((cluster for cluster in found if cluster.places_segment), None)
 
 
-def _too_few(role: str, side: str, clusters: Clusters) -> str:
+def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
     segment = CARRIERS[role][0]
     cluster = clusters.get((side, segment))
-    names = cluster.names if cluster else ()
-    told = ", ".join(names) or "no marker"
-    return f"both trials see {told} on the {segment}, and {FEWEST} that are not on a line are needed"
+    text = (
+        "the {subject} of the standing posture is not used: both trials see {markers} on the {segment}, and "
+        "{needed} that are not on a line are needed"
+    )
+    seen = ", ".join(cluster.names if cluster else ()) or "no marker"
+    data = {"markers": seen, "segment": segment, "needed": FEWEST}
+    return note("standing-centre-unused", text, subject=f"{side} {role}", **data)
+
+
+def _misfit(cluster: Cluster) -> list[Notice]:
+    """A warning where the markers of a segment lie otherwise than they did in standing."""
+    off = cluster.misfit()
+    if off <= MISFIT:
+        return []
+    text = "{subject} lie {off_mm:.0f} mm off where they were in standing: the same person, the same markers?"
+    return [Notice("standing-misfit", text, subject=", ".join(cluster.names), off_mm=1e3 * off)]
 
 
 def _bridged(way: LegPoint, carriers: list[Cluster | None]) -> LegPoint:

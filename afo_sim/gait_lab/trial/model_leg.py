@@ -45,7 +45,7 @@ class ModelFoot:
 
     heel: np.ndarray  # (3,)
     toe: np.ndarray  # (3,)
-    how: Mapping[str, str]  # heel and toe: what they are
+    sources: Mapping[str, str]  # heel and toe: what they are
     error: Mapping[str, float]  # heel and toe, from the foot's own ends [m]
     ankle: np.ndarray  # the ankle's centre, by default (3,)
     ankle_height: float | None  # of the ankle's centre above the sole, where something tells the sole [m]
@@ -168,7 +168,7 @@ def find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarra
     return ModelFoot(
         heel=back[1],
         toe=front[1],
-        how={role: f"{name} of the model" for role, (name, _) in ends.items()},
+        sources={role: f"{name} of the model" for role, (name, _) in ends.items()},
         error={role: SKIN if name in marked else BONE for role, (name, _) in ends.items()},
         ankle=ankle,
         ankle_height=float(ankle[1] - min(floor)) if floor else None,

@@ -9,6 +9,8 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_joint import Coordinate
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
@@ -41,7 +43,7 @@ def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choi
         lambda laid: posed_legs(model, laid, seen),
     )
     doubts = (*name_warnings(model, markers), *scale_warnings(model, seen))
-    return {side: replace(leg, warnings=(*doubts, *leg.warnings)) for side, leg in legs.items()}
+    return {side: replace(leg, notices=(*doubts, *leg.notices)) for side, leg in legs.items()}
 
 
 def _both(
@@ -49,7 +51,7 @@ def _both(
     needed: str,
     together: Callable[[dict[str, LegPoints]], dict[str, LegPoints]] = dict,
 ) -> dict[str, LegPoints]:
-    """Both legs, first each, then together; one that is not needed may be missing: a remark of the other."""
+    """Both legs, first each, then together; one that is not needed may be missing: a note of the other."""
     found: dict[str, LegPoints] = {}
     failed: dict[str, InputError] = {}
     for side in SIDES:
@@ -62,8 +64,8 @@ def _both(
     found = together(found)
     for side, reason in failed.items():
         (other,) = found
-        remark = f"no {side} leg: {reason}"
-        found[other] = replace(found[other], remarks=(*found[other].remarks, remark))
+        why = note("leg-left-out", "no {subject} leg: {reason}", subject=side, reason=str(reason))
+        found[other] = replace(found[other], notices=(*found[other].notices, why))
     return found
 
 
@@ -93,7 +95,7 @@ def placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees:
         points={
             role: LegPoint(
                 np.array(np.broadcast_to(place, (count, 3))),
-                leg.foot.how.get(role, how),
+                leg.foot.sources.get(role, how),
                 leg.foot.error.get(role),
             )
             for role, place in places.items()
@@ -102,8 +104,11 @@ def placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees:
         sole=leg.foot.pitch,
         ankle_height=leg.foot.ankle_height,
         outline=leg.foot.outline,
-        remarks=_remarks(leg, coordinates, values),
-        warnings=(*_still(table, parts[0], values), *_beyond(coordinates, values)),
+        notices=(
+            *_placing(leg, coordinates, values),
+            *_still(table, parts[0], values),
+            *_beyond(coordinates, values),
+        ),
     )
 
 
@@ -118,27 +123,30 @@ def _require_angles(table: OpenSimTable, leg: ModelLeg) -> None:
             )
 
 
-def _remarks(
+def _placing(
     leg: ModelLeg, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     still = [c.name for c in coordinates if c.name not in values]
-    lines = [f"{leg.side} leg placed by the model's joints; the toes stay straight on the foot"]
+    text = "{subject} leg placed by the model's joints; the toes stay straight on the foot"
+    notes = [note("placed-by-model", text, subject=leg.side)]
     if still:
-        lines.append(f"without a column, and so at the model's default: {', '.join(still)}")
-    return tuple(lines)
+        text = "without a column, and so at the model's default: {coordinates}"
+        notes.append(note("default-coordinates", text, coordinates=", ".join(still)))
+    return tuple(notes)
 
 
 def _still(
     table: OpenSimTable, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     """A pelvis that has no columns of its own stands still."""
     lost = [c.name for c in coordinates if c.name not in values]
     if not lost:
         return ()
-    return (f"{table.file.name} has no {', '.join(lost)}: the pelvis stands still in these",)
+    text = "{file} has no {coordinates}: the pelvis stands still in these"
+    return (Notice("pelvis-still", text, file=table.file.name, coordinates=", ".join(lost)),)
 
 
-def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
     """Joints far beyond the model's range: a table of another model, often with the knee's sign turned."""
     found = []
     for c in coordinates:
@@ -149,7 +157,8 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
             reach, allowed = (
                 f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in ((low, high), c.limits)
             )
-            found.append(f"{c.name} goes from {reach}, the model allows {allowed}: is this its model?")
+            text = "{subject} goes from {reach}, the model allows {allowed}: is this its model?"
+            found.append(Notice("beyond-model-range", text, subject=c.name, reach=reach, allowed=allowed))
     return tuple(found)
 
 
@@ -173,7 +182,7 @@ def match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray
     return found
 
 
-def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[str, ...]:
+def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
     """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
     of_name = defaultdict(list)
     for name in markers.positions:
@@ -182,11 +191,13 @@ def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[str, ...]:
     for name in model.markers:
         there = of_name[_plain(name)]
         if len(there) > 1 and name not in markers.positions:
-            lines.append(f"{' and '.join(there)} are both the model's {name}; {there[0]} was taken")
+            text = "{markers} are both the model's {subject}; {taken} was taken"
+            both = " and ".join(there)
+            lines.append(Notice("model-marker-doubled", text, subject=name, markers=both, taken=there[0]))
     return tuple(lines)
 
 
-def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
     """A warning where distances between markers of one body are not the model's.
 
     Units: seen [m] (n, 3).
@@ -203,10 +214,11 @@ def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple
     if not ratios or abs(np.median(ratios) - 1.0) <= SCALE:
         return ()
     ratio = float(np.median(ratios))
-    return (
-        f"the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {len(ratios)}"
-        " pairs, each on one body): is this the person's scaled model?",
+    text = (
+        "the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {pairs}"
+        " pairs, each on one body): is this the person's scaled model?"
     )
+    return (Notice("model-scale", text, ratio=ratio, pairs=len(ratios)),)
 
 
 def _plain(name: str) -> str:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 from afo_sim.gait_lab.trial.clusters import RigidFit, fit_rigid
@@ -62,23 +64,31 @@ class Segment:
         spread = variance * (np.eye(3) / count + cross.T @ np.linalg.pinv(inertia) @ cross)
         return float(np.sqrt(spread[0, 0] + spread[1, 1]))
 
-    def remark(self) -> str:
-        """What the segment was laid over, and how well."""
-        return f"{self.name} laid over {', '.join(self.local)}: residual {1e3 * self.rms:.1f} mm RMS"
-
-    def warnings(self) -> tuple[str, ...]:
-        """A residual that says that model and trial disagree, with the worst point."""
+    def notices(self) -> tuple[Notice, ...]:
+        """What the segment was laid over and how well; a residual that says that model and trial disagree."""
+        rms_mm = 1e3 * self.rms
+        text = "{subject} laid over {points}: residual {rms_mm:.1f} mm RMS"
+        laid = note("segment-laid", text, subject=self.name, points=", ".join(self.local), rms_mm=rms_mm)
         if not self.rms > MISFIT:
-            return ()
+            return (laid,)
         off = {
             name: float(np.sqrt(np.nanmean(np.sum((self.fit.place(place) - self.seen[name]) ** 2, axis=1))))
             for name, place in self.local.items()
         }
         worst = max(off, key=lambda name: off[name])
-        return (
-            f"the model's {self.name} misses the trial's markers by {1e3 * self.rms:.0f} mm RMS, most of all "
-            f"{worst} by {1e3 * off[worst]:.0f} mm: another person's model, or a marker moved or swapped?",
+        text = (
+            "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all "
+            "{worst} by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
         )
+        doubt = Notice(
+            "segment-misfit",
+            text,
+            subject=self.name,
+            rms_mm=rms_mm,
+            worst=worst,
+            worst_mm=1e3 * off[worst],
+        )
+        return laid, doubt
 
 
 def lay(
@@ -126,21 +136,19 @@ def fitted_leg(
         sole=leg.foot.pitch,
         ankle_height=leg.foot.ankle_height,
         outline=leg.foot.outline,
-        remarks=tuple(segment.remark() for segment in laid),
-        warnings=tuple(line for segment in laid for line in segment.warnings()),
+        notices=tuple(notice for segment in laid for notice in segment.notices()),
     )
 
 
 def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> LegPoint:
-    how = f"the model's {segment.name} laid over {', '.join(segment.local)}"
-    if role in leg.foot.how:
-        how += f"; {leg.foot.how[role]}"
+    way = f"the model's {segment.name} laid over {', '.join(segment.local)}"
     better = ""
     if len(segment.local) - len(segment.shared) < 3:
         wish = f", such as {' or '.join(segment.missing)}" if segment.missing else ""
         better = f"more markers on the {segment.name} in model and trial{wish}"
     error = float(np.hypot(segment.error(place), leg.foot.error.get(role, UNSEEN)))
-    return LegPoint(segment.fit.place(place), how, error, better)
+    source = leg.foot.sources.get(role, "")
+    return LegPoint(segment.fit.place(place), source, error, better, way=way)
 
 
 def _segments(model: OpenSimModel, leg: ModelLeg, seen: Mapping[str, np.ndarray]) -> tuple[Segment, ...]:

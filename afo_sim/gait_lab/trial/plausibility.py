@@ -1,10 +1,12 @@
 """Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import LEAST, WITHIN
@@ -12,7 +14,7 @@ from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 
 ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: told, refused; assumed [deg]
 ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
@@ -53,7 +55,7 @@ def doubts(
     ground: GroundForce | None,
     zero: float,
     reference: np.ndarray | None,
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     """What a person should look at in a stride, one sentence with its number each.
 
     Units: zero [rad], reference [N·m/kg] (n,).
@@ -71,7 +73,7 @@ def doubts(
     return tuple(found)
 
 
-def _zero(zero: float) -> list[str]:
+def _zero(zero: float) -> list[Notice]:
     degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
     if abs(degrees) > ZERO[1]:
         raise InputError(
@@ -82,34 +84,39 @@ def _zero(zero: float) -> list[str]:
         )
     if abs(degrees) <= ZERO[0]:
         return []
-    return [
-        f"the ankle's zero was moved by {-degrees:+.0f} deg, so that the flat foot is level: more than "
-        f"{ZERO[0]:.0f} deg is a marker at another place, or a foot that never lies flat"
-    ]
+    text = (
+        "the ankle's zero was moved by {moved:+.0f} deg, so that the flat foot is level: more than "
+        "{usual:.0f} deg is a marker at another place, or a foot that never lies flat"
+    )
+    return [Notice("ankle-zero-far", text, moved=-degrees, usual=ZERO[0])]
 
 
-def _flat(cycle: GaitCycle) -> list[str]:
+def _flat(cycle: GaitCycle) -> list[Notice]:
     if cycle.flat.steady:
         return []
-    low, high = (f"{100.0 * share:.0f}" for share in WITHIN)
-    return [
-        f"the foot is never steady for {100.0 * LEAST:.0f} % of the stride between {low} and {high} %: "
-        f"{cycle.flat.words} are taken as flat, and with them the ankle's zero and height"
-    ]
+    text = (
+        "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
+        "{taken} are taken as flat, and with them the ankle's zero and height"
+    )
+    low, high = (100.0 * share for share in WITHIN)
+    data: dict[str, Any] = {"least": 100.0 * LEAST, "low": low, "high": high, "taken": cycle.flat.words}
+    return [Notice("foot-never-flat", text, **data)]
 
 
-def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[str]:
+def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[Notice]:
     low, high = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK, ANKLE_HEIGHT[1]
-    told = None if points is None else points.ankle_height  # of a model or a standing trial
-    if told is not None:
-        low, high = told - HEIGHT_ERROR, told + HEIGHT_ERROR
+    stated = None if points is None else points.ankle_height  # of a model or a standing trial
+    if stated is not None:
+        low, high = stated - HEIGHT_ERROR, stated + HEIGHT_ERROR
     height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
     if low <= height <= high:
         return []
-    return [
-        f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat; of this leg "
-        f"{100.0 * low:.0f} to {100.0 * high:.0f} cm is usual: is the floor at 0, the foot ever flat?"
-    ]
+    text = (
+        "the ankle is {height_cm:.1f} cm above the floor with the foot flat; of this leg "
+        "{low_cm:.0f} to {high_cm:.0f} cm is usual: is the floor at 0, the foot ever flat?"
+    )
+    data: dict[str, Any] = {"height_cm": 100.0 * height, "low_cm": 100.0 * low, "high_cm": 100.0 * high}
+    return [Notice("ankle-height", text, **data)]
 
 
 def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
@@ -144,12 +151,13 @@ def _shank(points: LegPoints | None) -> float:
     return min(ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else ADULT_SHANK
 
 
-def _knee(cycle: GaitCycle) -> list[str]:
+def _knee(cycle: GaitCycle) -> list[Notice]:
     knee = np.degrees(cycle.knee_angle)
-    bent_back = f"the knee bends backward by up to {-knee.min():.0f} deg"
+    text, most = "the knee bends backward by up to {most:.0f} deg", -float(knee.min())
     if np.median(knee) < 0.0:
-        return [f"{bent_back}, and for most of the stride: its sign, or the knee's place?"]
-    return [f"{bent_back}: the knee's place?"] if knee.min() < -HYPEREXTENSION else []
+        text += ", and for most of the stride: its sign, or the knee's place?"
+        return [Notice("knee-backward", text, most=most)]
+    return [Notice("knee-backward", text + ": the knee's place?", most=most)] if most > HYPEREXTENSION else []
 
 
 def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float] | None:
@@ -167,7 +175,7 @@ def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float]
     return behind - MARGIN, ahead + (MARGIN if ahead - behind >= whole else TOES)
 
 
-def _pressure(cycle: GaitCycle, last: float, first: float) -> list[str]:
+def _pressure(cycle: GaitCycle, last: float, first: float) -> list[Notice]:
     """The sole stays where it lies, so that the centre of pressure stays within it all through stance."""
     on = np.isfinite(cycle.cop_x) & (cycle.grf_z > COP_FORCE) & (cycle.phase < LATE_SWING)
     if not np.any(on):
@@ -184,22 +192,24 @@ def _pressure(cycle: GaitCycle, last: float, first: float) -> list[str]:
     if share <= OUTSIDE and np.mean(behind > 0.0) <= BEHIND:
         return []
     most, end = max((float(behind.max()), "behind the heel"), (float(ahead.max()), "ahead of the toes"))
-    return [
-        f"the centre of pressure is outside the foot for {100.0 * share:.0f} % of stance, up to "
-        f"{100.0 * most:.0f} cm {end}: plates and markers in different places?"
-    ]
+    text = (
+        "the centre of pressure is outside the foot for {percent:.0f} % of stance, up to "
+        "{most_cm:.0f} cm {end}: plates and markers in different places?"
+    )
+    return [Notice("pressure-off-foot", text, percent=100.0 * share, most_cm=100.0 * most, end=end)]
 
 
-def _forward_force(cycle: GaitCycle) -> list[str]:
+def _forward_force(cycle: GaitCycle) -> list[Notice]:
     if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > FORWARD:
         return []
-    return [
+    text = (
         "the ground's force has no part forward or backward: a plate that measures upward force alone? The "
-        f"ankle moment lacks that force times {100.0 * cycle.ankle_height:.0f} cm"
-    ]
+        "ankle moment lacks that force times {height_cm:.0f} cm"
+    )
+    return [Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height)]
 
 
-def _moment_peak(cycle: GaitCycle) -> list[str]:
+def _moment_peak(cycle: GaitCycle) -> list[Notice]:
     moment = -cycle.ankle_moment[np.isfinite(cycle.ankle_moment)]
     if not len(moment) or PEAK[0] <= moment.max() <= PEAK[1]:
         return []
@@ -213,13 +223,12 @@ def _moment_peak(cycle: GaitCycle) -> list[str]:
     cause = (
         "a weak push-off, or too large a mass" if moment.max() < PEAK[0] else "the ankle's place, the mass?"
     )
-    return [
-        f"the plantarflexor moment peaks at {moment.max():.2f} N·m/kg, outside {PEAK[0]:g} to {PEAK[1]:g}: "
-        f"{cause}"
-    ]
+    text = "the plantarflexor moment peaks at {peak:.2f} N·m/kg, outside {low:g} to {high:g}: {cause}"
+    peak = float(moment.max())
+    return [Notice("moment-peak", text, peak=peak, low=PEAK[0], high=PEAK[1], cause=cause)]
 
 
-def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
+def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[Notice]:
     on = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
     on &= np.isfinite(cycle.ankle_moment) & np.isfinite(reference)
     if on.sum() < 3:
@@ -243,21 +252,23 @@ def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
     ]
     left, reason = min(reasons)
     peak, own = (float(np.max(np.abs(moment[on]))) for moment in (reference, cycle.ankle_moment))
+    text = "the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance"
+    data: dict[str, Any] = {"error": error, "peak": peak, "own": own, "left": left, "reason": reason}
     if peak < UNLOADED * own:
-        told = f", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
-        return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
-    told = f"; the given one fits within {left:.2f} {reason}" if left < EXPLAINED * error else ""
-    return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
+        text += ", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
+    elif left < EXPLAINED * error:
+        text += "; the given one fits within {left:.2f} {reason}"
+    return [Notice("moment-off-reference", text, **data)]
 
 
-def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[str]:
+def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[Notice]:
     found = steps_of_time("the motion", motion.time if points is None else points.time, MOTION_RATE)
     for name, (time, _) in ({} if ground is None else ground.plates).items():
         found += steps_of_time(f"plate {name}", time, FORCE_RATE)
     return found
 
 
-def marker_doubts(points: LegPoints) -> list[str]:
+def marker_doubts(points: LegPoints) -> list[Notice]:
     """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each.
 
     Both are what exchanged markers do, for a few frames or all the time.
@@ -265,7 +276,7 @@ def marker_doubts(points: LegPoints) -> list[str]:
     return _lengths(points) + _proportion(points) + _leaps(points)
 
 
-def _proportion(points: LegPoints) -> list[str]:
+def _proportion(points: LegPoints) -> list[Notice]:
     """A sentence where thigh and shank cannot be one person's: a hip or knee at another place."""
     means = {}
     for name, (upper, lower) in SEGMENTS.items():
@@ -274,13 +285,15 @@ def _proportion(points: LegPoints) -> list[str]:
     ratio = means["thigh"] / means["shank"]
     if not np.isfinite(ratio) or THIGH_TO_SHANK[0] <= ratio <= THIGH_TO_SHANK[1]:
         return []
-    return [
-        f"the {points.side} thigh is {100.0 * means['thigh']:.0f} cm long and the shank "
-        f"{100.0 * means['shank']:.0f} cm: is the hip's or the knee's marker at another place?"
-    ]
+    text = (
+        "the {subject} thigh is {thigh_cm:.0f} cm long and the shank "
+        "{shank_cm:.0f} cm: is the hip's or the knee's marker at another place?"
+    )
+    lengths: dict[str, Any] = {f"{name}_cm": 100.0 * means[name] for name in ("thigh", "shank")}
+    return [Notice("leg-proportion", text, subject=points.side, **lengths)]
 
 
-def _lengths(points: LegPoints) -> list[str]:
+def _lengths(points: LegPoints) -> list[Notice]:
     found = []
     for name, (upper, lower) in SEGMENTS.items():
         length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
@@ -296,14 +309,17 @@ def _lengths(points: LegPoints) -> list[str]:
         when = (
             f"at {first:.2f} s" if bad.sum() == 1 else f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
         )
-        found.append(
-            f"the {points.side} {name}, {upper} to {lower}, changes its length of {100.0 * median:.1f} cm by "
-            f"{100.0 * change[k]:+.0f} %, {when}: exchanged or sliding markers?"
+        text = (
+            "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
+            "{percent:+.0f} %, {when}: exchanged or sliding markers?"
         )
+        data: dict[str, Any] = {"upper": upper, "lower": lower, "when": when}
+        data |= {"length_cm": 100.0 * median, "percent": 100.0 * float(change[k])}
+        found.append(Notice("segment-length", text, subject=f"{points.side} {name}", **data))
     return found
 
 
-def _leaps(points: LegPoints) -> list[str]:
+def _leaps(points: LegPoints) -> list[Notice]:
     found = []
     for role, point in points.points.items():
         known = np.all(np.isfinite(point.path), axis=1)
@@ -317,38 +333,42 @@ def _leaps(points: LegPoints) -> list[str]:
         leaps = near & (off > LEAP + ACCELERATION * step[1:] ** 2)
         if np.any(leaps):
             k = int(np.argmax(leaps))
-            found.append(
-                f"the {points.side} {role} leaps by {100.0 * off[k]:.0f} cm at {time[k + 2]:.2f} s"
-                f"{' and later' if leaps[k + 3 :].any() else ''}: exchanged markers?"
-            )
+            text = "the {subject} leaps by {off_cm:.0f} cm at {time:.2f} s"
+            text += " and later: exchanged markers?" if leaps[k + 3 :].any() else ": exchanged markers?"
+            data: dict[str, Any] = {"off_cm": 100.0 * float(off[k]), "time": float(time[k + 2])}
+            found.append(Notice("point-leaps", text, subject=f"{points.side} {role}", **data))
     return found
 
 
-def steps_of_time(what: str, time: np.ndarray, rate: float) -> list[str]:
-    """Sentences on a clock that is slower than `rate` [Hz] or uneven."""
+def steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
+    """Warnings on a clock that is slower than `rate` [Hz] or uneven."""
     steps = np.diff(time)
     step = float(np.median(steps))
     found = []
     if 1.0 / step < rate * (1.0 - 1e-6):
-        found.append(f"{what} is sampled at {1.0 / step:.0f} Hz only; {rate:.0f} Hz or more show the events")
+        text = "{subject} is sampled at {rate:.0f} Hz only; {needed:.0f} Hz or more show the events"
+        found.append(Notice("sampled-slowly", text, subject=what, rate=1.0 / step, needed=rate))
     uneven = np.abs(steps - step) > UNEVEN * step
     if np.any(uneven):
         worst = steps[np.argmax(np.abs(steps - step))]
-        found.append(
-            f"{what} has {uneven.sum()} of {len(steps)} steps of time that are not {1e3 * step:.3g} ms, one "
-            f"of {1e3 * worst:.3g} ms: the samples between are interpolated"
+        text = (
+            "{subject} has {uneven} of {steps} steps of time that are not {step_ms:.3g} ms, one "
+            "of {worst_ms:.3g} ms: the samples between are interpolated"
         )
+        data: dict[str, Any] = {"uneven": int(uneven.sum()), "steps": len(steps)}
+        data |= {"step_ms": 1e3 * step, "worst_ms": 1e3 * float(worst)}
+        found.append(Notice("sampled-unevenly", text, subject=what, **data))
     return found
 
 
-def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[str]:
-    """A warning if the plates tell heel strikes and toe-offs later or earlier than the motion does.
+def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[Notice]:
+    """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does.
 
     A force that comes 20 ms late moves the centre of pressure under the foot by 7 mm, 50 ms by 17 mm.
     """
     events = find_events(motion)
     loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
-    late = [_after(stride.start, events.strikes) for stride in loaded if stride.by.startswith("force")]
+    late = [_after(stride.start, events.strikes) for stride in loaded if stride.start_by == FORCE]
     left = [_after(stride.toe_off, events.toe_offs) for stride in loaded]
     strikes = [time - EARLY for time in late if time is not None]
     offs = [time for time in left if time is not None]
@@ -357,11 +377,12 @@ def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[s
     shift = 0.5 * float(np.median(strikes) + np.median(offs))
     if APART[0] <= shift <= APART[1]:
         return []
-    word = "after" if shift > 0.0 else "before"
-    return [
-        f"the plates tell heel strike and toe-off {1e3 * abs(shift):.0f} ms {word} the motion does: "
+    text = (
+        "the plates show heel strike and toe-off {apart_ms:.0f} ms {order} the motion does: "
         "do they have the same clock?"
-    ]
+    )
+    order = "after" if shift > 0.0 else "before"
+    return [Notice("clocks-apart", text, apart_ms=1e3 * abs(shift), order=order)]
 
 
 def _after(time: float, events: Sequence[float]) -> float | None:

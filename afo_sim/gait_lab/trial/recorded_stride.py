@@ -9,6 +9,9 @@ from afo_sim.common.errors import InputError
 
 AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
 WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)
+# Evidence of a heel strike, beside the methods by which a foot lands.
+FORCE, POSTURE = "force", "the leg's posture"
+BEGINNING = "the beginning of the recording, for want of a heel strike"
 
 
 @dataclass(frozen=True)
@@ -19,6 +22,7 @@ class Closing:
     gap: float  # between its end and its beginning one period later [s]
     residual: Mapping[str, float]  # difference of the two ends that their velocities do not explain, by the
     # name of the motion's signal [rad], [m] or the ground's [N]; it is spread evenly over the period
+    period_by: str  # evidence of its period: FORCE, or "the leg's motion"
     length: float  # of the stride: the way of the pelvis, or else of the ankle, that is continuous across
     # the gap [m]; residual["ankle_x"] is what the ankle's own would differ by
 
@@ -31,9 +35,22 @@ class RecordedStride:
     start: float  # [s]; may lie outside the recording if the stride is closed, as `end` may
     end: float  # [s]
     toe_off: float  # [s]
-    by: str  # evidence of its ends, in words
+    start_by: str  # evidence of its start: FORCE, POSTURE, BEGINNING or the method by which a foot lands
     loaded: bool  # the whole stance is on plates
     closed: Closing | None = None
+    end_by: str = ""  # evidence of its end; empty: the same
+    missing: str = ""  # why the ground force is missing, wholly or in part; empty where it is not
+
+    @property
+    def by(self) -> str:
+        """Evidence of its ends, how it was closed, and what it lacks, in words."""
+        parts = [_heel_strike(self.start_by)]
+        if self.end_by not in ("", self.start_by):
+            parts[0] += f", its end by {_heel_strike(self.end_by)}"
+        if self.closed is not None:
+            gap = 1e3 * self.closed.gap
+            parts.append(f"closed over a gap of {gap:.0f} ms, its period by {self.closed.period_by}")
+        return "; ".join([*parts, self.missing] if self.missing else parts)
 
     @property
     def time(self) -> float:
@@ -43,6 +60,10 @@ class RecordedStride:
     def window(self, share: tuple[float, float]) -> tuple[float, float]:
         """From when to when a part of the stride lasts [s]."""
         return self.start + share[0] * self.time, self.start + share[1] * self.time
+
+
+def _heel_strike(by: str) -> str:
+    return by if by in (FORCE, POSTURE, BEGINNING) else f"heel strike by {by}"
 
 
 def sample(

@@ -11,7 +11,9 @@ import tomli_w
 
 from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import write_text
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
@@ -36,12 +38,11 @@ HEAD = """\
 
 
 @dataclass(frozen=True)
-class Roles:
+class Roles(Noted):
     """The landmarks of both legs that a file's names tell."""
 
     sides: Mapping[str, Names]  # "right" and "left"; the sacrum is in both
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def find_roles(markers: Markers) -> Roles:
@@ -60,18 +61,20 @@ def find_roles(markers: Markers) -> Roles:
     served = {side: {LANDMARKS[landmark][0] for landmark in found[side]} for side in SIDES}
     for known in ranked:
         _add(found, read, known, served)
-    remarks = []
+    notices = []
     if hits >= RECOGNISED:
-        remarks.append(f"marker set: {best.name}, by {hits} of {len(read)} names")
+        text = "marker set: {name}, by {hits} of {count} names"
+        notices.append(note("marker-set", text, name=best.name, hits=hits, count=len(read)))
     if best.meaning_of("toe") == "metatarsal_2":
         forefeet = [side["metatarsal_2"] for side in found.values() if "metatarsal_2" in side]
         named = [name for name in forefeet if any(rest == "toe" for _, rest in read[name])]
         if named:
-            remarks.append(f"{' and '.join(named)} on the second metatarsal head, as in that set")
+            text = "{markers} on the second metatarsal head, as in that set"
+            notices.append(note("toe-on-metatarsal", text, markers=" and ".join(named)))
     used = dict.fromkeys(name for names in found.values() for name in names.values())
-    warnings = [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
+    notices += [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
     sides = {side: {landmark: (name,) for landmark, name in found[side].items()} for side in SIDES}
-    return Roles(sides, tuple(remarks), tuple(warnings))
+    return Roles(sides, tuple(notices))
 
 
 def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> list[str]:
@@ -218,11 +221,13 @@ def _twins(name: str, names: Iterable[str]) -> list[str]:
     return [other for other in names if re.fullmatch(re.escape(name) + r"\.\d+", other)]
 
 
-def _duplicate(markers: Markers, name: str, twin: str) -> str:
+def _duplicate(markers: Markers, name: str, twin: str) -> Notice:
     apart = np.linalg.norm(markers.positions[name] - markers.positions[twin], axis=1)
     if not np.isfinite(apart).any():
-        return f"the label {name} occurs twice, never seen at both places at once; the first is taken"
-    return f"the label {name} occurs twice, up to {1e3 * np.nanmax(apart):.0f} mm apart; the first is taken"
+        text = "the label {subject} occurs twice, never seen at both places at once; the first is taken"
+        return Notice("label-doubled", text, subject=name)
+    text = "the label {subject} occurs twice, up to {apart_mm:.0f} mm apart; the first is taken"
+    return Notice("label-doubled", text, subject=name, apart_mm=1e3 * float(np.nanmax(apart)))
 
 
 def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
@@ -262,7 +267,7 @@ def mapped_roles(path: pathlib.Path, markers: Markers, others: Collection[str] =
             if all(name in markers.positions for name in chosen):
                 for side in SIDES if group == "middle" else (group,):
                     sides[side][landmark] = chosen
-    return Roles(sides, (f"markers as {path.name} says",))
+    return Roles(sides, (note("markers-mapped", "markers as {file} says", file=path.name),))
 
 
 def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = None) -> None:

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.events import find_events
@@ -29,11 +31,11 @@ def find_steps(
     motions: Mapping[str, LegMotion],
     frame: WalkingFrame,
     choices: Choices,
-) -> tuple[dict[str, GroundForce], list[RecordedStride], list[str]]:
+) -> tuple[dict[str, GroundForce], list[RecordedStride], list[Notice]]:
     """Ground forces and strides of both legs."""
     grounds: dict[str, GroundForce] = {}
     strides: list[RecordedStride] = []
-    remarks: list[str] = []
+    notices: list[Notice] = []
     if not trial.plates:
         raise InputError(
             "no file holds ground forces, and without them no ankle moment is known",
@@ -48,7 +50,7 @@ def find_steps(
         except InputError as error:
             if side == choices.side or choices.both:
                 raise
-            remarks.append(f"{side} leg: {error.problem}")
+            notices.append(_unused_leg(side, error))
         try:
             found = find_strides(motions[side], grounds.get(side))
             straight = [stride for stride in found if _straight(stride, frame)]
@@ -60,22 +62,27 @@ def find_steps(
         except InputError as error:
             if side == choices.side or choices.both:
                 raise
-            remarks.append(f"{side} leg: {error.problem}")
-    return grounds, without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), remarks
+            notices.append(_unused_leg(side, error))
+    return grounds, without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
 
 
-def open_ends(strides: Sequence[RecordedStride]) -> list[str]:
+def _unused_leg(side: str, error: InputError) -> Notice:
+    return note("leg-unused", "{subject} leg: {problem}", subject=side, problem=error.problem)
+
+
+def open_ends(strides: Sequence[RecordedStride]) -> list[Notice]:
     """A warning where the two ends of a stride that was closed do not meet."""
     found = []
     for stride in strides:
         ends = {} if stride.closed is None else stride.closed.residual
-        angles = {n: abs(np.degrees(v)) for n, v in ends.items() if n.endswith("_angle")}
+        angles = {n: float(abs(np.degrees(v))) for n, v in ends.items() if n.endswith("_angle")}
         name = max(angles, key=angles.__getitem__, default="")
         if name and angles[name] > OPEN:
-            found.append(
-                f"the closed stride's ends differ by {angles[name]:.1f} deg at the {name.split('_')[0]}: "
-                "bring a longer recording"
+            text = (
+                "the closed stride's ends differ by {apart:.1f} deg at the {joint}: bring a longer recording"
             )
+            joint = name.removesuffix("_angle")
+            found.append(Notice("ends-open", text, subject=stride.side, apart=angles[name], joint=joint))
     return found
 
 
@@ -116,9 +123,8 @@ def without_shared_steps(
         during = [(a, b) for a, b in swings.get(other, ()) if stride.start < a and b < stride.toe_off]
         lost = _lost(stride.side, during, plates, grounds, legs, frame) if judged and during else 0.0
         if lost > ELSEWHERE:
-            told = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
-            by = f"{stride.by}; the ground force is missing in part ({told})"
-            stride = replace(stride, loaded=False, by=by)
+            seen = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
+            stride = replace(stride, loaded=False, missing=f"the ground force is missing in part ({seen})")
         found.append(stride)
     return found
 

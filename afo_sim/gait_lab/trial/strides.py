@@ -22,7 +22,17 @@ from afo_sim.gait_lab.trial.events import (
 )
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact, find_contacts
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.recorded_stride import WIDEST, Closing, RecordedStride, repeated, seam, too_short
+from afo_sim.gait_lab.trial.recorded_stride import (
+    BEGINNING,
+    FORCE,
+    POSTURE,
+    WIDEST,
+    Closing,
+    RecordedStride,
+    repeated,
+    seam,
+    too_short,
+)
 from afo_sim.gait_lab.trial.travel import STRIDE
 
 MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
@@ -106,7 +116,7 @@ def _inside(motion: LegMotion, moment: float) -> bool:
 def _strikes(leg: _Leg) -> list[_Strike]:
     """Heel strikes within the motion, each once."""
     by_force = [
-        _Strike(contact.start, "force", contact)
+        _Strike(contact.start, FORCE, contact)
         for contact in leg.contacts
         if leg.ground
         and begins(contact, leg.ground)
@@ -131,8 +141,8 @@ def _by_posture(leg: _Leg, by_force: Sequence[_Strike], moment: float, within: f
         if returned is None and abs(moment - leg.motion.time[-1]) < 1e-9:
             returned = moment  # the recording was cut at the heel strike
         if returned is not None:
-            return _Strike(returned, "the leg's posture")
-    return _Strike(moment, f"heel strike by {leg.events.method}")
+            return _Strike(returned, POSTURE)
+    return _Strike(moment, leg.events.method)
 
 
 def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[RecordedStride]:
@@ -157,7 +167,6 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
 def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     time = second.time - first.time
     off = leg.events.toe_off_after(first.time)
-    by = first.how if first.how == second.how else f"{first.how}, its end by {second.how}"
     missing = "the ground force is missing"
     if first.contact is not None:
         missing = _left_early(leg, first.contact, off, second.time)
@@ -167,8 +176,16 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     for contact, reason in leg.beside.items():
         if missing and contact.start < off and contact.end > first.time:
             missing += f" in part ({reason})"
-    by += f"; {missing}" if missing else ""
-    return RecordedStride(leg.motion.side, first.time, second.time, off, by, loaded=not missing)
+    return RecordedStride(
+        leg.motion.side,
+        first.time,
+        second.time,
+        off,
+        first.how,
+        loaded=not missing,
+        end_by=second.how,
+        missing=missing,
+    )
 
 
 def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float) -> str:
@@ -277,7 +294,7 @@ def closed_stride(
     length = float(seen.time[-1] - seen.time[0])
     around = [*contacts, *(steps_without_motion(ground, contacts) if ground else ())]
     starts = sorted(c.start for c in around if ground and begins(c, ground))
-    period, how = period_by_force(starts, seen), "force"
+    period, how = period_by_force(starts, seen), FORCE
     if period is None:
         period, how = period_by_motion(seen), "the leg's motion"
     if period is None:
@@ -294,7 +311,7 @@ def closed_stride(
             break
     assert best is not None
     part = f" in part ({missing})" if missing else ""
-    return dataclasses.replace(best, by=f"{best.by}; the ground force is missing{part}")
+    return dataclasses.replace(best, missing=f"the ground force is missing{part}")
 
 
 def _longest_seen(motion: LegMotion) -> LegMotion:
@@ -356,9 +373,9 @@ def _closed(
         start=strike,
         end=strike + period,
         toe_off=toe_off,
-        by=f"{by}; closed over a gap of {1e3 * gap:.0f} ms, its period by {how}",
+        start_by=by,
         loaded=loaded,
-        closed=Closing(window, gap, residual, length),
+        closed=Closing(window, gap, residual, how, length),
     )
 
 
@@ -395,10 +412,10 @@ def _strike(
     for start in sorted(starts, key=lambda start: abs(start - middle)):
         place = window[0] + (start - window[0]) % period
         if abs(start - middle) < period and not beside_heel_strike(place, motion, events):
-            return start, "force"
+            return start, FORCE
     if events.strikes:
-        return min(events.strikes, key=lambda s: abs(s - middle)), f"heel strike by {events.method}"
-    return window[0], "the beginning of the recording, for want of a heel strike"
+        return min(events.strikes, key=lambda s: abs(s - middle)), events.method
+    return window[0], BEGINNING
 
 
 def _toe_off(events: FootEvents, by_force: Sequence[float], strike: float, period: float) -> float:

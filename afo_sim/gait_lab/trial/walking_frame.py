@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.signals import low_pass
 from afo_sim.gait_lab.trial.choices import AXES, Choices
 from afo_sim.gait_lab.trial.leg_points import LegPoints, unit_doubt
@@ -45,14 +47,13 @@ class StandingFoot:
 
 
 @dataclass(frozen=True, eq=False)
-class WalkingFrame:
+class WalkingFrame(Noted):
     """The directions in which a walk is looked at; unit vectors in the laboratory's axes."""
 
     forward: np.ndarray  # level, in the direction of travel (3,)
     up: np.ndarray  # an axis of the laboratory (3,)
     belt_speed: float  # of a treadmill, backward; 0 overground [m/s]
-    remarks: tuple[str, ...] = ()  # what was understood, one sentence each
-    warnings: tuple[str, ...] = ()  # what a person should look at, one sentence each
+    notices: tuple[Notice, ...] = ()
     floor: float = 0.0  # height of the plates above the laboratory's zero, upward [m]
     span: tuple[float, float] | None = None  # the straight part of a walk that turns [s]; None: all of it
 
@@ -105,11 +106,13 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     forward, off_axis = _forward(travel, choices)
     span, turns = (None, []) if belt else _span(body)
     belt_speed, belts = belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
-    ground = f"belt {belt_speed:.2f} m/s" if belt else f"overground at {speed:.2f} m/s"
-    remark = f"walks along {_in_words(forward)}, up {_nearest(up)}, {ground}"
-    frame = WalkingFrame(forward, up, belt_speed, (remark,), span=span)
-    feet_told, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
-    return dataclasses.replace(frame, warnings=(*off_axis, *turns, *belts, *feet_told, *sides))
+    text = "walks along {forward}, up {up}, "
+    text += "belt {belt_speed:.2f} m/s" if belt else "overground at {speed:.2f} m/s"
+    data = {"forward": _in_words(forward), "up": _nearest(up), "belt_speed": belt_speed, "speed": speed}
+    walks = note("direction", text, subject="belt" if belt else "overground", **data)
+    frame = WalkingFrame(forward, up, belt_speed, span=span)
+    feet_ahead, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
+    return dataclasses.replace(frame, notices=(walks, *off_axis, *turns, *belts, *feet_ahead, *sides))
 
 
 def axis_vector(name: str) -> np.ndarray:
@@ -142,7 +145,7 @@ def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
     return up
 
 
-def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[str]]:
+def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[Notice]]:
     """The direction of travel, or the axis that was chosen; warnings."""
     if choices.forward is None:
         return travel, []
@@ -152,35 +155,37 @@ def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[str
         problem = f"the walk goes along {_in_words(travel)}, {off:.0f} deg away"
         allowed = f"an axis within {ACROSS:.0f} deg of the walk, or none"
         raise InputError(problem, field="forward", value=choices.forward, allowed=allowed)
-    told = f"forward = {choices.forward} is taken, but the walk goes {off:.0f} deg away from it"
-    return forward, [told] if off > OFF_AXIS else []
+    text = "forward = {subject} is taken, but the walk goes {off:.0f} deg away from it"
+    doubt = Notice("forward-off-walk", text, subject=choices.forward, off=off)
+    return forward, [doubt] if off > OFF_AXIS else []
 
 
-def _span(body: Heading) -> tuple[tuple[float, float] | None, list[str]]:
+def _span(body: Heading) -> tuple[tuple[float, float] | None, list[Notice]]:
     """The straight part of a walk that turns, and warnings; a circle too tight for one plane is refused."""
     warnings = []
     turn = abs(math.degrees(body.turn))
     if turn > TURN:
         radius = body.stride_length / (2.0 * math.sin(0.5 * abs(body.turn)))
-        seen = f"the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
+        circle = "the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
         if turn > TURN_LIMIT:
+            seen = circle.format(turn=turn, radius=radius)
             raise InputError(
                 f"{seen}: no plane shows a stride's leg angles within 1 deg",
                 allowed=f"a walk that turns by at most {TURN_LIMIT:.0f} deg a stride",
             )
         error = LEAN - math.degrees(math.atan(math.tan(math.radians(LEAN)) * math.cos(body.off)))
-        warnings.append(f"{seen}: a leg that leans {LEAN:.0f} deg is seen up to {error:.1f} deg wrong")
+        text = f"{circle}: a leg that leans {{lean:.0f}} deg is seen up to {{error:.1f}} deg wrong"
+        warnings.append(Notice("walk-turns", text, turn=turn, radius=radius, lean=LEAN, error=error))
     if body.whole:
         return None, warnings
     start, end = body.span
-    warnings.append(
-        f"the walk is straight from {start:.2f} to {end:.2f} s only: strides are looked for there"
-    )
+    text = "the walk is straight from {start:.2f} to {end:.2f} s only: strides are looked for there"
+    warnings.append(Notice("walk-straight-in-part", text, start=start, end=end))
     return body.span, warnings
 
 
-def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
-    """Toes are ahead of heels, or it is refused; feet that are turned far out are told."""
+def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[Notice]:
+    """Refuse toes behind their heels; a warning on feet that are turned far out."""
     warnings = []
     for side, leg in legs.items():
         foot = _mean(frame.within(leg, leg.points["toe"].path - leg.points["heel"].path))
@@ -202,14 +207,15 @@ def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> l
             )
         out = math.degrees(math.atan2(abs(aside), ahead))
         if out > TURNED_OUT:
-            warnings.append(
-                f"the {side} foot points {out:.0f} deg away from the direction of travel: "
+            text = (
+                "the {subject} foot points {out:.0f} deg away from the direction of travel: "
                 "its sagittal angle is not its joint angle"
             )
+            warnings.append(Notice("foot-turned-out", text, subject=side, out=out))
     return warnings
 
 
-def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
+def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[Notice]:
     """The right leg is on the walker's right, unless the laboratory is left-handed or sides are exchanged."""
     if len(legs) < 2 or len(legs["right"].time) != len(legs["left"].time):
         return []
@@ -220,11 +226,12 @@ def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list
             break
     if not right < -APART:
         return []
-    return [
-        f"the right {role} is {-100.0 * right:.0f} cm to the left of the left one: the laboratory's axes "
+    text = (
+        "the right {subject} is {apart_cm:.0f} cm to the left of the left one: the laboratory's axes "
         "are left-handed, and all is well, or right and left are exchanged; sagittal angles are the "
         "same, but look which leg is which"
-    ]
+    )
+    return [Notice("sides-exchanged", text, subject=role, apart_cm=-100.0 * right)]
 
 
 def _mean(points: np.ndarray) -> np.ndarray:
@@ -286,7 +293,7 @@ def standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: floa
 
 def belt_speed_of(
     feet: Mapping[str, StandingFoot], found: float, choices: Choices
-) -> tuple[float, list[str]]:
+) -> tuple[float, list[Notice]]:
     """Speed of the belt under the chosen foot as given, or else as found [m/s], and warnings.
 
     Units: found [m/s].
@@ -295,12 +302,13 @@ def belt_speed_of(
     speeds = {side: float(np.linalg.norm(foot.velocity)) for side, foot in feet.items() if len(foot.speeds)}
     if found and max(speeds.values()) - min(speeds.values()) > BELT_SPREAD * found:
         each = ", ".join(f"{side} {speed:.2f}" for side, speed in speeds.items())
-        warnings.append(f"the belts of the two feet differ: {each} m/s; the {choices.side} one counts")
+        text = "the belts of the two feet differ: {each} m/s; the {subject} one counts"
+        warnings.append(Notice("belts-differ", text, subject=choices.side, each=each))
         found = speeds.get(choices.side, found)
     steps = np.concatenate([foot.speeds for foot in feet.values()])
     if found and len(speeds) and np.ptp(steps) > 2.0 * BELT_SPREAD * found:
-        seen = f"from {steps.min():.2f} to {steps.max():.2f} m/s"
-        warnings.append(f"the belt's speed changes from step to step, {seen}; its mean counts")
+        text = "the belt's speed changes from step to step, from {low:.2f} to {high:.2f} m/s; its mean counts"
+        warnings.append(Notice("belt-unsteady", text, low=float(steps.min()), high=float(steps.max())))
     given = choices.belt_speed
     if given is None:
         return found, warnings
@@ -312,7 +320,10 @@ def belt_speed_of(
             allowed="none of a walk overground, or where the belt's travel is added already",
         )
     if abs(given - found) > BELT_ERROR * found:
-        share = f"{100.0 * (given / found - 1.0):+.0f} %"
-        seen = f"the standing foot moves at {found:.3g} m/s"
-        warnings.append(f"belt_speed = {given:.3g} m/s is taken, but {seen} ({share})")
+        text = (
+            "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "
+            "({percent:+.0f} %)"
+        )
+        percent = 100.0 * (given / found - 1.0)
+        warnings.append(Notice("belt-speed-differs", text, given=given, found=found, percent=percent))
     return given, warnings
