@@ -2,15 +2,21 @@
 
 import pathlib
 import random
+import re
+from typing import Any
 
 import numpy as np
 import pytest
 from c3d_plates import ORIGIN, channels, turned, write
+from gait_lab.faulty_trials import FAULTS
+from gait_lab.gait_truth import beyond, differences
 from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.readers import c3d_file
+from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.files import read_trial
+from afo_sim.gait_lab.trial.importing import import_gait
 
 TIME = np.arange(0.0, 0.4, 0.02)
 COPIES = 60  # of each file and kind of damage
@@ -110,3 +116,48 @@ def test_a_file_that_ends_ezc3d_does_not_end_the_program(
     monkeypatch.setattr(c3d_file, "CHILD", "no_such_module")
     with pytest.raises(InputError, match="ezc3d broke off"):
         read_trial([path])
+
+
+# One of each kind; the others take ten seconds together.
+QUICK = (
+    "noise of 3 mm",
+    "gap of 50 ms in the ankle's markers",
+    "mass given 30 % high",
+    "heel and toe exchanged",
+    "left and right exchanged",
+    "knee and ankle exchanged",
+    "millimetres said to be metres",
+    "recording of 0.97 of a period",
+    "radians under a header of degrees",
+    "a label twice, other points",
+    "no force plates",
+    "plate not zeroed, 30 N",
+    "left-handed axes",
+    "no knee, no ankle, no toe",
+    "both feet on one plate",
+)
+
+
+def _param(name: str) -> Any:
+    return pytest.param(name, marks=[] if name in QUICK else [pytest.mark.slow])
+
+
+@pytest.mark.parametrize("name", [_param(name) for name in FAULTS])
+def test_a_fault_is_told_and_does_no_harm(tmp_path: pathlib.Path, name: str) -> None:
+    fault = FAULTS[name]
+    files = fault.write(tmp_path)
+    try:
+        done = import_gait(files, Choices(**fault.choices))
+    except InputError as error:
+        message = str(error)
+        assert "\n" not in message
+        assert fault.refuses is not None, message
+        assert re.search(fault.refuses, message, re.IGNORECASE), message
+        return
+    found = differences(done, fault.laboratory, fault.side)
+    assert fault.warns is not None, ("it should be refused", found, done.warnings)
+    if fault.right:
+        assert not beyond(found, fault.loose), (beyond(found, fault.loose), done.warnings)
+    if fault.warns:
+        told = (*done.warnings, *done.remarks) if fault.remark else done.warnings
+        assert any(re.search(fault.warns, text, re.IGNORECASE) for text in told), told

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from gait.known_walker import MTP, Walker
-from gait.laboratory import Laboratory
+from gait_lab.known_walker import MTP, Walker
+from gait_lab.laboratory import Laboratory
 from walking import SHANK, THIGH, Walk, known_walk
 
 

@@ -4,7 +4,7 @@ import pathlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from gait.laboratory import Recorded
+from gait_lab.laboratory import Recorded
 from walking import write_table
 
 METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0}  # the unit's number in a metre

@@ -4,8 +4,8 @@ import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
-from gait.known_walker import SIDES, SOLE, Walker, about_y, ankle_in_tibia, knee_in_femur
-from gait.marker_sets import in_world
+from gait_lab.known_walker import SIDES, SOLE, Walker, about_y, ankle_in_tibia, knee_in_femur
+from gait_lab.marker_sets import in_world
 from scipy.spatial.transform import Rotation
 
 
@@ -155,7 +155,7 @@ class Laboratory:
 
 def upright(walker: Walker, time: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Segments of the walker who stands still, legs straight, feet flat and toeing out."""
-    from gait.known_walker import HIP, HIP_Z, MTP, SIGN
+    from gait_lab.known_walker import HIP, HIP_Z, MTP, SIGN
 
     whole = np.ones((len(time), 1))
     eye = np.tile(np.eye(3), (len(time), 1, 1))

@@ -4,8 +4,8 @@ import pathlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from gait.laboratory import Recorded
-from gait.trial_files import METRE
+from gait_lab.laboratory import Recorded
+from gait_lab.trial_files import METRE
 
 DEPTH = 0.040  # of the plate's own origin below its surface [m]
 SENSOR = (0.12, 0.20)  # of a type-3 plate's sensors from its middle [m]

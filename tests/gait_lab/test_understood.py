@@ -6,7 +6,7 @@ import re
 from types import SimpleNamespace
 
 import numpy as np
-from gait.faulty_trials import FAULTS
+from gait_lab.faulty_trials import FAULTS
 from understood_trial import stand_in
 
 from afo_sim.common.units import GRAVITY

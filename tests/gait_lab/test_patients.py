@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gait.gait_truth import beyond, differences
-from gait.laboratory import Laboratory
-from gait.patients import Patient, laboratory
-from gait.trial_files import write_forces, write_trc
+from gait_lab.gait_truth import beyond, differences
+from gait_lab.laboratory import Laboratory
+from gait_lab.patients import Patient, laboratory
+from gait_lab.trial_files import write_forces, write_trc
 
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.importing import Imported, import_gait

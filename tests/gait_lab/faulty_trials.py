@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from gait.gait_truth import ONE_MALLEOLUS, noise_bounds
-from gait.known_walker import Walker
-from gait.laboratory import Laboratory, Recorded
-from gait.marker_sets import in_world
-from gait.osim_writer import write_osim
-from gait.trial_files import write_angles, write_forces, write_trc
+from gait_lab.gait_truth import ONE_MALLEOLUS, noise_bounds
+from gait_lab.known_walker import Walker
+from gait_lab.laboratory import Laboratory, Recorded
+from gait_lab.marker_sets import in_world
+from gait_lab.osim_writer import write_osim
+from gait_lab.trial_files import write_angles, write_forces, write_trc
 
 PLAIN = Laboratory()
 SET = "opensim c3d"

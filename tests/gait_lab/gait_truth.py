@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from gait.laboratory import Laboratory
+from gait_lab.laboratory import Laboratory
 
 from afo_sim.common.units import GRAVITY
 

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gait.c3d_writer import write_c3d
-from gait.gait_truth import BOUNDS, LATERAL_ONLY, ONE_MALLEOLUS, beyond, differences, noise_bounds
-from gait.known_walker import Walker
-from gait.laboratory import Laboratory
-from gait.marker_sets import SETS, STANDING
-from gait.osim_writer import write_osim
-from gait.trial_files import write_angles, write_csv_forces, write_csv_markers, write_forces, write_trc
+from gait_lab.c3d_writer import write_c3d
+from gait_lab.gait_truth import BOUNDS, LATERAL_ONLY, ONE_MALLEOLUS, beyond, differences, noise_bounds
+from gait_lab.known_walker import Walker
+from gait_lab.laboratory import Laboratory
+from gait_lab.marker_sets import SETS, STANDING
+from gait_lab.osim_writer import write_osim
+from gait_lab.trial_files import write_angles, write_csv_forces, write_csv_markers, write_forces, write_trc
 from walking import write_table
 
+from afo_sim.common.errors import InputError
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.importing import Imported, import_gait
 
@@ -367,3 +368,39 @@ def test_a_trial_as_laboratories_have_it(tmp_path: pathlib.Path, seed: int, side
     bounds["ankle [deg]"] = float(np.hypot(bounds["ankle [deg]"], OPEN_ZERO))
     assert not beyond(differences(done, laboratory, side), bounds), done.warnings
     assert done.cycle.body_mass == pytest.approx(walker.mass, rel=0.03)
+
+
+SET = "gait2392"
+RECORDED = Laboratory()
+
+
+def imported(folder: pathlib.Path, without: tuple[str, ...] = (), **choices: Any) -> Imported:
+    points = {n: p for n, p in RECORDED.markers(SET).items() if not n.startswith(without)}
+    markers = write_trc(folder / "walk.trc", RECORDED.time, points)
+    return import_gait([markers, write_forces(folder / "grf.mot", RECORDED.plates())], Choices(**choices))
+
+
+def test_markers_make_no_use_of_lengths(tmp_path: pathlib.Path) -> None:
+    done = imported(tmp_path, thigh=0.4, shank=0.4, hip=(-0.06, -0.07), degrees=True)
+    assert [w for w in done.warnings if w.startswith("thigh, shank, hip, degrees: not used")]
+
+
+def test_a_model_makes_no_use_of_named_markers(tmp_path: pathlib.Path) -> None:
+    model = write_osim(tmp_path / "scaled.osim", RECORDED.walker, SET)
+    done = imported(tmp_path, model=model, markers={"ankle": ("R.Heel",)})
+    assert [w for w in done.warnings if w.startswith("markers: not used")]
+
+
+def test_no_choice_no_word(tmp_path: pathlib.Path) -> None:
+    assert imported(tmp_path, markers={"ankle": ("R.Ankle.Lat",)}).warnings == ()
+
+
+def test_both_legs_need_both(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match=r"left foot.*its leg has no whole stride.*right"):
+        imported(tmp_path, without=("L.Knee", "L.Ankle", "L.Heel"), both=True)
+
+
+def test_one_stride_is_no_mean() -> None:
+    for mean in ({"mean": True}, {"both": True}):
+        with pytest.raises(InputError, match="a mean is asked for"):
+            Choices(stride=2, **mean)

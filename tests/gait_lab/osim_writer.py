@@ -3,8 +3,8 @@
 import pathlib
 
 import numpy as np
-from gait.known_walker import HIP, HIP_Z, MTP, SIGN, Walker, ankle_in_tibia, knee_in_femur
-from gait.marker_sets import placed
+from gait_lab.known_walker import HIP, HIP_Z, MTP, SIGN, Walker, ankle_in_tibia, knee_in_femur
+from gait_lab.marker_sets import placed
 
 CALCANEUS = np.array([-0.05, -0.04, 0.0])  # origin of calcn from the ankle, in the foot's frame [m]
 # Winter 2009, table 4.1: shares of the body's mass; the foot's is split as it comes.

@@ -1,4 +1,4 @@
-"""The ankle's place: a recorded walker's ankle point is brought to the axis of a leg's ankle."""
+"""Ankle alignment: a recorded walker's ankle point is brought to the axis of a leg's ankle."""
 
 import dataclasses
 from collections.abc import Iterable

@@ -6,11 +6,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from gait.c3d_writer import write_c3d
-from gait.known_walker import FOOT_CENTRE, FOOT_GYRATION, FOOT_MASS, HIP_Z, SIGN, SOLE, Walker
-from gait.laboratory import Laboratory
-from gait.marker_sets import SETS, in_world
-from gait.osim_writer import write_osim
+from gait_lab.c3d_writer import write_c3d
+from gait_lab.known_walker import FOOT_CENTRE, FOOT_GYRATION, FOOT_MASS, HIP_Z, SIGN, SOLE, Walker
+from gait_lab.laboratory import Laboratory
+from gait_lab.marker_sets import SETS, in_world
+from gait_lab.osim_writer import write_osim
 from scipy.spatial.transform import Rotation
 from walking import SHANK, THIGH
 

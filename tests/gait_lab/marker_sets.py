@@ -6,7 +6,7 @@ before and above, so that their midpoint is the centre; the epicondyles' is the 
 """
 
 import numpy as np
-from gait.known_walker import (
+from gait_lab.known_walker import (
     HIP,
     HIP_Z,
     PELVIS_DEPTH,
